@@ -1,0 +1,46 @@
+"""Frozen dataclasses that jax sees as trees of arrays."""
+
+import dataclasses
+from typing import Any, TypeVar, dataclass_transform
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+T = TypeVar("T")
+
+
+def static(**kwargs: Any) -> Any:
+    """A field that is part of the tree's structure (a shape, a flag, a name), not a leaf."""
+    return dataclasses.field(metadata={"static": True}, **kwargs)
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, static))
+def pytree(cls: type[T]) -> type[T]:
+    """Make ``cls`` a frozen dataclass whose fields are leaves, but for those made by ``static``.
+
+    Values are never checked at construction: jax rebuilds these objects with tracers, None
+    and plain objects inside.
+    """
+    return jax.tree_util.register_dataclass(dataclasses.dataclass(frozen=True)(cls))
+
+
+def replace(obj: T, **changes: Any) -> T:
+    """A copy of ``obj`` with some fields changed."""
+    return dataclasses.replace(obj, **changes)  # type: ignore[type-var]
+
+
+def is_concrete(*trees: Any) -> bool:
+    """True when no leaf is a tracer, so that values may be looked at."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(trees))
+
+
+def as_float64(tree: T) -> T:
+    """Every leaf as a float64 array, so that ``Load(60)`` has a gradient too."""
+    return jax.tree.map(_leaf_as_float64, tree)
+
+
+def _leaf_as_float64(leaf: Any) -> Any:
+    if isinstance(leaf, jax.core.Tracer):
+        return leaf.astype(jnp.float64)
+    return jnp.asarray(np.asarray(leaf, dtype=np.float64))
