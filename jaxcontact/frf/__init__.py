@@ -1,0 +1,1 @@
+"""Frequency response functions: displacement of the surface per pressure, wavenumber by wavenumber."""

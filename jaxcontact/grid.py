@@ -1,0 +1,72 @@
+"""The grid, and the conventions that every other module follows.
+
+Space. Cells are rectangles of ``spacing`` (dx, dy); cell (i, j) of an (nx, ny) grid has its centre
+at x = (i - (nx - 1)/2) dx, y = (j - (ny - 1)/2) dy, so the origin is the middle of the grid and its
+width is nx dx. Arrays over space are (nx, ny), over time and space (nt, nx, ny).
+
+Signs. z points into the body. Pressure is positive in compression. Displacement is that of both
+surfaces towards each other's inside, positive under pressure. The gap is
+profile + displacement - approach, and is never negative.
+
+Transforms. Wavenumbers are in rad/m; f^(k) = sum_x f(x) exp(-i k x) as in ``numpy.fft``. A response
+function N(k) [m/Pa] is the amplitude of displacement per amplitude of pressure at |k|.
+
+Units. SI at the public boundary; any consistent set gives the same answer.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._pytree import pytree, static
+
+MARGIN = 1.3
+
+
+@pytree
+class Grid:
+    """shape: (nx, ny), static; spacing: (dx, dy) [m]."""
+
+    shape: tuple[int, int] = static()
+    spacing: tuple[Any, Any]
+
+    @classmethod
+    def square(cls, n: int, width: Any) -> Grid:
+        """n x n cells over width x width [m]."""
+        return cls(shape=(n, n), spacing=(width / n, width / n))
+
+    @classmethod
+    def around(cls, body: Any, indenter: Any, control: Any, times: Any, n: int = 256) -> Grid:
+        """An n x n grid wide enough for the contact at all times (concrete values only).
+
+        Takes the indenter's estimate of its largest contact radius and leaves a margin of 30 %;
+        should the contact reach the edge all the same, the result's status says so.
+        """
+        radius = float(indenter.estimated_radius(body, control, np.asarray(times, dtype=float)))
+        if not np.isfinite(radius) or radius <= 0.0:
+            raise ValueError(f"Grid.around: expected a history that makes contact, got a radius of {radius} m")
+        return cls.square(n, 2.0 * MARGIN * radius)
+
+    @property
+    def width(self) -> tuple[Any, Any]:
+        """(nx dx, ny dy) [m]."""
+        return self.shape[0] * self.spacing[0], self.shape[1] * self.spacing[1]
+
+    @property
+    def cell_area(self) -> Any:
+        """dx dy [m^2]."""
+        return self.spacing[0] * self.spacing[1]
+
+    def axes(self) -> tuple[Array, Array]:
+        """Cell centres along x, (nx,), and along y, (ny,) [m]."""
+        (nx, ny), (dx, dy) = self.shape, self.spacing
+        return (jnp.arange(nx) - (nx - 1) / 2) * dx, (jnp.arange(ny) - (ny - 1) / 2) * dy
+
+    def coordinates(self) -> tuple[Array, Array]:
+        """x as (nx, 1) and y as (1, ny) [m], which broadcast to the grid."""
+        x, y = self.axes()
+        return x[:, None], y[None, :]
