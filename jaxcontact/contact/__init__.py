@@ -1,0 +1,1 @@
+"""Frictionless contact: an operator p -> u and a gap in, a pressure out."""

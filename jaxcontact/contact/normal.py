@@ -1,0 +1,167 @@
+"""The normal contact problem on the grid, by preconditioned conjugate gradients.
+
+    u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,
+
+with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
+L. M. Keer, Wear 231 (1999) 206, with four changes: a circulant preconditioner; the Polak-Ribiere
+direction; cells that overlap enter the search with the others, not by a step of their own; and u
+follows p by linearity, so that an iteration costs one convolution unless a cell left contact.
+
+The stopping error is dimensionless and holds for the whole problem, also outside the contact:
+
+    max( sum p |g| / sum p,  largest penetration ) / depth,
+
+depth = approach above the lowest point of the profile (or the mean displacement, if larger).
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact import spectral
+from jaxcontact._pytree import pytree, static
+
+REFRESH = 25  # iterations between full evaluations of K * p, against the drift of rounding
+FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
+
+
+@pytree
+class Problem:
+    """spectrum, circulant: of the kernel (``spectral``); gap: (nx, ny), with all earlier history in it;
+
+    target: sum of the pressures, or the approach, (); lowest: of the profile, (). All of order one.
+    """
+
+    spectrum: Array
+    circulant: Array
+    gap: Array
+    target: Array
+    lowest: Array
+    load_controlled: bool = static()
+
+
+@pytree
+class Solution:
+    """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ()."""
+
+    pressure: Array
+    displacement: Array
+    approach: Array
+    error: Array
+    iterations: Array
+
+
+class _Search(NamedTuple):
+    pressure: Array
+    displacement: Array
+    direction: Array
+    residual: Array  # of the last iteration
+    descent: Array  # <z, r> of the last iteration; zero starts afresh
+    error: Array
+    iterations: Array
+    since_refresh: Array
+
+
+def masked_mean(values: Array, mask: Array) -> Array:
+    """Mean over the cells of the mask; zero for an empty one."""
+    return jnp.sum(jnp.where(mask, values, 0.0)) / jnp.maximum(jnp.sum(mask), 1)
+
+
+def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
+    """Zero outside the mask and, under a given load, of zero mean in it."""
+    if load_controlled:
+        values = values - masked_mean(values, mask)
+    return jnp.where(mask, values, 0.0)
+
+
+def precondition(circulant: Array, values: Array) -> Array:
+    """Apply the inverse of the circulant, its small and negative eigenvalues raised."""
+    safe = jnp.maximum(circulant, FLOOR * jnp.median(jnp.abs(circulant)))
+    return spectral.apply_circulant(1.0 / safe, values)
+
+
+def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array:
+    """The approach: as given, or the mean of u + gap in contact; first touch where there is no contact."""
+    if not problem.load_controlled:
+        return problem.target
+    surface, active = displacement + problem.gap, pressure > 0.0
+    return jnp.where(jnp.any(active), masked_mean(surface, active), jnp.min(surface))
+
+
+def _error(problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array) -> Array:
+    total = jnp.sum(pressure)
+    safe = jnp.where(total > 0.0, total, 1.0)
+    depth = jnp.maximum(jnp.abs(approach - problem.lowest), jnp.sum(pressure * displacement) / safe)
+    penetration = jnp.max(jnp.where(pressure > 0.0, 0.0, -residual))
+    # depth is zero only for a contact that just touches, where the numerator is zero as well
+    return jnp.maximum(jnp.sum(pressure * jnp.abs(residual)) / safe, penetration) / jnp.where(depth > 0.0, depth, 1.0)
+
+
+def first_guess(problem: Problem) -> Array:
+    """Pressure in proportion to a uniform overlap: over a quarter of the cells, or by the approach."""
+    if problem.load_controlled:
+        overlap = jnp.maximum(jnp.quantile(problem.gap, 0.25) - problem.gap, 0.0)
+        overlap = jnp.where(jnp.any(overlap > 0.0), overlap, 1.0)
+        return overlap * (problem.target / jnp.sum(overlap))
+    overlap = jnp.maximum(problem.target - problem.gap, 0.0)
+    lifted = spectral.convolve(problem.spectrum, overlap)
+    energy = jnp.sum(overlap * lifted)
+    return overlap * jnp.sum(overlap**2) / jnp.where(energy > 0.0, energy, 1.0)
+
+
+def usable_start(problem: Problem, start: Array) -> Array:
+    """``start`` clipped and brought to the load; the first guess where it has no contact."""
+    start = jnp.maximum(start, 0.0)
+    total = jnp.sum(start)
+    some = total > 0.0
+    if problem.load_controlled:
+        start = start * (problem.target / jnp.where(some, total, 1.0))
+    return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
+
+
+def _iterate(problem: Problem, s: _Search) -> _Search:
+    load = problem.load_controlled
+    p, u = s.pressure, s.displacement
+    r = u + problem.gap - approach_of(problem, p, u)
+    work = (p > 0.0) | (r < 0.0)
+    z = projected(precondition(problem.circulant, projected(r, work, load)), work, load)
+    descent = jnp.sum(z * r)
+    beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
+    beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
+    t = projected(z + beta * s.direction, work, load)
+    lifted = spectral.convolve(problem.spectrum, t)
+    curvature = jnp.sum(t * lifted)
+    step = jnp.sum(t * r) / jnp.where(curvature > 0.0, curvature, 1.0)
+    free = p - step * t
+    pressure = jnp.maximum(free, 0.0)
+    if load:
+        pressure = pressure * (problem.target / jnp.sum(pressure))
+    changed = jnp.any(free < 0.0) | (s.since_refresh >= REFRESH)
+    displacement = jax.lax.cond(
+        changed, lambda: spectral.convolve(problem.spectrum, pressure), lambda: u - step * lifted
+    )
+    approach = approach_of(problem, pressure, displacement)
+    error = _error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
+    since = jnp.where(changed, 0, s.since_refresh + 1)
+    return _Search(pressure, displacement, t, r, descent, error, s.iterations + 1, since)
+
+
+def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve from a start pressure (nx, ny); the iterations stop at the tolerance or the maximum.
+
+    A load of zero gives no pressure and the approach of first touch; so does an approach that reaches
+    nothing. The caller finds in ``error`` whether the tolerance was met.
+    """
+    p = usable_start(problem, start)
+    u = spectral.convolve(problem.spectrum, p)
+    approach = approach_of(problem, p, u)
+    error = _error(problem, p, u, u + problem.gap - approach, approach)
+    if problem.load_controlled:
+        error = jnp.where(problem.target > 0.0, error, 0.0)
+    zero = jnp.zeros_like(p)
+    first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
+    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)  # noqa: E731
+    s = jax.lax.while_loop(going, lambda s: _iterate(problem, s), first)
+    return Solution(s.pressure, s.displacement, approach_of(problem, s.pressure, s.displacement), s.error, s.iterations)
