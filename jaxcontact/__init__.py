@@ -8,11 +8,24 @@ import jax
 
 jax.config.update("jax_enable_x64", True)
 
+from jaxcontact.controls import Approach as Approach  # noqa: E402
+from jaxcontact.controls import Load as Load  # noqa: E402
+from jaxcontact.frf.normal import normal_response as normal_response  # noqa: E402
+from jaxcontact.geometry import Cylinder as Cylinder  # noqa: E402
+from jaxcontact.geometry import FlatPunch as FlatPunch  # noqa: E402
+from jaxcontact.geometry import HeightField as HeightField  # noqa: E402
+from jaxcontact.geometry import Sphere as Sphere  # noqa: E402
+from jaxcontact.grid import Grid as Grid  # noqa: E402
+from jaxcontact.indentation import indent as indent  # noqa: E402
+from jaxcontact.kernels import kernels as kernels  # noqa: E402
+from jaxcontact.layers import Layer as Layer  # noqa: E402
+from jaxcontact.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
 from jaxcontact.materials import Burgers as Burgers  # noqa: E402
 from jaxcontact.materials import Elastic as Elastic  # noqa: E402
 from jaxcontact.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
 from jaxcontact.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.materials import Prony as Prony  # noqa: E402
 from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
+from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
 
 __version__ = "0.1.0"

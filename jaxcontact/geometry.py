@@ -13,7 +13,7 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._pytree import pytree
-from jaxcontact.contact.controls import Control, Load
+from jaxcontact.controls import Control, Load
 from jaxcontact.grid import Grid
 from jaxcontact.layers import LayeredHalfSpace, check_material, long_wave_compliance
 from jaxcontact.materials import Elastic

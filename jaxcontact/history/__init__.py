@@ -1,0 +1,1 @@
+"""What the body remembers, and the march in time."""

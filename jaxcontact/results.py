@@ -1,0 +1,74 @@
+"""What a simulation gives back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.grid import Grid
+
+STATUS_MEANING = (
+    "converged",
+    "not converged: more iterations (max_iterations) or a looser tolerance",
+    "contact at the edge of the grid: a wider grid",
+    "fewer than 3 cells across the contact: a finer grid",
+)
+
+
+@pytree
+class ContactHistory:
+    """A contact over time, SI units.
+
+    times (nt,) [s]; pressure [Pa], displacement [m] (of both surfaces, towards each other): (nt, nx, ny),
+    or (nx, ny) of the last time with ``save="last"`` or a function; saved: what that function
+    returned, stacked over time; approach [m], load [N], contact_area [m^2] (a count of cells, derivative
+    zero), smooth_area [m^2], film_strain, iterations, error, status: (nt,).
+
+    smooth_area is (9/8) W^2 / integral of p^2, the area of the Hertzian contact of the same load and
+    the same integral of p^2: exact for a ball on a half-space, and differentiable always.
+
+    film_strain is the film's shortening over its thickness at its deepest point (as on a rigid base; 0
+    without a film). Above 0.2 the linear theory is stretched.
+
+    status: 0 fine, 1 not converged, 2 contact at the grid's edge, 3 fewer than 3 cells across.
+    """
+
+    times: Array
+    grid: Grid
+    profile: Array
+    pressure: Array
+    displacement: Array
+    saved: Any
+    approach: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    iterations: Array
+    error: Array
+    status: Array
+
+    @property
+    def gap(self) -> Array:
+        """profile + displacement - approach [m], of the shape of ``pressure``; zero in contact."""
+        approach = self.approach[:, None, None] if self.pressure.ndim == 3 else self.approach[-1]
+        return self.profile + self.displacement - approach
+
+    @property
+    def contact_radius(self) -> Array:
+        """sqrt(contact_area/pi) [m], (nt,)."""
+        return jnp.sqrt(self.contact_area / jnp.pi)
+
+    @property
+    def converged(self) -> Array:
+        """(nt,) bool: the solver met its tolerance."""
+        return self.status != 1
+
+    def plot(self) -> Any:
+        """A figure with pressure profiles, approach, load and contact radius over time."""
+        from jaxcontact import plotting
+
+        return plotting.overview(self)
