@@ -1,0 +1,274 @@
+"""Ball and punch on a bonded layer over an elastic half-space: Abel transform and a Legendre-Galerkin
+solution.
+
+With p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt and alpha N = A (1 + H), the contact equation is (theory G.3)
+    g(t) + (1/pi) int_-a^a g(s) k(t - s) ds = (2/(pi A)) (delta - t^2/R),  k(x) = int_0^inf H cos(alpha x)
+    dalpha,
+for a paraboloid of radius R, g(a) = 0; W = 2 pi int_0^a g. A is the compliance at infinite wavenumber
+(layer and
+indenter), so that H vanishes like exp(-2 alpha h). g is a series of even Legendre polynomials of t/a; their
+cosine transforms are spherical Bessel functions, so k is never formed and the edge layers of a thin film are
+resolved by the polynomials' own clustering. Source of the response: theory A.2; exact correspondence:
+theory B, G.4.
+
+A `Layered` body here is a tuple of plain numbers. Lengths in m, moduli in Pa, loads in N, times in s.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import spherical_jn
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+CUTOFF = 15.0  # alpha h beyond which H < exp(-30) (2 alpha h)^2 = 1e-10
+TALBOT = 24  # nodes: 1e-12 for smooth monotone functions of time
+
+
+class Layered(NamedTuple):
+    """Layer of shear modulus G [Pa], nu, thickness [m] on a substrate; an elastic indenter's (1 - nu)/G
+    [1/Pa]."""
+
+    layer_modulus: complex
+    layer_nu: float
+    thickness: float
+    substrate_modulus: float
+    substrate_nu: float
+    indenter_compliance: float = 0.0
+
+
+class Contact(NamedTuple):
+    """Load [N], approach [m], radius [m] and the coefficients of g [Pa m] in even Legendre polynomials of
+    t/a."""
+
+    load: float
+    approach: float
+    radius: float
+    coefficients: np.ndarray
+
+
+def scaled_response(alpha, body):
+    """alpha N(alpha) [1/Pa] of the layered half-space, compact form of theory A.2; complex moduli allowed."""
+    Gc, nuc, h, Gs, nus, _ = body
+    G, kc, ks, x = Gc / Gs, 3.0 - 4.0 * nuc, 3.0 - 4.0 * nus, alpha * h
+    theta = np.exp(-2.0 * x)
+    k, lam = (G - 1.0) / (G + kc), (G * ks - kc) / (1.0 + G * ks)
+    D = 1.0 - (lam + k + 4.0 * k * x**2) * theta + lam * k * theta**2
+    return (1.0 - nuc) / Gc * (1.0 + 4.0 * x * k * theta - lam * k * theta**2) / D
+
+
+def surface_compliance(body):
+    """A [1/Pa] at infinite wavenumber: that of the layer's material and of the indenter."""
+    return (1.0 - body.layer_nu) / body.layer_modulus + body.indenter_compliance
+
+
+def _panels(end, width):
+    """Composite Gauss nodes and weights on [0, end]."""
+    ends = np.linspace(0.0, end, int(np.ceil(end / width)) + 1)
+    half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
+    return (mid[:, None] + half[:, None] * NODES).ravel(), (half[:, None] * WEIGHTS).ravel()
+
+
+def _transforms(x, modes):
+    """int_-1^1 P_2m(s) cos(x s) ds = 2 (-1)^m j_2m(x), shape (len(x), modes).
+
+    Upward recurrence where it is stable (x above the order), scipy below.
+    """
+    j = np.empty((len(x), 2 * modes))
+    low = x < 2 * modes
+    j[low] = spherical_jn(np.arange(2 * modes), x[low, None])
+    z = x[~low]
+    up = [np.sin(z) / z, np.sin(z) / z**2 - np.cos(z) / z]
+    for n in range(1, 2 * modes - 1):
+        up.append((2 * n + 1) / z * up[n] - up[n - 1])
+    j[~low] = np.array(up).T
+    return 2.0 * (-1.0) ** np.arange(modes) * j[:, ::2]
+
+
+@lru_cache(maxsize=4)
+def _basis(octave, modes):
+    """Nodes x = alpha a, weights and transforms that serve every a/h up to 2^(octave/4)."""
+    ratio = 2.0 ** (octave / 4)
+    x, w = _panels(CUTOFF * ratio, min(2.0 * np.pi, 0.5 * ratio))
+    return x, w, _transforms(x, modes)
+
+
+def _masses(modes):
+    """int_-1^1 P_2m^2."""
+    return 2.0 / (4.0 * np.arange(modes) + 1.0)
+
+
+def _solve(a, body, columns):
+    """Coefficients of g for right-hand sides given as Legendre moments; A (1 + H) is applied to g."""
+    modes = len(columns)
+    x, w, F = _basis(int(np.ceil(4 * np.log2(a / body.thickness))), modes)
+    A = surface_compliance(body)
+    excess = scaled_response(x / a, body) + body.indenter_compliance - A
+    matrix = np.diag(_masses(modes) * A) + (F.T * (w * excess / np.pi)) @ F
+    return np.linalg.solve(matrix, columns)
+
+
+def _sides(a, modes):
+    """Moments of (2/pi) and (2/pi) t^2 against P_2m(t/a)."""
+    sides = np.zeros((modes, 2))
+    sides[0, 0] = sides[0, 1] = 2.0 / np.pi
+    sides[0, 1] *= a**2 / 3.0
+    sides[1, 1] = 2.0 / np.pi * a**2 * 2.0 / 3.0
+    return sides * _masses(modes)[:, None]
+
+
+def solve_radius(contact_radius, body, radius, modes=60):
+    """Contact of a paraboloid of radius R [m] that touches over `contact_radius` [m] (theory G.3)."""
+    flat, curved = _solve(contact_radius, body, _sides(contact_radius, modes)).T
+    approach = curved.sum() / flat.sum() / radius
+    g = approach * flat - curved / radius
+    return Contact(2.0 * np.pi * contact_radius * g[0], approach, contact_radius, g)
+
+
+def _bracket(body, radius, load):
+    """Radii between which the contact lies: those of the most and of the least compliant half-space,
+    widened."""
+    ends = scaled_response(np.array([1e-6, 1e3]) / body.thickness, body).real + body.indenter_compliance
+    a = np.cbrt(0.375 * load * radius * ends)
+    return 0.8 * a.min(), 1.25 * a.max()
+
+
+def solve_load(load, body, radius, modes=60):
+    """Contact of a paraboloid of radius R [m] under `load` [N], by a root search for the contact radius."""
+    low, high = _bracket(body, radius, load)
+
+    def miss(log_a):
+        return np.log(solve_radius(np.exp(log_a), body, radius, modes).load / load)
+
+    return solve_radius(np.exp(brentq(miss, np.log(low), np.log(high), xtol=1e-12)), body, radius, modes)
+
+
+def pressure(r, contact):
+    """p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt [Pa], with v = sqrt(t^2 - r^2) as variable; zero outside."""
+    r, a = np.atleast_1d(np.asarray(r, float)), contact.radius
+    full = np.zeros(2 * len(contact.coefficients) - 1)
+    full[::2] = contact.coefficients
+    x, w = np.polynomial.legendre.leggauss(2 * len(full))
+    reach = 0.5 * np.sqrt(np.maximum(a**2 - r**2, 0.0))[:, None]
+    t = np.sqrt(r[:, None] ** 2 + (reach * (1.0 + x)) ** 2) / a
+    slope = np.polynomial.legendre.legval(t, np.polynomial.legendre.legder(full))
+    return -(reach * slope / (t * a**2)) @ w
+
+
+def punch_compliance(punch_radius, body, modes=60):
+    """delta / W [m/N] of a flat punch; complex for a complex layer modulus."""
+    flat = _solve(punch_radius, body, _sides(punch_radius, modes)[:, :1])[0, 0]
+    return 1.0 / (2.0 * np.pi * punch_radius * flat)
+
+
+def talbot(transform, t):
+    """f(t) of a Laplace transform of the complex s, by the modified Talbot contour (theory B.5)."""
+    theta = (2.0 * np.arange(TALBOT // 2) + 1.0) * np.pi / TALBOT
+    u = 0.6407 * theta
+    z = TALBOT * (0.5017 * theta / np.tan(u) - 0.6122 + 0.2645j * theta)
+    slope = TALBOT * (0.5017 / np.tan(u) - 0.5017 * u / np.sin(u) ** 2 + 0.2645j)
+    return sum(2.0 / TALBOT / t * (np.exp(p) * transform(p / t) * d).imag for p, d in zip(z, slope, strict=True))
+
+
+def punch_creep(t, punch_radius, body, modulus, modes=60):
+    """delta(t)/W [m/N] of a flat punch under a step load; `modulus` is the layer's g(s) = 1/(s J(s)) [Pa]."""
+    return talbot(lambda s: punch_compliance(punch_radius, body._replace(layer_modulus=modulus(s)), modes) / s, t)
+
+
+def _tables(body, modulus, alpha, step, steps):
+    """Compliances (constant part, excess over it at alpha): at times n step, and their means over each
+    step."""
+
+    def at(g):
+        layer = body._replace(layer_modulus=g)
+        A = surface_compliance(layer)
+        return np.append(A, scaled_response(alpha, layer) + body.indenter_compliance - A)
+
+    times = step * np.arange(1, steps + 1)
+    first = at(modulus(1e9 / step)).real
+    values = np.array([first] + [talbot(lambda s: at(modulus(s)) / s, t) for t in times])
+    sums = np.array([0 * first] + [talbot(lambda s: at(modulus(s)) / s**2, t) for t in times])
+    return values, np.diff(sums, axis=0) / step
+
+
+class _Trial(NamedTuple):
+    """What one instant needs: wavenumbers, weights, today's compliance, what the past adds, where it is
+    known."""
+
+    alpha: np.ndarray
+    weights: np.ndarray
+    compliance: np.ndarray
+    past: np.ndarray
+    nodes: np.ndarray
+    node_weights: np.ndarray
+    local: np.ndarray
+    modes: int
+
+
+def _instant(a, trial, radius):
+    """Contact of radius a with the past's displacement taken from the gap."""
+    F = _transforms(trial.alpha * a, trial.modes)
+    A, excess = trial.compliance[0], trial.compliance[1:]
+    matrix = np.diag(_masses(trial.modes) * A) + (F.T * (a * trial.weights * excess / np.pi)) @ F
+    legendre = np.polynomial.legendre.legvander(trial.nodes / a, 2 * trial.modes - 2)[:, ::2]
+    past = F.T @ (trial.weights * trial.past) / np.pi
+    past = past + 2.0 / a * legendre.T @ (trial.node_weights * trial.local)
+    flat, curved, old = np.linalg.solve(matrix, np.column_stack([_sides(a, trial.modes), past])).T
+    approach = (curved.sum() / radius + old.sum()) / flat.sum()
+    g = approach * flat - curved / radius - old
+    return Contact(2.0 * np.pi * a * g[0], approach, a, g)
+
+
+def _find(start, trial, radius, load):
+    """Radius that carries the load, by the secant method in log a."""
+    x0, x1 = np.log(start), np.log(start) + 1e-3
+    f0 = np.log(_instant(np.exp(x0), trial, radius).load / load)
+    for _ in range(30):
+        contact = _instant(np.exp(x1), trial, radius)
+        f1 = np.log(contact.load / load)
+        if abs(f1) < 1e-11:
+            break
+        x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
+    return contact
+
+
+def _on_nodes(contact, nodes):
+    """g at the nodes, zero outside its contact."""
+    full = np.zeros(2 * len(contact.coefficients) - 1)
+    full[::2] = contact.coefficients
+    s = nodes / contact.radius
+    return np.where(s <= 1.0, np.polynomial.legendre.legval(np.minimum(s, 1.0), full), 0.0)
+
+
+def _weights(n, values, means):
+    """Compliance that multiplies g of each instant 0..n, for g linear in time between instants."""
+    return [values[n] - means[n - 1]] + [means[n - j] - means[n - j - 1] for j in range(1, n)] + [means[0]]
+
+
+def march_step_load(load, duration, steps, body, modulus, radius, modes=30):
+    """Contacts at equal steps of [0, duration] under a step load, contact growing (theory G.4b).
+
+    The layer creeps by the exact correspondence principle at constant nu: modulus(s) = g(s) = 1/(s J(s))
+    [Pa];
+    the past enters as a Duhamel integral of Talbot inversions, g linear in time between instants. The layer
+    modulus of `body` is not used.
+    """
+    slow = body._replace(layer_modulus=1.0 / talbot(lambda s: 1.0 / (s * modulus(s)), duration))
+    largest = 1.3 * solve_load(load, slow, radius, modes).radius
+    alpha, w = _panels(CUTOFF / body.thickness, min(2.0 * np.pi / largest, 0.5 / body.thickness))
+    values, means = _tables(body, modulus, alpha, duration / steps, steps)
+    start = solve_load(load, body._replace(layer_modulus=modulus(1e9 * steps / duration).real), radius, modes)
+    contacts, spectra = [start], []
+    nodes, node_weights = _panels(start.radius, start.radius / 12)
+    for n in range(1, steps + 1):
+        last = contacts[-1]
+        spectra.append(last.radius * _transforms(alpha * last.radius, modes) @ last.coefficients)
+        share = np.array(_weights(n, values, means))
+        local = sum(s[0] * _on_nodes(c, nodes) for s, c in zip(share, contacts, strict=False))
+        past = sum(s[1:] * q for s, q in zip(share, spectra, strict=False))
+        trial = _Trial(alpha, w, share[-1], past, nodes, node_weights, local, modes)
+        contacts.append(_find(last.radius, trial, radius, load))
+        x, dx = _panels(contacts[-1].radius - last.radius, contacts[-1].radius)
+        nodes, node_weights = np.append(nodes, last.radius + x), np.append(node_weights, dx)
+    return contacts

@@ -1,0 +1,66 @@
+"""A rigid sphere driven to a depth delta(t) with one maximum into a viscoelastic half-space: Ting's solution.
+
+`relaxation` is G(t) [Pa], `depth` delta(t) [m] from delta(0) = 0 and `rate` its derivative [m/s], numpy
+callables;
+`peak_time` [s] is where the depth turns. Poisson's ratio nu is constant. Source: T. C. T. Ting, J. Appl.
+Mech. 33
+(1966) 845; theory G.2.
+"""
+
+import numpy as np
+from scipy.optimize import brentq
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
+HALVINGS = 16
+
+
+def _integral(function, start, end, focus):
+    """Integral over [start, end], panels halving towards `focus` ("start" or "end") where the integrand is
+    rough."""
+    ends = np.concatenate([1.0 - 0.5 ** np.arange(HALVINGS + 1), [1.0]])
+    ends = start + (end - start) * (ends if focus == "end" else 1.0 - ends[::-1])
+    half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
+    return float(np.sum(half[:, None] * WEIGHTS * function(mid[:, None] + half[:, None] * NODES)))
+
+
+def _memory(start, t, relaxation, rate, peak_time):
+    """int_start^t G(t - tau) delta'(tau) dtau [Pa m], split at the turn, where the rate may jump."""
+
+    def integrand(tau):
+        return relaxation(t - tau) * rate(tau)
+
+    turn = min(max(peak_time, start), t)
+    return _integral(integrand, start, turn, "end") + _integral(integrand, turn, t, "end")
+
+
+def matching_time(t, relaxation, rate, peak_time):
+    """t1(t) [s]: the time of loading when the contact had today's radius: int_t1^t G(t - tau) delta' dtau =
+    0.
+
+    t itself while loading; 0 once the contact is lost.
+    """
+    if t <= peak_time:
+        return t
+    if _memory(0.0, t, relaxation, rate, peak_time) <= 0.0:
+        return 0.0
+    return brentq(_memory, 0.0, peak_time, args=(t, relaxation, rate, peak_time), xtol=1e-14 * t, rtol=1e-14)
+
+
+def contact_radius(t, relaxation, depth, rate, peak_time, radius):
+    """a(t) = sqrt(R delta(t1(t))) [m]."""
+    return np.sqrt(radius * depth(matching_time(t, relaxation, rate, peak_time)))
+
+
+def load(t, relaxation, depth, rate, peak_time, radius, nu):
+    """W = 8 sqrt(R)/(3 (1 - nu)) int_0^t1(t) G(t - tau) d(delta^(3/2)) [N], in loading (t1 = t) and
+    unloading.
+
+    The variable sqrt(tau) removes the square root of a depth that starts linearly.
+    """
+    last = matching_time(t, relaxation, rate, peak_time)
+
+    def integrand(root):
+        tau = root**2
+        return relaxation(t - tau) * 1.5 * np.sqrt(depth(tau)) * rate(tau) * 2.0 * root
+
+    return 8.0 * np.sqrt(radius) / (3.0 * (1.0 - nu)) * _integral(integrand, 0.0, np.sqrt(last), "end")
