@@ -1,0 +1,78 @@
+"""``jaxcontact reproduce [NAME ...] -o DIR``: run the cases, print and write what came out.
+
+The exit status is 0 if every row of every case holds, 1 if one does not, 2 for what cannot be run.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from jaxcontact.cases import figure_4
+from jaxcontact.cases.comparison import Case, Row, as_dict, table
+
+CASES: tuple[Case, ...] = (figure_4.CASE,)
+N = 256  # cells along each side, as in the paper
+
+
+def main(
+    names: Sequence[str], directory: Path, *, force: bool = False, n: int = N, cases: Sequence[Case] = CASES
+) -> int:
+    """Run the named cases, or all; each writes directory/NAME/summary.json and its picture."""
+    known = {case.name: case for case in cases}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        return _refuse(f"unknown case {unknown[0]!r}; expected one of {', '.join(known)}")
+    chosen = [known[name] for name in names] or list(cases)
+    for case in chosen:
+        summary = Path(directory) / case.name / "summary.json"
+        if summary.exists() and not force:
+            return _refuse(f"{summary} is there already; choose another directory, or use --force")
+    return 0 if all([run(case, Path(directory), n) for case in chosen]) else 1
+
+
+def _refuse(reason: str) -> int:
+    print(f"jaxcontact reproduce: {reason}", file=sys.stderr)
+    return 2
+
+
+def run(case: Case, directory: Path, n: int = N) -> bool:
+    """One case, whole; True if every row holds."""
+    began = time.perf_counter()
+    simulated = case.simulate(n)
+    rows = case.compare(simulated, case.references)
+    seconds = time.perf_counter() - began
+    holds = all(row.holds for row in rows)
+    print(f"\n{case.title} ({case.name}, N = {n}, {seconds:.1f} s)\n\n{table(rows)}\n")
+    for remark in case.remarks:
+        print(f"  {remark}")
+    print(f"  {_verdict(rows)}", flush=True)
+    folder = directory / case.name
+    folder.mkdir(parents=True, exist_ok=True)
+    case.draw(simulated, folder)
+    (folder / "summary.json").write_text(json.dumps(_summary(case, rows, n, seconds), indent=2) + "\n")
+    return holds
+
+
+def _verdict(rows: list[Row]) -> str:
+    failed = sum(not row.holds for row in rows)
+    compared = sum(row.expected is not None for row in rows)
+    return (
+        f"All {compared} comparisons hold."
+        if not failed
+        else f"{failed} of {compared} comparisons do NOT hold."
+    )
+
+
+def _summary(case: Case, rows: list[Row], n: int, seconds: float) -> dict[str, Any]:
+    return {
+        "case": case.name,
+        "title": case.title,
+        "cells_per_side": n,
+        "duration [s]": round(seconds, 3),
+        "holds": all(row.holds for row in rows),
+        "rows": [as_dict(row) for row in rows],
+        "remarks": list(case.remarks),
+    }
