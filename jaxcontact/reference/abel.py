@@ -11,6 +11,11 @@ cosine transforms are spherical Bessel functions, so k is never formed and the e
 resolved by the polynomials' own clustering. Source of the response: theory A.2; exact correspondence:
 theory B, G.4.
 
+Measured: approach 1e-9 and radius and peak pressure 1e-5 (60 modes against 100, film of h/a = 1e-3 on steel);
+the tables of O'Sullivan and King to 1e-8; punch creep to 1e-8; the growing contact, 40 steps to 2000 s:
+6e-5 in
+the radius, 2e-5 in the approach (a film of 10 to 50 um, against 80 steps and an independent march).
+
 A `Layered` body here is a tuple of plain numbers. Lengths in m, moduli in Pa, loads in N, times in s.
 """
 
@@ -18,7 +23,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import spherical_jn
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -126,22 +130,27 @@ def solve_radius(contact_radius, body, radius, modes=60):
     return Contact(2.0 * np.pi * contact_radius * g[0], approach, contact_radius, g)
 
 
-def _bracket(body, radius, load):
-    """Radii between which the contact lies: those of the most and of the least compliant half-space,
-    widened."""
-    ends = scaled_response(np.array([1e-6, 1e3]) / body.thickness, body).real + body.indenter_compliance
-    a = np.cbrt(0.375 * load * radius * ends)
-    return 0.8 * a.min(), 1.25 * a.max()
+def _guess(load, body, radius):
+    """Hertz's radius for the compliance at the wavenumber 2/a, by fixed-point iteration."""
+    a = 2.0 * body.thickness
+    for _ in range(40):
+        A = scaled_response(2.0 / a, body) + body.indenter_compliance
+        a = np.sqrt(a * np.cbrt(0.375 * load * radius * A.real))
+    return a
 
 
 def solve_load(load, body, radius, modes=60):
-    """Contact of a paraboloid of radius R [m] under `load` [N], by a root search for the contact radius."""
-    low, high = _bracket(body, radius, load)
-
-    def miss(log_a):
-        return np.log(solve_radius(np.exp(log_a), body, radius, modes).load / load)
-
-    return solve_radius(np.exp(brentq(miss, np.log(low), np.log(high), xtol=1e-12)), body, radius, modes)
+    """Contact of a paraboloid of radius R [m] under `load` [N]: secant method in the logarithm of its
+    radius."""
+    x0 = np.log(_guess(load, body, radius))
+    x1, f0 = x0 + 1e-2, np.log(solve_radius(np.exp(x0), body, radius, modes).load / load)
+    for _ in range(30):
+        contact = solve_radius(np.exp(x1), body, radius, modes)
+        f1 = np.log(contact.load / load)
+        if abs(f1) < 1e-11:
+            return contact
+        x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
+    raise RuntimeError("the contact radius was not found")
 
 
 def pressure(r, contact):
@@ -168,12 +177,16 @@ def talbot(transform, t):
     u = 0.6407 * theta
     z = TALBOT * (0.5017 * theta / np.tan(u) - 0.6122 + 0.2645j * theta)
     slope = TALBOT * (0.5017 / np.tan(u) - 0.5017 * u / np.sin(u) ** 2 + 0.2645j)
-    return sum(2.0 / TALBOT / t * (np.exp(p) * transform(p / t) * d).imag for p, d in zip(z, slope, strict=True))
+    terms = (np.exp(p) * transform(p / t) * d for p, d in zip(z, slope, strict=True))
+    return 2.0 / TALBOT / t * sum(term.imag for term in terms)
 
 
 def punch_creep(t, punch_radius, body, modulus, modes=60):
     """delta(t)/W [m/N] of a flat punch under a step load; `modulus` is the layer's g(s) = 1/(s J(s)) [Pa]."""
-    return talbot(lambda s: punch_compliance(punch_radius, body._replace(layer_modulus=modulus(s)), modes) / s, t)
+    def transform(s):
+        return punch_compliance(punch_radius, body._replace(layer_modulus=modulus(s)), modes) / s
+
+    return talbot(transform, t)
 
 
 def _tables(body, modulus, alpha, step, steps):
@@ -228,9 +241,9 @@ def _find(start, trial, radius, load):
         contact = _instant(np.exp(x1), trial, radius)
         f1 = np.log(contact.load / load)
         if abs(f1) < 1e-11:
-            break
+            return contact
         x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
-    return contact
+    raise RuntimeError("the contact radius was not found")
 
 
 def _on_nodes(contact, nodes):
