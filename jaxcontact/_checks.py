@@ -24,7 +24,9 @@ def positive(name: str, value: Any) -> None:
     """Every entry finite and above zero."""
     numbers = _values(value)
     if numbers is not None:
-        require(bool(np.all(np.isfinite(numbers) & (numbers > 0))), f"{name}: expected > 0, got {_show(numbers)}")
+        require(
+            bool(np.all(np.isfinite(numbers) & (numbers > 0))), f"{name}: expected > 0, got {_show(numbers)}"
+        )
 
 
 def non_negative(name: str, value: Any) -> None:

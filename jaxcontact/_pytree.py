@@ -22,7 +22,32 @@ def pytree(cls: type[T]) -> type[T]:
     Values are never checked at construction: jax rebuilds these objects with tracers, None
     and plain objects inside.
     """
-    return jax.tree_util.register_dataclass(dataclasses.dataclass(frozen=True)(cls))
+    return _register(dataclasses.dataclass(frozen=True)(cls))
+
+
+def _register(cls: type[T]) -> type[T]:
+    """Register a dataclass as a tree of its non-static fields.
+
+    Not by ``jax.tree_util.register_dataclass``: up to jax 0.10 at least its structures of two classes with
+    equally many fields compare equal (only their hashes differ), so that jit took, once in some fifty
+    runs, what it had compiled for a ``Load`` to be meant for an ``Approach`` as well.
+    """
+    fields = dataclasses.fields(cls)  # type: ignore[arg-type]
+    names = [field.name for field in fields if not field.metadata.get("static")]
+    fixed = [field.name for field in fields if field.metadata.get("static")]
+
+    def flatten(obj: T) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        return tuple(getattr(obj, name) for name in names), tuple(getattr(obj, name) for name in fixed)
+
+    def flatten_with_keys(obj: T) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        leaves, aux = flatten(obj)
+        return tuple(zip(map(jax.tree_util.GetAttrKey, names), leaves, strict=True)), aux
+
+    def unflatten(aux: tuple[Any, ...], leaves: tuple[Any, ...]) -> T:
+        return cls(**dict(zip(names, leaves, strict=True)), **dict(zip(fixed, aux, strict=True)))
+
+    jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
+    return cls
 
 
 def replace(obj: T, **changes: Any) -> T:

@@ -148,7 +148,9 @@ class HeightField(Indenter):
     def check(self, grid: Grid) -> None:
         _check_elastic(self.material)
         shape = np.shape(self.heights)
-        _checks.require(shape == tuple(grid.shape), f"heights: expected shape {tuple(grid.shape)}, got {shape}")
+        _checks.require(
+            shape == tuple(grid.shape), f"heights: expected shape {tuple(grid.shape)}, got {shape}"
+        )
 
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
         raise ValueError("Grid.around: a HeightField comes with its own grid; give its shape and spacing")
@@ -161,6 +163,7 @@ def _far(grid: Grid) -> Any:
 def _check_elastic(material: Elastic | None) -> None:
     if material is not None:
         _checks.require(
-            isinstance(material, Elastic), f"indenter material: expected Elastic or None, got {type(material).__name__}"
+            isinstance(material, Elastic),
+            f"indenter material: expected Elastic or None, got {type(material).__name__}",
         )
         check_material("indenter", material)

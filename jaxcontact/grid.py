@@ -48,7 +48,9 @@ class Grid:
         """
         radius = float(indenter.estimated_radius(body, control, np.asarray(times, dtype=float)))
         if not np.isfinite(radius) or radius <= 0.0:
-            raise ValueError(f"Grid.around: expected a history that makes contact, got a radius of {radius} m")
+            raise ValueError(
+                f"Grid.around: expected a history that makes contact, got a radius of {radius} m"
+            )
         return cls.square(n, 2.0 * MARGIN * radius)
 
     @property

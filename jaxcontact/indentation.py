@@ -51,8 +51,8 @@ def indent(
     times: (nt,) [s], not decreasing; two equal times are a jump. grid: ``Grid``.
 
     tolerance: dimensionless, see ``contact.normal``. save: "all" keeps the fields of all times, "last" those
-    of the last; a function of the step's outcome (``.pressure``, ``.displacement``, scaled by ``kernels.Units``)
-    is stacked over time in ``saved``. substeps: inner steps between two times, static.
+    of the last; a function of a step's outcome (``.pressure``, ``.displacement``, in ``kernels.Units``) has
+    its values stacked over time in ``saved``. substeps: inner steps between two times, static.
     correspondence: "exact" (recursion over common decay rates), or "quasi-elastic" (the paper's
     substitution of phi(t) for 1/(2G), by direct superposition; time grows with nt^2, memory with nt).
     kernels: from ``jaxcontact.kernels(body, indenter, grid)``, to skip building them.
@@ -66,7 +66,7 @@ def indent(
     with the correspondence principle made exact and the integral second order in time.
     """
     body = checked_body(body)
-    _check(body, indenter, control, times, grid, save, substeps, correspondence)
+    check_inputs(body, indenter, control, times, grid, save, substeps, correspondence)
     if kernels is not None:
         _check_kernels(kernels, grid, correspondence)
     result, separation = _run(
@@ -81,8 +81,10 @@ def indent(
     return result
 
 
-def _check(body, indenter, control, times, grid, save, substeps, correspondence) -> None:
-    _checks.require(isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}")
+def check_inputs(body, indenter, control, times, grid, save, substeps, correspondence) -> None:
+    _checks.require(
+        isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
+    )
     kernels_module.check_grid(grid)
     indenter.check(grid)
     _checks.not_decreasing("times [s]", times)
@@ -106,16 +108,22 @@ def _check(body, indenter, control, times, grid, save, substeps, correspondence)
 
 def check_control(control: Control, nt: int) -> None:
     """A Load or Approach, a number or (nt,); a load not negative and somewhere positive."""
-    _checks.require(isinstance(control, Load | Approach), f"control: expected Load or Approach, got {control!r}")
+    _checks.require(
+        isinstance(control, Load | Approach), f"control: expected Load or Approach, got {control!r}"
+    )
     name = type(control).__name__
     shape = np.shape(control.value)
-    _checks.require(shape in ((), (nt,)), f"{name}: expected a number or shape ({nt},) as times, got shape {shape}")
+    _checks.require(
+        shape in ((), (nt,)), f"{name}: expected a number or shape ({nt},) as times, got shape {shape}"
+    )
     if is_concrete(control):
         values = np.asarray(control.value, dtype=float)
         _checks.require(bool(np.all(np.isfinite(values))), f"{name}: expected finite values, got {values}")
         if isinstance(control, Load):
             _checks.non_negative("Load [N]", values)
-            _checks.require(bool(np.any(values > 0)), f"Load [N]: expected > 0 at some time, got {np.max(values):g}")
+            _checks.require(
+                bool(np.any(values > 0)), f"Load [N]: expected > 0 at some time, got {np.max(values):g}"
+            )
 
 
 def _check_kernels(kernels: Kernels, grid: Grid, correspondence: str) -> None:
@@ -126,7 +134,9 @@ def _check_kernels(kernels: Kernels, grid: Grid, correspondence: str) -> None:
 
 
 @functools.partial(jax.jit, static_argnames=("save", "substeps", "quasi_elastic"))
-def _run(body, indenter, control, times, grid, tolerance, max_iterations, kernels, *, save, substeps, quasi_elastic):
+def _run(
+    body, indenter, control, times, grid, tolerance, max_iterations, kernels, *, save, substeps, quasi_elastic
+):
     """The compiled core: one trace for equal shapes and flags."""
     setup, steps, units, separation = prepare(
         body, indenter, control, times, grid, tolerance, max_iterations, kernels, substeps, quasi_elastic
@@ -135,7 +145,9 @@ def _run(body, indenter, control, times, grid, tolerance, max_iterations, kernel
     return to_si(times, grid, setup, units, outcomes, last, save), separation
 
 
-def prepare(body, indenter, control, times, grid, tolerance, max_iterations, kernels, substeps, quasi_elastic):
+def prepare(
+    body, indenter, control, times, grid, tolerance, max_iterations, kernels, substeps, quasi_elastic
+):
     """Everything the march needs: its setup, its steps, the units, and the error of shared rates."""
     fine, dt = fine_times(times, substeps)
     if quasi_elastic:
@@ -149,12 +161,11 @@ def prepare(body, indenter, control, times, grid, tolerance, max_iterations, ker
         memory, inputs = RecursiveMemory(kernels), dt
         units, separation = kernels.units, kernels.separation_error
     load_controlled = isinstance(control, Load)
-    if load_controlled:
-        scale = units.compliance / grid.cell_area
-    else:
-        scale = 1.0 / units.length
+    scale = units.compliance / grid.cell_area if load_controlled else 1.0 / units.length
     targets = fine_values(control.value * scale, times, substeps)
-    setup = marching.Setup(memory, indenter.profile(grid) / units.length, tolerance, max_iterations, load_controlled)
+    setup = marching.Setup(
+        memory, indenter.profile(grid) / units.length, tolerance, max_iterations, load_controlled
+    )
     return setup, marching.Steps(dt, targets, inputs), units, separation
 
 
@@ -212,4 +223,7 @@ def warn(result: ContactHistory, separation: Array) -> None:
     area = np.asarray(result.contact_area)[np.asarray(result.contact_area) > 0.0]
     across = 2.0 * np.sqrt(np.min(area) / np.pi / float(result.grid.cell_area)) if area.size else np.inf
     if across < FEW_CELLS:
-        warnings.warn(f"only {across:.1f} cells across the smallest contact: below {FEW_CELLS} it is coarse", stacklevel=3)
+        warnings.warn(
+            f"only {across:.1f} cells across the smallest contact: below {FEW_CELLS} it is coarse",
+            stacklevel=3,
+        )

@@ -38,25 +38,28 @@ class Images:
     weights: Array
 
 
-def image_depths(thickness: Array, stiffness_ratio: Array) -> Array:
-    """z_j [m], (IMAGES,): from 1.2 h to 30 h, or 12 G h for a film G > 2.5 times as stiff as its substrate."""
+def image_depths(thickness: Array | float, stiffness_ratio: Array) -> Array:
+    """z_j [m], (IMAGES,): from 1.2 h to 30 h, or to 12 G h for a film G > 2.5 times its substrate."""
     reach = jnp.maximum(30.0, 12.0 * jax.lax.stop_gradient(stiffness_ratio))
     return thickness * 1.2 * (reach / 1.2) ** jnp.linspace(0.0, 1.0, IMAGES)
 
 
-def fit_wavenumbers(thickness: Array) -> Array:
+def fit_wavenumbers(thickness: Array | float) -> Array:
     """The wavenumbers [rad/m] at which a response is to be given to ``fit_images``, (n,)."""
     return jnp.append(NODES, BEYOND) / thickness
 
 
-def fit_images(values: Array, at_zero: Array, scale: Array, depths: Array, thickness: Array) -> Images:
+def fit_images(
+    values: Array, at_zero: Array, scale: Array, depths: Array, thickness: Array | float
+) -> Images:
     """Least-squares images of responses alpha N.
 
     values: alpha N at ``fit_wavenumbers``, (..., n) [any unit]; at_zero: its value at alpha = 0, (...);
     scale: what errors are relative to, (n,), positive.
     """
     exponent = jnp.minimum(fit_wavenumbers(thickness)[:, None] * depths, 700.0)
-    rows = jnp.ones(NODES.size + 1).at[-1].set(1e3) / scale  # the limit of short waves is kept to 1e-3 of the rest
+    # the limit of short waves is held a thousand times closer than the rest
+    rows = jnp.ones(NODES.size + 1).at[-1].set(1e3) / scale
     matrix = jax.lax.stop_gradient(jnp.expm1(-exponent) * rows[:, None])
     u, s, vt = jnp.linalg.svd(matrix, full_matrices=False)
     target = (values - at_zero[..., None]) * rows

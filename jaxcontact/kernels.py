@@ -180,7 +180,9 @@ def build_superposition(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) 
         depths = jnp.append(depths, image_depths(body.layers[0].thickness, stiffness_ratio(body)))
     each = jax.lax.map(lambda z: image_coefficients(grid, z), depths) / (units.length * units.compliance)
     film = film_coefficients(body, grid) if body.layers else None
-    return Superposition(spectral.kernel_spectrum(each), spectral.circulant_spectrum(each), depths, film, units)
+    return Superposition(
+        spectral.kernel_spectrum(each), spectral.circulant_spectrum(each), depths, film, units
+    )
 
 
 def image_weights(

@@ -52,7 +52,9 @@ def checked_body(body: LayeredHalfSpace) -> LayeredHalfSpace:
 
 def check_material(where: str, material: Material) -> None:
     """Moduli and viscosities above zero, nu in (-1, 0.5]."""
-    _checks.require(isinstance(material, Material), f"{where}: expected a material, got {type(material).__name__}")
+    _checks.require(
+        isinstance(material, Material), f"{where}: expected a material, got {type(material).__name__}"
+    )
     _checks.poisson_ratio(f"{where} nu", material.nu)
     free = ("J0", "fluidity", "J")
     for name, value in vars(material).items():
@@ -65,7 +67,7 @@ def check_material(where: str, material: Material) -> None:
 
 def _check_relaxation_times(where: str, material: Material) -> None:
     J, tau = np.shape(material.J), np.shape(material.tau)  # type: ignore[attr-defined]
-    _checks.require(J == tau, f"{where} Prony: expected J and tau of one shape, got {J} and {tau}")
+    _checks.require(tau == J, f"{where} Prony: expected J and tau of one shape, got {J} and {tau}")
 
 
 def long_wave_compliance(body: LayeredHalfSpace) -> Array:

@@ -46,14 +46,14 @@ class Spectrum:
     rates: Array
     fluidity: Array | None = None
 
-    def creep(self, t: Array) -> Array:
+    def creep(self, t: Array | float) -> Array:
         """J(t) [1/Pa] for t of any shape."""
         t = jnp.asarray(t, dtype=float)
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
         flow = 0.0 if self.fluidity is None else self.fluidity * t
         return self.instantaneous + delayed + flow
 
-    def transform(self, s: Array) -> Array:
+    def transform(self, s: Array | complex) -> Array:
         """h(s) = s^2 J(s) [1/(Pa s)], real or complex s."""
         s = jnp.asarray(s)
         terms = jnp.sum(self.amplitudes * self.rates * s[..., None] / (s[..., None] + self.rates), -1)
@@ -63,7 +63,9 @@ class Spectrum:
     def slope(self, s: Array) -> Array:
         """dh/ds [1/Pa]; positive on the real axis."""
         s = jnp.asarray(s)
-        return self.instantaneous + jnp.sum(self.amplitudes * (self.rates / (s[..., None] + self.rates)) ** 2, -1)
+        return self.instantaneous + jnp.sum(
+            self.amplitudes * (self.rates / (s[..., None] + self.rates)) ** 2, -1
+        )
 
 
 def relaxation_rates(spectrum: Spectrum, extra: Array | float = 0.0) -> Array:
@@ -112,11 +114,11 @@ class Material(abc.ABC):
     def spectrum(self) -> Spectrum:
         """The material's canonical form."""
 
-    def creep(self, t: Array) -> Array:
+    def creep(self, t: Array | float) -> Array:
         """Shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
         return self.spectrum().creep(t)
 
-    def relaxation(self, t: Array) -> Array:
+    def relaxation(self, t: Array | float) -> Array:
         """Shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
         rho = relaxation_rates(spectrum)
@@ -124,7 +126,7 @@ class Material(abc.ABC):
         solid = self._elastic_part(spectrum)
         return solid + jnp.exp(-t[..., None] * rho) @ (1.0 / spectrum.slope(-rho))
 
-    def complex_modulus(self, omega: Array) -> Array:
+    def complex_modulus(self, omega: Array | float) -> Array:
         """G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a fluid."""
         s = 1j * jnp.asarray(omega, dtype=float)
         spectrum = self.spectrum()
@@ -133,7 +135,7 @@ class Material(abc.ABC):
         parts = spectrum.amplitudes * (spectrum.rates / (s[..., None] + spectrum.rates))
         return 1.0 / (spectrum.instantaneous + jnp.sum(parts, -1))
 
-    def laplace_compliance(self, s: Array) -> Array:
+    def laplace_compliance(self, s: Array | complex) -> Array:
         """Laplace transform of J(t): J(s) = h(s)/s^2 [s/Pa], s [1/s] real or complex, Re s > 0."""
         return self.spectrum().transform(s) / jnp.asarray(s) ** 2
 
@@ -191,7 +193,7 @@ class KelvinVoigt(Material):
         G, eta = jnp.asarray(self.G, dtype=float), jnp.asarray(self.eta, dtype=float)
         return Spectrum(jnp.zeros_like(G), jnp.stack([1.0 / G]), jnp.stack([G / eta]))
 
-    def relaxation(self, t: Array) -> Array:
+    def relaxation(self, t: Array | float) -> Array:
         """G(t) = G for t > 0 [Pa]; the pulse eta delta(t) is left out."""
         return jnp.asarray(self.G, dtype=float) + jnp.zeros_like(jnp.asarray(t, dtype=float))
 
@@ -207,7 +209,9 @@ class StandardLinearSolid(Material):
 
     def spectrum(self) -> Spectrum:
         G2, eta2 = jnp.asarray(self.G2, dtype=float), jnp.asarray(self.eta2, dtype=float)
-        return Spectrum(1.0 / jnp.asarray(self.G1, dtype=float), jnp.stack([1.0 / G2]), jnp.stack([G2 / eta2]))
+        return Spectrum(
+            1.0 / jnp.asarray(self.G1, dtype=float), jnp.stack([1.0 / G2]), jnp.stack([G2 / eta2])
+        )
 
 
 @pytree
@@ -245,5 +249,8 @@ class Prony(Material):
         J, tau = jnp.atleast_1d(jnp.asarray(self.J, float)), jnp.atleast_1d(jnp.asarray(self.tau, float))
         order = jnp.argsort(-tau)
         return Spectrum(
-            jnp.asarray(self.J0, dtype=float), J[order], 1.0 / tau[order], jnp.asarray(self.fluidity, dtype=float)
+            jnp.asarray(self.J0, dtype=float),
+            J[order],
+            1.0 / tau[order],
+            jnp.asarray(self.fluidity, dtype=float),
         )

@@ -12,7 +12,7 @@ from jax import Array
 from scipy.fft import next_fast_len
 
 
-def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
+def padded_shape(shape: tuple[int, ...]) -> tuple[int, int]:
     """The smallest fast even lengths that keep the convolution from wrapping around: >= 2 n - 1."""
     nx, ny = shape
     return 2 * next_fast_len(nx), 2 * next_fast_len(ny)
@@ -41,7 +41,7 @@ def transform(field: Array) -> Array:
     return jnp.fft.fft(rows, n=mx, axis=-1)
 
 
-def inverse(spectrum: Array, shape: tuple[int, int]) -> Array:
+def inverse(spectrum: Array, shape: tuple[int, ...]) -> Array:
     """The (..., nx, ny) part of the field with this spectrum."""
     nx, ny = shape
     rows = jnp.fft.ifft(spectrum, axis=-1)[..., :nx]
@@ -68,7 +68,7 @@ def circulant_spectrum(kernel: Array) -> Array:
 
 def apply_circulant(spectrum: Array, field: Array) -> Array:
     """Multiply by a circulant spectrum on the grid itself, (nx, ny) -> (nx, ny)."""
-    nx, ny = field.shape
+    ny = field.shape[1]
     rows = jnp.swapaxes(jnp.fft.rfft(field, axis=-1), -1, -2)
     rows = jnp.fft.ifft(spectrum * jnp.fft.fft(rows, axis=-1), axis=-1)
     return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)

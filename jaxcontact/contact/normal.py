@@ -95,8 +95,9 @@ def _error(problem: Problem, pressure: Array, displacement: Array, residual: Arr
     safe = jnp.where(total > 0.0, total, 1.0)
     depth = jnp.maximum(jnp.abs(approach - problem.lowest), jnp.sum(pressure * displacement) / safe)
     penetration = jnp.max(jnp.where(pressure > 0.0, 0.0, -residual))
+    worst = jnp.maximum(jnp.sum(pressure * jnp.abs(residual)) / safe, penetration)
     # depth is zero only for a contact that just touches, where the numerator is zero as well
-    return jnp.maximum(jnp.sum(pressure * jnp.abs(residual)) / safe, penetration) / jnp.where(depth > 0.0, depth, 1.0)
+    return worst / jnp.where(depth > 0.0, depth, 1.0)
 
 
 def first_guess(problem: Problem) -> Array:
@@ -164,4 +165,5 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)  # noqa: E731
     s = jax.lax.while_loop(going, lambda s: _iterate(problem, s), first)
-    return Solution(s.pressure, s.displacement, approach_of(problem, s.pressure, s.displacement), s.error, s.iterations)
+    approach = approach_of(problem, s.pressure, s.displacement)
+    return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)

@@ -48,7 +48,7 @@ class Modes:
 
 def _sinh_excess(y: Array) -> Array:
     """sinh(y) - y without cancellation, used below 2 SERIES_BELOW."""
-    terms, power = 0.0, y**3 / 6.0
+    terms, power = jnp.zeros_like(y), y**3 / 6.0
     for n in range(2, 11):
         terms = terms + power
         power = power * y**2 / (2 * n * (2 * n + 1))
@@ -68,7 +68,7 @@ def _differences(x: Array) -> tuple[Array, Array]:
     return jnp.where(small, f3, g3), jnp.where(small, f4, g4)
 
 
-def _polynomials(x: Array, kc: Array, ks: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+def _polynomials(x: Array, kc: Array | float, ks: Array | float) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """(N0, N1, N2) and (D0, D1, D2) of the module's formula; kc, ks are the two kappas."""
     theta = jnp.exp(-2.0 * x)
     E1, E2 = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)
@@ -102,7 +102,9 @@ def layer_modes(body: LayeredHalfSpace, wavenumber: Array) -> Modes:
     layer, substrate = body.layers[0], body.substrate
     nu_c, nu_s = layer.material.nu, substrate.nu
     Gs = 1.0 / substrate.spectrum().instantaneous
-    (N0, N1, N2), (D0, D1, D2) = _polynomials(wavenumber * layer.thickness, 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s)
+    (N0, N1, N2), (D0, D1, D2) = _polynomials(
+        wavenumber * layer.thickness, 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s
+    )
     r1, r2 = _roots(D0, D1, D2)
     z1, z2 = _roots(N0, N1, N2)  # the zeros interlace with the poles: z1 < r1 < z2 < r2
     lead = (1.0 - nu_c) * N2 / (D2 * (r2 - r1))

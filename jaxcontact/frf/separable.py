@@ -81,18 +81,23 @@ def _band(rho: Array, nodes: int) -> tuple[Array, Array]:
     middle, half = (low + high) / 2.0, jnp.maximum((high - low) / 2.0, 1e-6)
     points = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)
     xi = (log_rho - middle) / half
-    shares = []
-    for m in range(nodes):
-        others = [j for j in range(nodes) if j != m]
-        shares.append(jnp.prod(jnp.stack([(xi - points[j]) / (points[m] - points[j]) for j in others] or [xi * 0 + 1]), 0))
-    return jnp.exp(middle + half * points), jnp.stack(shares)
+    return jnp.exp(middle + half * points), jnp.stack([_lagrange(points, m, xi) for m in range(nodes)])
+
+
+def _lagrange(points: np.ndarray, m: int, x: Array) -> Array:
+    """The polynomial that is one at points[m] and zero at the others."""
+    value = jnp.ones_like(x)
+    for other in np.delete(points, m):
+        value = value * (x - other) / (points[m] - other)
+    return value
 
 
 def _error(body: LayeredHalfSpace, wavenumber: Array, response: SeparableResponse) -> Array:
     """Largest relative deviation from the exact response at times spread around every rate."""
     positive = jnp.where(response.rates > 0.0, response.rates, jnp.max(response.rates, initial=1.0))
     times = (CHECK_TIMES[:, None] / positive).ravel() if response.rates.size else jnp.zeros(1)
-    exact = scaled_response(body, wavenumber, times[:, None], times[:, None])
+    when = jnp.asarray(times)[:, None]
+    exact = scaled_response(body, wavenumber, when, when)
     z = times[:, None] * response.rates
     small = z < 1e-8
     growth = times[:, None] * jnp.where(small, 1.0, -jnp.expm1(-z) / jnp.where(small, 1.0, z))

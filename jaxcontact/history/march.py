@@ -47,8 +47,8 @@ class Carry(NamedTuple):
 class Outcome(NamedTuple):
     """One step, scaled: fields (nx, ny) and scalars; see ``results.ContactHistory``."""
 
-    pressure: Array
-    displacement: Array
+    pressure: Any
+    displacement: Any
     approach: Array
     total: Array
     cells: Array

@@ -43,7 +43,9 @@ class DirectMemory:
         now = row.weights[row.index]
         past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] < row.index, row.weights, 0.0)
         fields = jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
-        earlier = spectral.inverse(jnp.sum(self.images.spectra * spectral.transform(fields), 0), pressure.shape)
+        earlier = spectral.inverse(
+            jnp.sum(self.images.spectra * spectral.transform(fields), 0), pressure.shape
+        )
         spectrum = jnp.tensordot(now, self.images.spectra, 1)
         operator = Operator(spectrum, jnp.tensordot(now, self.images.circulants, 1), earlier)
         return operator, increments.at[row.index].set(-pressure)
@@ -69,6 +71,8 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     film = jnp.zeros((n, n))
     if body.layers:
         film_alone = LayeredHalfSpace((), body.layers[0].material)
-        film = scaled_response(film_alone, jnp.ones(()), lag_start, lag_end) / (1.0 - body.layers[0].material.nu)
+        film = scaled_response(film_alone, jnp.ones(()), lag_start, lag_end) / (
+            1.0 - body.layers[0].material.nu
+        )
         film = jnp.tril(film)
     return Row(jnp.arange(n), weights, film)

@@ -1,0 +1,131 @@
+"""Data flows one way: a module imports only from lower layers."""
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "jaxcontact"
+
+LAYERS = {
+    "_pytree": 0,
+    "_checks": 1,
+    "reference": 0,
+    "grid": 2,
+    "controls": 2,
+    "spectral": 2,
+    "materials": 2,
+    "layers": 3,
+    "frf.normal": 4,
+    "frf.separable": 5,
+    "geometry": 5,
+    "influence": 6,
+    "kernels": 7,
+    "contact.normal": 3,
+    "contact.implicit": 4,
+    "history.recursive": 8,
+    "history.superposition": 9,
+    "history.march": 10,
+    "results": 3,
+    "plotting": 4,
+    "indentation": 11,
+    "sensitivity": 12,
+    "saving": 12,
+    "case_file": 12,
+    "simulation": 13,
+}
+TOP = 20  # the package itself, cases and the command line
+
+
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+
+
+def layer(module: str) -> int:
+    if module.split(".")[0] in ("reference", "cases"):
+        return 0 if module.startswith("reference") else TOP + 1
+    if module == "__main__":
+        return TOP + 2
+    return LAYERS.get(module, TOP)
+
+
+def imports(path: Path, package: str) -> list[str]:
+    """Full names of what a file imports from ``package``, function bodies included."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == package:
+            found += [f"{node.module}.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names if alias.name.split(".")[0] == package]
+    return found
+
+
+def module_of(imported: str) -> str:
+    """The module of the package that an imported name lives in."""
+    parts = imported.split(".")[1:]
+    while parts:
+        path = PACKAGE.joinpath(*parts)
+        if path.is_dir() or path.with_suffix(".py").exists():
+            break
+        parts = parts[:-1]
+    return ".".join(parts)
+
+
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+
+
+def test_every_module_has_a_layer():
+    for path in SOURCES:
+        module = name_of(path)
+        known = module in LAYERS or module.split(".")[0] in ("reference", "cases", "__main__", "__init__")
+        is_package_docstring = path.name == "__init__.py"
+        assert known or is_package_docstring, module
+
+
+def test_modules_import_only_from_lower_layers():
+    for path in SOURCES:
+        module = name_of(path)
+        if module in ("__init__",) or path.name == "__init__.py":
+            continue
+        for imported in imports(path, "jaxcontact"):
+            target = module_of(imported)
+            within_cases = module.startswith("cases") and target.startswith("cases")
+            lazy_plot = module == "results" and target in ("plotting", "")
+            if not (within_cases or lazy_plot):
+                assert layer(target) < layer(module), f"{module} imports {target}"
+
+
+def test_the_oracles_share_no_code_with_the_package():
+    for path in (PACKAGE / "reference").glob("*.py"):
+        assert all(name.startswith("jaxcontact.reference") for name in imports(path, "jaxcontact")), path
+
+
+def test_contact_knows_nothing_of_response_functions():
+    for path in (PACKAGE / "contact").glob("*.py"):
+        assert not any(word in path.read_text() for word in ("jaxcontact.frf", "jaxcontact.materials")), path
+
+
+def test_only_plotting_imports_matplotlib():
+    allowed = {PACKAGE / "plotting.py", PACKAGE / "cases" / "pictures.py"}
+    for path in set(SOURCES) - allowed:
+        assert not imports(path, "matplotlib"), path
+
+
+def test_derivative_rules_live_in_one_module():
+    words = ("custom_jvp", "custom_vjp", "custom_linear_solve", "custom_root")
+    for path in SOURCES:
+        used = any(f"jax.{word}" in path.read_text() or f"lax.{word}" in path.read_text() for word in words)
+        assert not used or path.name == "implicit.py", path
+
+
+def test_fitting_uses_only_public_names():
+    for path in (ROOT / "fitting").glob("*.py"):
+        assert all(name.count(".") <= 1 for name in imports(path, "jaxcontact")), path
+
+
+def test_functions_are_short():
+    for path in [*SOURCES, *(ROOT / "fitting").glob("*.py")]:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                doc = ast.get_docstring(node) or ""
+                length = node.end_lineno - node.lineno - doc.count("\n")
+                assert length <= 100, f"{path.name}: {node.name} has {length} lines"

@@ -1,0 +1,100 @@
+"""Materials: creep and relaxation are two faces of one law."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from tolerances import ROUND_OFF
+
+import jaxcontact as jc
+
+MATERIALS = {
+    "elastic": jc.Elastic(2.0),
+    "maxwell": jc.Maxwell(2.0, 3.0),
+    "standard": jc.StandardLinearSolid(2.0, 0.5, 1.5),
+    "burgers": jc.Burgers(2.0, 0.5, 30.0, 1.5),
+    "prony": jc.Prony(0.5, jnp.array([2.0, 0.3, 1.0]), jnp.array([3.0, 0.1, 20.0])),
+    "prony with flow": jc.Prony(0.5, jnp.array([2.0, 0.3]), jnp.array([3.0, 0.1]), fluidity=0.04),
+}
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("t", [0.3, 4.0])
+def test_creep_and_relaxation_are_inverse_under_convolution(name, t):
+    """int_0^t J(t - s) G(s) ds = t."""
+    material = MATERIALS[name]
+    integrand = lambda s: float(material.creep(t - s) * material.relaxation(s))  # noqa: E731
+    assert quad(integrand, 0.0, t, epsabs=1e-10, limit=200)[0] == pytest.approx(t, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", [*MATERIALS, "kelvin-voigt"])
+def test_laplace_compliance_is_the_transform_of_creep(name):
+    """Kelvin-Voigt too, whose relaxation has a pulse and no convolution identity in plain functions."""
+    material = MATERIALS.get(name, jc.KelvinVoigt(2.0, 3.0))
+    s = 0.7
+    transform = quad(lambda t: float(jnp.exp(-s * t) * material.creep(t)), 0.0, 80.0, epsabs=1e-11, limit=300)[0]
+    assert float(material.laplace_compliance(s)) == pytest.approx(transform, rel=1e-8)
+
+
+@pytest.mark.parametrize("name", [*MATERIALS, "kelvin-voigt"])
+def test_complex_modulus_is_the_inverse_of_the_laplace_compliance_on_the_axis(name):
+    """G* = 1/(s J(s)) at s = i omega."""
+    material = MATERIALS.get(name, jc.KelvinVoigt(2.0, 3.0))
+    s = 1j * 0.9
+    assert complex(material.complex_modulus(0.9) * s * material.laplace_compliance(s)) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_kelvin_voigt_complex_modulus_is_spring_plus_dashpot():
+    assert complex(jc.KelvinVoigt(2.0, 3.0).complex_modulus(5.0)) == pytest.approx(2.0 + 15.0j)
+
+
+def test_burgers_is_a_maxwell_and_a_kelvin_voigt_element_in_series():
+    t = jnp.array([0.0, 0.1, 3.0, 50.0])
+    burgers = jc.Burgers(2.0, 0.5, 30.0, 1.5)
+    series = jc.Maxwell(2.0, 30.0).creep(t) + jc.KelvinVoigt(0.5, 1.5).creep(t)
+    np.testing.assert_allclose(burgers.creep(t), series, rtol=ROUND_OFF)
+
+
+def test_burgers_relaxation_against_its_quadratic():
+    """G(t) of the Burgers model from the roots of its characteristic polynomial (Findley et al. 1976, 5.5.6)."""
+    G1, G2, eta1, eta2, t = 2.0, 0.5, 30.0, 1.5, 4.0
+    p1, p2 = eta1 / G1 + eta1 / G2 + eta2 / G2, eta1 * eta2 / (G1 * G2)
+    q1, q2, A = eta1, eta1 * eta2 / G2, np.sqrt(p1**2 - 4.0 * p2)
+    r1, r2 = (p1 - A) / (2.0 * p2), (p1 + A) / (2.0 * p2)
+    expected = ((q1 - q2 * r1) * np.exp(-r1 * t) - (q1 - q2 * r2) * np.exp(-r2 * t)) / A
+    assert float(jc.Burgers(G1, G2, eta1, eta2).relaxation(t)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_from_young():
+    assert jc.Elastic.from_young(210e9, nu=0.3).G == pytest.approx(210e9 / 2.6)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_materials_are_pytrees_with_finite_derivatives(name):
+    material = MATERIALS[name]
+    leaves, tree = jax.tree.flatten(material)
+    assert jax.tree.unflatten(tree, leaves) == material or name.startswith("prony")
+    for leaf in jax.tree.leaves(jax.grad(lambda m: m.relaxation(0.4))(material)):
+        assert np.all(np.isfinite(leaf))
+
+
+def test_derivative_of_relaxation_against_central_differences():
+    burgers = jc.Burgers(2.0, 0.5, 30.0, 1.5)
+    gradient = jax.grad(lambda m: m.relaxation(4.0))(burgers)
+    step = 1e-6
+    for name in ("G1", "G2", "eta1", "eta2"):
+        values = {n: getattr(burgers, n) for n in ("G1", "G2", "eta1", "eta2")}
+        up = jc.Burgers(**{**values, name: values[name] * (1 + step)}).relaxation(4.0)
+        down = jc.Burgers(**{**values, name: values[name] * (1 - step)}).relaxation(4.0)
+        slope = float(up - down) / (2 * step * values[name])
+        assert float(getattr(gradient, name)) == pytest.approx(slope, rel=1e-7)
+
+
+def test_hessian_of_relaxation_is_symmetric_and_finite():
+    """Two Newton steps carry two orders of derivatives through the decay rates."""
+    f = lambda q: jc.Burgers(*jnp.exp(q)).relaxation(4.0)  # noqa: E731
+    q = jnp.log(jnp.array([2.0, 0.5, 30.0, 1.5]))
+    hessian = jax.hessian(f)(q)
+    slopes = np.array([(jax.grad(f)(q.at[i].add(1e-5)) - jax.grad(f)(q.at[i].add(-1e-5))) / 2e-5 for i in range(4)])
+    np.testing.assert_allclose(hessian, slopes, rtol=1e-6, atol=1e-9)
