@@ -1,0 +1,12 @@
+"""Material parameters from creep and indentation data, with what the data can and cannot tell."""
+
+from fitting.batch import BatchFit as BatchFit
+from fitting.batch import fit_creep_batch as fit_creep_batch
+from fitting.creep import Comparison as Comparison
+from fitting.creep import compare as compare
+from fitting.creep import fit_creep as fit_creep
+from fitting.data import CreepData as CreepData
+from fitting.data import IndentationData as IndentationData
+from fitting.readers import read_creep as read_creep
+from fitting.readers import read_indentation as read_indentation
+from fitting.result import CreepFit as CreepFit

@@ -1,0 +1,92 @@
+"""Columns of the linear model for a stress history: strain = j0 E + j2 D(tau) + f F.
+
+    E(t) = sigma(t),   D(t; tau) = int (1 - exp(-(t-s)/tau)) dsigma(s),   F(t) = int sigma ds
+
+For a unit step at t = 0 these are 1, 1 - exp(-t/tau) and t. Between its knots the stress is
+linear, and a repeated time is a jump, so tau D' + D = sigma has a closed form over each segment
+and the Boltzmann integral is exact; an associative scan carries it along all knots and samples.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+
+class Step(NamedTuple):
+    """Unit stress from t = 0 on; times t (n,)."""
+
+    t: Array
+
+
+class History(NamedTuple):
+    """Merged knots and samples: gap (m,) to the point before, stress and slope there, jump at it.
+
+    start (m,): stress just after the point before; slope (m,); stress (m,): at the point itself;
+    integral (m,): of the stress; pick (n,): where the samples are.
+    """
+
+    gap: Array
+    start: Array
+    slope: Array
+    stress: Array
+    integral: Array
+    pick: Array
+
+
+def columns(basis: Step | History, tau: Array) -> Array:
+    """[E, D(tau), F], (n, 3)."""
+    if isinstance(basis, Step):
+        t = basis.t
+        return jnp.stack([jnp.ones_like(t), -jnp.expm1(-t / tau), t], -1)
+    delayed = _delayed(basis, tau)
+    return jnp.stack([basis.stress, delayed, basis.integral], -1)[basis.pick]
+
+
+def _delayed(basis: History, tau: Array) -> Array:
+    """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly."""
+    ratio = basis.gap / tau
+    decay, rise = jnp.exp(-ratio), -jnp.expm1(-ratio)
+    forced = basis.start * rise + basis.slope * (basis.gap - tau * rise)
+
+    def join(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+        return a[0] * b[0], b[0] * a[1] + b[1]
+
+    return jax.lax.associative_scan(join, (decay, forced))[1]
+
+
+def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
+    """The history seen at the samples t (n,), from stress ``values`` at ``knots`` (both (k,)).
+
+    Knots do not decrease; a repeated one is a jump, at which a sample sees the stress after it. The
+    stress is zero before the first knot and stays at its last value after the last.
+    """
+    times = np.concatenate([np.minimum(knots[:1], t[:1]), knots, t])
+    after = np.concatenate([np.zeros(1), values, _value_at(t, knots, values, "right")])
+    before = np.concatenate([np.zeros(1), _value_before(knots, values), _value_at(t, knots, values, "left")])
+    order = np.argsort(times, kind="stable")
+    times, after, before = times[order], after[order], before[order]
+    gap = np.diff(times, prepend=times[0])
+    start = np.concatenate([[0.0], after[:-1]])
+    slope = np.where(gap > 0, (before - start) / np.where(gap > 0, gap, 1.0), 0.0)
+    integral = np.cumsum(gap * 0.5 * (start + before) * (gap > 0))
+    pick = np.argsort(order, kind="stable")[1 + len(knots) :]
+    arrays = (jnp.asarray(a) for a in (gap, start, slope, after, integral, pick))
+    return History(*arrays)
+
+
+def _value_at(t: np.ndarray, knots: np.ndarray, values: np.ndarray, side: str) -> np.ndarray:
+    """Stress just after t (side "right") or just before it (side "left")."""
+    k = np.searchsorted(knots, t, side=side) - 1
+    i, j = np.clip(k, 0, None), np.clip(k + 1, None, len(knots) - 1)
+    width = knots[j] - knots[i]
+    share = np.where(width > 0, (t - knots[i]) / np.where(width > 0, width, 1.0), 0.0)
+    return np.where(k < 0, 0.0, values[i] + share * (values[j] - values[i]))
+
+
+def _value_before(knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Stress just before each knot: zero before the first, the knot's own value if no jump."""
+    same = np.concatenate([[True], np.diff(knots) == 0])
+    return np.where(same, np.concatenate([[0.0], values[:-1]]), values)

@@ -1,0 +1,79 @@
+"""What the Jacobian says: covariance by SVD, condition number, weakest direction, combinations.
+
+The covariance is that of the log parameters, s^2 (J^T J)^-1 by the singular values of J. A
+direction whose singular value drowns in rounding gives sd = inf for the parameters it moves; it is
+never dropped as a pseudo-inverse would, which reports what is least known as best known.
+"""
+
+import math
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting import varpro
+
+ROUNDING = 1e-9  # singular values below this share of the largest are noise of the arithmetic
+
+
+class LogCovariance(NamedTuple):
+    """Of the parameters strictly inside their bounds, in the order of ``parts``.
+
+    parts: their indices in (j0, j2, f, j2/tau); sd (k,) of the log parameters; condition: ratio of
+    the extreme eigenvalues of J^T J; weakest (k,): unit vector of the least known direction;
+    weakest_sd: its standard deviation.
+    """
+
+    parts: tuple[int, ...]
+    sd: np.ndarray
+    condition: float
+    weakest: np.ndarray
+    weakest_sd: float
+
+
+@jax.jit
+def jacobian(problem: varpro.Problem, parts: Array, tau: Array) -> Array:
+    """d (weighted model)/d parts, (n, 4), exact; at j2 = 0 tau stays as given."""
+
+    def model(parts: Array) -> Array:
+        some = (parts[1] > 0) & (parts[3] > 0)
+        here = jnp.where(some, parts[1] / jnp.where(some, parts[3], 1.0), tau)
+        return varpro.weighted_columns(problem, here) @ parts[:3]
+
+    return jax.jacfwd(model)(parts)
+
+
+def log_covariance(J: np.ndarray, parts: np.ndarray, inside: np.ndarray, spread: float) -> LogCovariance:
+    """From the Jacobian J (n, 4), values ``parts`` and mask ``inside`` (4,); ``spread`` is s of the residuals."""
+    index = np.flatnonzero(inside)
+    if index.size == 0:
+        return LogCovariance((), np.zeros(0), math.nan, np.zeros(0), math.nan)
+    _, s, V = np.linalg.svd(J[:, index] * parts[index], full_matrices=False)
+    lost = s <= ROUNDING * s[0]
+    inverse = np.where(lost, np.inf, 1.0 / np.where(lost, 1.0, s))
+    # a component at rounding level does not take part in a lost direction
+    share = np.where(np.abs(V) < 1e-6, 0.0, np.abs(V)) if lost.any() else np.abs(V)
+    terms = np.where(share > 0, share, 0.0) * np.where(share > 0, inverse[:, None], 0.0)
+    sd = spread * np.sqrt(np.sum(terms**2, 0))
+    condition = math.inf if lost.any() else float((s[0] / s[-1]) ** 2)
+    weakest = V[-1] * np.sign(V[-1][np.argmax(np.abs(V[-1]))])
+    return LogCovariance(tuple(index), sd, condition, weakest, spread * float(inverse[-1]))
+
+
+def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray, spread: float) -> np.ndarray:
+    """sd of functions of the parts with ``gradients`` (m, 4), (m,): delta method with f = 0 allowed.
+
+    ``free`` (4,) marks the parts that were fitted, at their open end too. Directions lost to
+    rounding give inf where a function depends on them.
+    """
+    index = np.flatnonzero(free)
+    size = np.linalg.norm(J[:, index], axis=0)
+    index, size = index[size > 0], size[size > 0]
+    _, s, V = np.linalg.svd(J[:, index] / size, full_matrices=False)
+    along = (gradients[:, index] / size) @ V.T
+    lost = s <= ROUNDING * s[0]
+    sd = spread * np.sqrt(np.sum((along[:, ~lost] / s[~lost]) ** 2, -1))
+    reach = np.abs(along[:, lost]).max(-1, initial=0.0)
+    return np.where(reach > 1e-6 * np.linalg.norm(along, axis=-1), np.inf, sd)

@@ -1,0 +1,197 @@
+"""Bounded least squares that is linear but for one retardation time, and its exact profiles.
+
+Every material here has J(t) = j0 + j2 (1 - exp(-t/tau)) + f t, with j0 = 1/G1, j2 = 1/G2,
+f = 1/eta1 and tau = eta2/G2 (some of them absent). Under a stress history the strain is
+x . [E, D(tau), F](t) with x = (j0, j2, f) (``history.py``). At a fixed tau this is a least squares
+problem in a box of three dimensions, solved exactly by going through the 27 faces of the box, and
+tau is one scalar to search (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10
+(1973) 413). The open end 1/eta1 = 0 is simply a face of the box.
+
+The same faces give profile likelihoods without nested minimisation: at a fixed tau the points
+with RSS <= level are an ellipsoid cut by the box, and the extent of a linear functional d . x over
+it is closed form on each face; the interval is the extreme of these over tau.
+
+All quantities are dimensionless here: times over the last time, data over their largest value.
+"""
+
+import itertools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.history import columns
+
+COARSE, ZOOM, ROUNDS, FINE = 97, 9, 12, 129
+# each face of the box: per coordinate free (0), at the lower (1) or at the upper (2) bound
+FACES = np.array(list(itertools.product((0, 1, 2), repeat=3)))
+
+
+class Problem(NamedTuple):
+    """A weighted fit. data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f);
+    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search."""
+
+    data: Array
+    weights: Array
+    basis: Any
+    lower: Array
+    upper: Array
+    ratio: Array
+    tau: Array
+
+
+class Faces(NamedTuple):
+    """Per face: minimiser x (27, 3), inverse of the free block (27, 3, 3), rss (27,), inside (27,)."""
+
+    x: Array
+    inverse: Array
+    rss: Array
+    inside: Array
+
+
+def weighted_columns(problem: Problem, tau: Array) -> Array:
+    """[E, D(tau), F] times the weights, (n, 3)."""
+    return columns(problem.basis, tau) * problem.weights[:, None]
+
+
+def box(problem: Problem, tau: Array) -> tuple[Array, Array]:
+    """Bounds of (j0, j2, f) at this tau: those of 1/eta2 turn into bounds of j2."""
+    lower = problem.lower.at[1].max(problem.ratio[0] * tau)
+    upper = problem.upper.at[1].min(problem.ratio[1] * tau)
+    return lower, upper
+
+
+def _inverse3(A: Array) -> Array:
+    """Inverse of symmetric positive (..., 3, 3) by L D L^T, with pivots kept above rounding."""
+    tiny = 1e-15 * jnp.maximum(jnp.max(jnp.abs(A), axis=(-2, -1)), 1e-300)
+    d0 = jnp.maximum(A[..., 0, 0], tiny)
+    l10, l20 = A[..., 1, 0] / d0, A[..., 2, 0] / d0
+    d1 = jnp.maximum(A[..., 1, 1] - l10 * A[..., 1, 0], tiny)
+    l21 = (A[..., 2, 1] - l20 * A[..., 1, 0]) / d1
+    d2 = jnp.maximum(A[..., 2, 2] - l20 * A[..., 2, 0] - l21 * l21 * d1, tiny)
+    one, zero = jnp.ones_like(d0), jnp.zeros_like(d0)
+    rows = [[one, zero, zero], [-l10, one, zero], [l10 * l21 - l20, -l21, one]]
+    L = jnp.stack([jnp.stack(row, -1) for row in rows], -2)
+    return jnp.sum(L[..., :, :, None] * L[..., :, None, :] / jnp.stack([d0, d1, d2], -1)[..., None, None], -3)
+
+
+def faces(problem: Problem, tau: Array) -> Faces:
+    """The least squares solution on each face of the box at this tau."""
+    X = weighted_columns(problem, tau)
+    y = problem.data * problem.weights
+    scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.sum(X * X, 0), 1e-300))
+    X = X * scale
+    A, b, yy = X.T @ X, X.T @ y, y @ y
+    lower, upper = box(problem, tau)
+    low, high = lower / scale, upper / scale
+    free = jnp.asarray(FACES == 0)
+    clamped = jnp.where(FACES == 1, low, jnp.where(FACES == 2, high, 0.0))
+    usable = jnp.all(jnp.isfinite(clamped), -1)
+    clamped = jnp.where(usable[:, None], clamped, 0.0)
+    both = free[:, :, None] & free[:, None, :]
+    inverse = _inverse3(jnp.where(both, A, jnp.eye(3))) * both
+    x = jnp.einsum("fij,fj->fi", inverse, b - clamped @ A) + clamped
+    # sum of squares by the gradient, then by the clamped part: less cancellation than y.y - b.x
+    rss = jnp.maximum(yy - 2.0 * x @ b + jnp.einsum("fi,ij,fj->f", x, A, x), 0.0)
+    inside = usable & _within(x, low, high, free)
+    return Faces(x * scale, inverse * scale[:, None] * scale, jnp.where(usable, rss, jnp.inf), inside)
+
+
+def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
+    """x (..., 3) in the box along its free coordinates, and the box not empty."""
+    slack = 1e-12 * jnp.where(jnp.isfinite(high), jnp.abs(high), 0.0)
+    ok = (x >= low - slack) & (x <= high + slack)
+    return jnp.all(ok | ~free, -1) & jnp.all(low <= high + slack)
+
+
+def best_at(problem: Problem, tau: Array) -> tuple[Array, Array]:
+    """Lowest rss at this tau and its x; inf where the box is empty."""
+    face = faces(problem, tau)
+    rss = jnp.where(face.inside, face.rss, jnp.inf)
+    k = jnp.argmin(rss)
+    return rss[k], face.x[k]
+
+
+def solve(problem: Problem) -> tuple[Array, Array, Array, Array]:
+    """(rss, x, tau, (COARSE,) rss on the first grid of tau): a grid in log tau, then zooming in."""
+    lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
+    grid = jnp.linspace(lo, hi, COARSE)
+    cost = _costs(problem, grid)
+    k = jnp.argmin(cost)
+    step = (hi - lo) / (COARSE - 1)
+
+    def zoom(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        centre, width = state
+        points = jnp.clip(centre + jnp.linspace(-1.0, 1.0, ZOOM) * width, lo, hi)
+        return points[jnp.argmin(_costs(problem, points))], width * (2.0 / (ZOOM - 1))
+
+    centre, _ = jax.lax.fori_loop(0, ROUNDS, zoom, (grid[k], step))
+    rss, x = best_at(problem, jnp.exp(centre))
+    return rss, x, jnp.exp(centre), cost
+
+
+def _costs(problem: Problem, log_tau: Array) -> Array:
+    return jax.lax.map(lambda z: best_at(problem, jnp.exp(z))[0], log_tau)
+
+
+def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
+    """log of the lowest and the highest tau with rss <= level, (2,); the search range where open."""
+    grid = jnp.linspace(jnp.log(problem.tau[0]), jnp.log(problem.tau[1]), COARSE)
+    good = cost <= level
+    best = jnp.log(tau)
+    first = jnp.min(jnp.where(good, grid, best))
+    last = jnp.max(jnp.where(good, grid, best))
+    below = jnp.max(jnp.where(grid < first, grid, grid[0]))
+    above = jnp.min(jnp.where(grid > last, grid, grid[-1]))
+
+    def halve(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        inner, outer = state
+        middle = 0.5 * (inner + outer)
+        ok = _costs(problem, middle) <= level
+        return jnp.where(ok, middle, inner), jnp.where(ok, outer, middle)
+
+    inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
+    inner, _ = jax.lax.fori_loop(0, 40, halve, (inner, outer))
+    open_end = jnp.stack([cost[0], cost[-1]]) <= level
+    return jnp.where(open_end, grid[jnp.array([0, -1])], inner)
+
+
+def extent_at(problem: Problem, tau: Array, level: Array, d: Array) -> Array:
+    """Least and greatest d . x over {x in the box: rss <= level} at this tau; d (m, 3) -> (m, 2).
+
+    On a face with minimiser x and inverse V of its block of the normal matrix the extremes are
+    d.x -+ sqrt((level - rss) d.V.d), and count only where that point lies in the box. An empty set
+    gives (inf, -inf).
+    """
+    face = faces(problem, tau)
+    lower, upper = box(problem, tau)
+    room = level - face.rss
+    direction = jnp.einsum("fij,mj->fmi", face.inverse, d)
+    spread = jnp.einsum("fmi,mi->fm", direction, d)
+    length = jnp.sqrt(jnp.maximum(room, 0.0)[:, None] / jnp.where(spread > 0, spread, jnp.inf))
+    free = jnp.asarray(FACES == 0)[:, None, :]
+    ends = []
+    for sign in (-1.0, 1.0):
+        x = face.x[:, None, :] + sign * length[..., None] * direction
+        ok = _within(x, lower, upper, free) & (room >= 0)[:, None] & jnp.isfinite(face.rss)[:, None]
+        value = jnp.sum(x * d, -1)
+        ends.append(sign * jnp.max(jnp.where(ok, sign * value, -jnp.inf), 0))
+    return jnp.stack(ends, -1)
+
+
+def extents(
+    problem: Problem, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """((m, 2) least and greatest functional(tau) . x over rss <= level, (2,) reach of log tau).
+
+    The nodes are Chebyshev points in log tau: the extent along tau is the edge of an ellipse-like
+    region, which is smooth in the angle even where tau and the functional are closely tied.
+    """
+    low, high = reach(problem, tau, cost, level)
+    angle = jnp.linspace(0.0, jnp.pi, FINE)
+    nodes = jnp.append(0.5 * (low + high) - 0.5 * (high - low) * jnp.cos(angle), jnp.log(tau))
+    ends = jax.lax.map(lambda z: extent_at(problem, jnp.exp(z), level, functional(jnp.exp(z))), nodes)
+    return jnp.stack([jnp.min(ends[..., 0], 0), jnp.max(ends[..., 1], 0)], -1), jnp.stack([low, high])
