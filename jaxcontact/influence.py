@@ -24,10 +24,10 @@ from jax import Array
 from jaxcontact._pytree import pytree
 from jaxcontact.grid import Grid
 
-IMAGES = 32
+IMAGES = 40
 NODES = np.geomspace(1e-5, 40.0, 400)
 BEYOND = 1e5  # alpha h where every image has died away
-CUTOFF = 1e-15
+CUTOFF = 1e-14
 
 
 @pytree
@@ -38,10 +38,10 @@ class Images:
     weights: Array
 
 
-def image_depths(thickness: Array | float, stiffness_ratio: Array) -> Array:
-    """z_j [m], (IMAGES,): from 1.2 h to 30 h, or to 12 G h for a film G > 2.5 times its substrate."""
+def image_depths(stiffness_ratio: Array) -> Array:
+    """z_j/h, (IMAGES,): from 1.2 to 30, or to 12 G for a film G > 2.5 times as stiff as its substrate."""
     reach = jnp.maximum(30.0, 12.0 * jax.lax.stop_gradient(stiffness_ratio))
-    return thickness * 1.2 * (reach / 1.2) ** jnp.linspace(0.0, 1.0, IMAGES)
+    return 1.2 * (reach / 1.2) ** jnp.linspace(0.0, 1.0, IMAGES)
 
 
 def fit_wavenumbers(thickness: Array | float) -> Array:
@@ -50,14 +50,15 @@ def fit_wavenumbers(thickness: Array | float) -> Array:
 
 
 def fit_images(
-    values: Array, at_zero: Array, scale: Array, depths: Array, thickness: Array | float
+    values: Array, at_zero: Array, scale: Array, relative_depths: Array, thickness: Array | float
 ) -> Images:
     """Least-squares images of responses alpha N.
 
     values: alpha N at ``fit_wavenumbers``, (..., n) [any unit]; at_zero: its value at alpha = 0, (...);
-    scale: what errors are relative to, (n,), positive.
+    scale: what errors are relative to, (n,), positive; relative_depths: z_j/h, (J,).
     """
-    exponent = jnp.minimum(fit_wavenumbers(thickness)[:, None] * depths, 700.0)
+    # without units, so that rounding does not make the fit depend on them
+    exponent = jnp.minimum(jnp.append(NODES, BEYOND)[:, None] * relative_depths, 700.0)
     # the limit of short waves is held a thousand times closer than the rest
     rows = jnp.ones(NODES.size + 1).at[-1].set(1e3) / scale
     matrix = jax.lax.stop_gradient(jnp.expm1(-exponent) * rows[:, None])
@@ -65,7 +66,8 @@ def fit_images(
     target = (values - at_zero[..., None]) * rows
     weights = jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt
     first = at_zero - jnp.sum(weights, -1)
-    return Images(jnp.append(0.0, depths), jnp.concatenate([first[..., None], weights], -1))
+    depths = jnp.append(0.0, thickness * relative_depths)
+    return Images(depths, jnp.concatenate([first[..., None], weights], -1))
 
 
 def half_space_images(compliance: Array) -> Images:

@@ -136,14 +136,14 @@ def _fitted(body: LayeredHalfSpace, nodes: int) -> tuple[SeparableResponse, Imag
 def _fit_each(body: LayeredHalfSpace, terms: Array, at_zero: Array) -> Images:
     """Images of several terms, each with errors relative to itself."""
     h = body.layers[0].thickness
-    depths = image_depths(h, stiffness_ratio(body))
+    depths = image_depths(stiffness_ratio(body))
 
     def one(values: Array, zero: Array) -> Array:
         size = jnp.abs(jax.lax.stop_gradient(values))
         scale = jnp.maximum(size, 1e-9 * jnp.max(size))
         return fit_images(values, zero, jnp.where(scale > 0.0, scale, 1.0), depths, h).weights
 
-    return Images(jnp.append(0.0, depths), jax.vmap(one)(terms, at_zero))
+    return Images(jnp.append(0.0, h * depths), jax.vmap(one)(terms, at_zero))
 
 
 def stiffness_ratio(body: LayeredHalfSpace) -> Array:
@@ -177,7 +177,7 @@ def build_superposition(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) 
     units = units_of(body, indenter, grid)
     depths = jnp.zeros(1)
     if body.layers:
-        depths = jnp.append(depths, image_depths(body.layers[0].thickness, stiffness_ratio(body)))
+        depths = jnp.append(depths, body.layers[0].thickness * image_depths(stiffness_ratio(body)))
     each = jax.lax.map(lambda z: image_coefficients(grid, z), depths) / (units.length * units.compliance)
     film = film_coefficients(body, grid) if body.layers else None
     return Superposition(
@@ -197,5 +197,5 @@ def image_weights(
         values = respond(body, fit_wavenumbers(h), start[..., None], end[..., None])
         scale = jax.lax.stop_gradient(respond(body, fit_wavenumbers(h), jnp.max(start), jnp.max(end)))
         at_zero = long_wave_compliance(body) * jnp.ones_like(start)
-        weights = fit_images(values, at_zero, scale, image_depths(h, stiffness_ratio(body)), h).weights
+        weights = fit_images(values, at_zero, scale, image_depths(stiffness_ratio(body)), h).weights
     return weights.at[..., 0].add(indenter.compliance())

@@ -1,0 +1,204 @@
+"""Elastic contact: Hertz, punches, optimality, units, both controls, all kinds of grids."""
+
+import dataclasses
+import warnings
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tolerances import APPROACH, PEAK, SOLVER
+
+import jaxcontact as jc
+
+NOW = np.zeros(1)
+GLASS = jc.Elastic(G=30e9, nu=0.25)
+HERTZ_RADIUS = (3 * 20.0 * 5e-3 * 0.75 / 30e9 / 8) ** (1 / 3)
+
+
+def half_space(material=GLASS):
+    return jc.LayeredHalfSpace([], material)
+
+
+def press(control, grid, indenter=None, body=None, **options):
+    indenter = jc.Sphere(5e-3) if indenter is None else indenter
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return jc.indent(half_space() if body is None else body, indenter, control, NOW, grid=grid, **options)
+
+
+@pytest.mark.parametrize("shape", [(128, 128), (101, 101), (96, 130)])
+def test_hertz(shape):
+    """a^3 = 3 W R (1 - nu)/(8 G), approach a^2/R, p0 = 3 W/(2 pi a^2) on even, odd and rectangular grids."""
+    a = HERTZ_RADIUS
+    grid = jc.Grid(shape=shape, spacing=(2.6 * a / shape[0], 2.6 * a / shape[1]))
+    result = press(jc.Load(20.0), grid)
+    assert float(result.approach[0]) == pytest.approx(a**2 / 5e-3, rel=APPROACH)
+    assert float(result.contact_radius[0]) == pytest.approx(a, rel=1e-2)
+    assert float(result.smooth_area[0]) == pytest.approx(np.pi * a**2, rel=2e-3)
+    x, y = grid.coordinates()
+    r2 = np.asarray(x**2 + y**2)
+    expected = 3 * 20.0 / (2 * np.pi * a**2) * np.sqrt(np.maximum(1 - r2 / a**2, 0.0))
+    # the rim's cells are cut by the contact's edge: compare in the mean over the load
+    difference = np.sum(np.abs(np.asarray(result.pressure[0]) - expected)) / np.sum(expected)
+    assert difference < 5e-3
+    inside = r2 < (0.5 * a) ** 2
+    np.testing.assert_allclose(np.asarray(result.pressure[0])[inside], expected[inside], rtol=PEAK)
+
+
+def test_elastic_ball_adds_its_compliance():
+    grid = jc.Grid.square(64, 3.2 * HERTZ_RADIUS)
+    result = press(jc.Load(20.0), grid, jc.Sphere(5e-3, GLASS))
+    a = HERTZ_RADIUS * 2 ** (1 / 3)
+    assert float(result.approach[0]) == pytest.approx(a**2 / 5e-3, rel=APPROACH)
+
+
+def test_flat_punch():
+    """approach = (1 - nu) W/(4 G a); the punch's cells make its area."""
+    a = 1e-3
+    result = press(jc.Load(500.0), jc.Grid.square(129, 2.2 * a), jc.FlatPunch(a))
+    assert float(result.approach[0]) == pytest.approx(0.75 / 30e9 * 500.0 / (4 * a), rel=5e-3)
+    assert float(result.contact_radius[0]) == pytest.approx(a, rel=5e-3)
+
+
+def test_long_cylinder_has_the_line_contacts_width_and_pressure_in_its_middle():
+    """a^2 = 2 P' R A/pi, p0 = 2 P'/(pi a) with A = (1 - nu)/G, ten half-widths from the ends."""
+    length, a, R = 20e-3, 5e-4, 1e-2
+    A = 0.75 / 30e9
+    per_length = np.pi * a**2 / (2 * R * A)
+    grid = jc.Grid(shape=(65, 129), spacing=(3.0 * a / 65, 1.1 * length / 129))
+    result = press(jc.Load(per_length * length), grid, jc.Cylinder(R, length))
+    middle = result.pressure[0, :, 64]
+    # the ends take more than their share: compare with the load that the middle carries
+    carried = float(jnp.sum(middle) * grid.spacing[0])
+    a = np.sqrt(2 * carried * R * A / np.pi)
+    assert 0.85 * per_length < carried < per_length
+    assert float(jnp.max(middle)) == pytest.approx(2 * carried / (np.pi * a), rel=1e-2)
+    assert float(jnp.sum(middle > 0) * grid.spacing[0]) == pytest.approx(2 * a, rel=0.05)
+
+
+def test_solution_is_optimal_to_the_stated_tolerance():
+    """p >= 0, g >= 0, p g = 0 and the load, checked on the fields themselves."""
+    rng = np.random.default_rng(3)
+    grid = jc.Grid(shape=(48, 40), spacing=(1e-6, 1.1e-6))
+    heights = jnp.asarray(rng.standard_normal(grid.shape)) * 3e-9 - (lambda x, y: (x**2 + y**2) / 4e-4)(*grid.coordinates())
+    result = press(jc.Load(0.02), grid, jc.HeightField(heights), tolerance=1e-10)
+    p, g = result.pressure[0], result.gap[0]
+    depth = float(result.approach[0])
+    assert bool(result.converged[0]) and float(jnp.min(p)) == 0.0
+    assert float(jnp.min(g)) > -1e-9 * depth
+    assert float(jnp.sum(p * jnp.abs(g)) / jnp.sum(p)) < 1e-9 * depth
+    assert float(jnp.sum(p) * grid.cell_area) == pytest.approx(0.02, rel=1e-12)
+    assert 20 < int(jnp.sum(p > 0)) < p.size / 2
+
+
+def test_height_field_of_a_ball_is_the_ball():
+    grid = jc.Grid.square(33, 2.6 * HERTZ_RADIUS)
+    x, y = grid.coordinates()
+    field = press(jc.Load(20.0), grid, jc.HeightField(-(x**2 + y**2) / 1e-2))
+    ball = press(jc.Load(20.0), grid)
+    np.testing.assert_allclose(field.pressure, ball.pressure, atol=SOLVER * float(jnp.max(ball.pressure)))
+
+
+def test_load_and_approach_control_are_inverse():
+    grid = jc.Grid.square(48, 2.6 * HERTZ_RADIUS)
+    by_load = press(jc.Load(20.0), grid, tolerance=1e-11)
+    by_approach = press(jc.Approach(by_load.approach[0]), grid, tolerance=1e-11)
+    assert float(by_approach.load[0]) == pytest.approx(20.0, rel=1e-9)
+    assert bool(by_approach.converged[0])
+
+
+def test_no_contact_and_zero_load():
+    grid = jc.Grid.square(40, 1e-4)
+    result = press(jc.Approach(-1e-6), grid)
+    assert float(result.load[0]) == 0.0 and int(result.status[0]) == 0
+    times = np.array([0.0, 1.0])
+    lifted = jc.indent(half_space(), jc.Sphere(5e-3), jc.Load(jnp.array([0.05, 0.0])), times, grid=grid)
+    assert float(jnp.max(lifted.pressure[1])) == 0.0
+    # an elastic body springs back: first touch is at the lowest cell of the profile
+    assert float(lifted.approach[1]) == pytest.approx(float(jnp.min(lifted.profile)), rel=1e-9)
+
+
+@pytest.mark.parametrize("control", [jc.Load(20.0), jc.Approach(2e-6)])
+def test_unit_systems_agree(control):
+    """SI, mm-N-MPa and nm-nN-GPa give one dimensionless result to 1e-10."""
+    film = jc.Burgers(1e9, 3e8, 1e11, 5e10, 0.35)
+    times = jnp.array([0.0, 20.0, 300.0])
+    results = []
+    for length, force in [(1.0, 1.0), (1e3, 1.0), (1e9, 1e9)]:
+        stress = force / length**2
+        scaled = jc.Burgers(*(v * stress for v in (film.G1, film.G2, film.eta1, film.eta2)), nu=0.35)
+        body = jc.LayeredHalfSpace([jc.Layer(scaled, 30e-6 * length)], jc.Elastic(30e9 * stress, 0.25))
+        unit = force if isinstance(control, jc.Load) else length
+        grid = jc.Grid.square(32, 700e-6 * length)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            result = jc.indent(
+                body, jc.Sphere(5e-3 * length), type(control)(control.value * unit), times, grid=grid, tolerance=1e-12
+            )
+        assert bool(jnp.all(result.converged))
+        results.append((result.pressure / stress, result.approach / length, result.load / force))
+    for other in results[1:]:
+        for ours, theirs in zip(results[0], other, strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-10 * float(jnp.max(ours)))
+
+
+def test_status_tells_of_the_edge_of_a_coarse_grid_and_of_iterations():
+    a = HERTZ_RADIUS
+    assert int(press(jc.Load(20.0), jc.Grid.square(32, 1.5 * a)).status[0]) == 2
+    assert int(press(jc.Load(20.0), jc.Grid.square(32, 32 * a)).status[0]) == 3
+    stopped = press(jc.Load(20.0), jc.Grid.square(32, 2.6 * a), max_iterations=2)
+    assert int(stopped.status[0]) == 1 and not bool(stopped.converged[0])
+
+
+def test_coarse_contact_warns():
+    with pytest.warns(UserWarning, match="cells across"):
+        jc.indent(half_space(), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=jc.Grid.square(16, 5 * HERTZ_RADIUS))
+
+
+BAD = {
+    "negative load": (dict(control=jc.Load(-1.0)), "Load"),
+    "load that never presses": (dict(control=jc.Load(jnp.zeros(2))), "expected > 0 at some time"),
+    "load of the wrong length": (dict(control=jc.Load(jnp.ones(3))), "shape"),
+    "times that decrease": (dict(times=np.array([1.0, 0.0])), "do not decrease"),
+    "negative thickness": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, -1.0)], GLASS)), "thickness"),
+    "Poisson's ratio": (dict(body=half_space(jc.Elastic(1.0, 0.6))), "nu"),
+    "two layers": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)] * 2, GLASS)), "at most one layer"),
+    "creeping substrate": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)], jc.Maxwell(1.0, 1.0))), "substrate"),
+    "rigid first": (dict(body=half_space(jc.KelvinVoigt(1e9, 1e9))), "J\\(0\\) = 0"),
+    "heights": (dict(indenter=jc.HeightField(np.zeros((3, 3)))), "heights"),
+    "radius": (dict(indenter=jc.Sphere(0.0)), "radius"),
+    "save": (dict(save="some"), "save"),
+    "substeps": (dict(substeps=0), "substeps"),
+    "correspondence": (dict(correspondence="approximate"), "correspondence"),
+    "grid": (dict(grid=jc.Grid(shape=(8, 8), spacing=(1.0, -1.0))), "spacing"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_refused_before_anything_is_computed(name):
+    change, words = BAD[name]
+    arguments = dict(
+        body=half_space(), indenter=jc.Sphere(5e-3), control=jc.Load(1.0), times=np.array([0.0, 1.0]),
+        grid=jc.Grid.square(8, 1e-4),
+    ) | change  # fmt: skip
+    with pytest.raises(ValueError, match=words) as caught:
+        jc.indent(**arguments)
+    assert "\n" not in str(caught.value)
+
+
+def test_two_equal_calls_trace_once():
+    from jaxcontact.indentation import _run
+
+    grid = jc.Grid.square(20, 2.6 * HERTZ_RADIUS)
+    press(jc.Load(20.0), grid)
+    before = _run._cache_size()
+    press(jc.Load(21.0), dataclasses.replace(grid, spacing=(2e-5, 2e-5)))
+    assert _run._cache_size() == before
+
+
+def test_vmap_equals_the_loop():
+    grid = jc.Grid.square(24, 3.0 * HERTZ_RADIUS)
+    f = lambda G: jc.indent(half_space(jc.Elastic(G, 0.25)), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=grid, tolerance=1e-12).approach[0]  # noqa: E731, E501
+    moduli = jnp.array([28e9, 30e9, 40e9])
+    np.testing.assert_allclose(jax.vmap(f)(moduli), [f(G) for G in moduli], rtol=1e-9)
