@@ -29,7 +29,7 @@ LAYERS = {
     "plotting": 4,
     "indentation": 11,
     "sensitivity": 12,
-    "saving": 12,
+    "saving": 14,
     "case_file": 12,
     "simulation": 13,
 }

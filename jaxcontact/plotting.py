@@ -1,0 +1,188 @@
+"""Pictures of a contact history: Axes in, Axes out; whole figures at the end.
+
+The only module that imports matplotlib. Figures are made without ``pyplot``, so there is no global state
+and no window; a notebook shows a figure that is the last value of a cell. Colours are those of
+viridis, which a colour-blind eye tells apart and a grey print keeps in order.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+
+from jaxcontact.results import ContactHistory
+
+COLOURS = "viridis"
+MOST_LINES = 40
+GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
+LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
+PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+LOADS = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
+
+
+def scale_of(values: Any, scales: tuple[tuple[float, str], ...]) -> tuple[float, str]:
+    """The largest unit of which the values have at least one; the smallest for none."""
+    finite = np.abs(np.asarray(values, dtype=float))
+    size = float(np.max(finite)) if finite.size else 0.0
+    return next((scale for scale in scales if size >= scale[0] * (1.0 - 1e-9)), scales[-1])
+
+
+def colours_of_time(times: Any) -> ScalarMappable:
+    """The sequential colours of times [s]: logarithmic where they span over two decades."""
+    times = np.asarray(times, dtype=float)
+    positive = times[times > 0.0]
+    low, high = float(times[0]), float(times[-1])
+    if low >= 0.0 and positive.size > 2 and positive[1] - positive[0] > 1.5 * positive[0]:
+        norm: Normalize = LogNorm(float(positive[0]), high)
+    else:
+        norm = Normalize(low, high if high > low else low + 1.0)
+    return ScalarMappable(norm, colormaps[COLOURS].resampled(256))
+
+
+def pick(count: int) -> np.ndarray:
+    """Indices of at most ``MOST_LINES`` of ``count`` lines, first and last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, MOST_LINES)).round().astype(int))
+
+
+def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
+    """Lines (nt, nx) over x, coloured by time [s], with a colour bar."""
+    times = np.asarray(times, dtype=float)
+    colours = colours_of_time(times)
+    low, high = colours.norm.vmin, colours.norm.vmax
+    for index in pick(len(times)):
+        ax.plot(x, lines[index], color=colours.to_rgba(np.clip(times[index], low, high)), lw=1.2)
+    figure = ax.figure
+    figure.colorbar(colours, ax=ax, label="time [s]", pad=0.02)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
+    """Pressure [Pa] along x [m] at each of the times [s]; pressure (nt, nx). As the paper's Fig. 9."""
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    time_lines(ax, np.asarray(x) / x_unit, np.asarray(pressure) / p_unit, times)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]")
+    ax.set_xlim(*_around_contact(np.asarray(x) / x_unit, pressure))
+    ax.set_ylim(bottom=0.0)
+    return ax
+
+
+def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple[float, float]:
+    """The limits of x that hold all contact with a margin, symmetric about zero."""
+    touched = np.any(np.asarray(pressure) > 0.0, axis=0)
+    reach = float(np.max(np.abs(x[touched]))) * margin if np.any(touched) else float(np.max(np.abs(x)))
+    reach = max(reach, 2.0 * float(x[1] - x[0]))
+    return -reach, reach
+
+
+def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Axes:
+    """Surface height -u along x at each of the times [s], and the undeformed indenter dashed.
+
+    x, profile (nx,), displacement (nt, nx) [m]; approach (nt,) [m]. As the paper's Fig. 11; u is that of both
+    surfaces, so that surface and outline coincide in contact.
+    """
+    (z_unit, z_name), (x_unit, x_name) = scale_of(displacement, LENGTHS), scale_of(x, LENGTHS)
+    x, surface = np.asarray(x) / x_unit, -np.asarray(displacement) / z_unit
+    time_lines(ax, x, surface, times)
+    for index, style in ((0, ":"), (-1, "--")):
+        outline = (np.asarray(profile) - np.asarray(approach)[index]) / z_unit
+        label = f"indenter at {np.asarray(times)[index]:g} s"
+        ax.plot(x, outline, color="black", lw=1.0, ls=style, label=label)
+    low, high = float(np.min(surface)), float(np.max(surface))
+    ax.set_ylim(low - 0.15 * (high - low), high + 0.45 * (high - low) + 1e-9)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"height of the surface [{z_name}]")
+    ax.legend(loc="upper center", frameon=False, ncols=2)
+    return ax
+
+
+def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "") -> Axes:
+    """A map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar."""
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
+    values = np.asarray(pressure).T / p_unit
+    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, shading="nearest", rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, label=f"pressure [{p_name}]", shrink=0.8, pad=0.02)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title, aspect="equal")
+    return ax
+
+
+def against_time(ax: Axes, times: Any, values: Any, name: str, scales: tuple[tuple[float, str], ...]) -> Axes:
+    """One figure of the history against time [s]."""
+    unit, symbol = scale_of(values, scales)
+    ax.plot(times, np.asarray(values) / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
+    ax.set(xlabel="time [s]", ylabel=f"{name} [{symbol}]")
+    ax.ticklabel_format(axis="y", useOffset=False)
+    low, high = float(np.min(values)) / unit, float(np.max(values)) / unit
+    if high - low < 1e-6 * max(abs(high), 1e-300):  # a held value: no noise blown up to the whole height
+        ax.set_ylim(0.9 * low, 1.1 * high) if high > 0.0 else ax.set_ylim(-1.0, 1.0)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def approach_against_time(ax: Axes, history: ContactHistory) -> Axes:
+    """Approach against time."""
+    return against_time(ax, history.times, history.approach, "approach", LENGTHS)
+
+
+def load_against_time(ax: Axes, history: ContactHistory) -> Axes:
+    """Load against time."""
+    return against_time(ax, history.times, history.load, "load", LOADS)
+
+
+def radius_against_time(ax: Axes, history: ContactHistory) -> Axes:
+    """Contact radius against time."""
+    return against_time(ax, history.times, history.contact_radius, "contact radius", LENGTHS)
+
+
+def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
+    """Pressure profiles over time."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    pressure_profiles(figure.add_subplot(), x, pressure, times)
+    return figure
+
+
+def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Figure:
+    """Surface deformation over time."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    surface_deformation(figure.add_subplot(), x, profile, displacement, approach, times)
+    return figure
+
+
+def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
+    """Pressure maps (nx, ny) [Pa] side by side."""
+    figure = Figure(figsize=(4.6 * len(fields), 3.9), layout="constrained")
+    for ax, field, title in zip(np.atleast_1d(figure.subplots(1, len(fields))), fields, titles, strict=True):
+        pressure_map(ax, x, y, field, title)
+    return figure
+
+
+def history_figure(history: ContactHistory) -> Figure:
+    """Approach, load and contact radius against time."""
+    figure = Figure(figsize=(10.0, 3.2), layout="constrained")
+    axes = figure.subplots(1, 3)
+    approach_against_time(axes[0], history)
+    load_against_time(axes[1], history)
+    radius_against_time(axes[2], history)
+    return figure
+
+
+def overview(history: ContactHistory) -> Figure:
+    """Pressure profiles, approach, load and contact radius over time: ``ContactHistory.plot``.
+
+    Without the fields of all times (``save="last"``) there is one profile, that of the last.
+    """
+    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+    axes = figure.subplot_mosaic([["profiles"] * 3, ["approach", "load", "radius"]], height_ratios=(1.3, 1.0))
+    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
+    if pressure.ndim == 2:
+        pressure, times = pressure[None], times[-1:]
+    middle = pressure.shape[2] // 2
+    pressure_profiles(axes["profiles"], history.grid.axes()[0], pressure[:, :, middle], times)
+    approach_against_time(axes["approach"], history)
+    load_against_time(axes["load"], history)
+    radius_against_time(axes["radius"], history)
+    return figure
