@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 SIZE = (5.2, 4.0)  # of one panel, in inches
-PALEST = 0.88
+PALEST = 0.82
 
 
 def panels(count: int, columns: int = 2) -> tuple[Figure, list[Any]]:
@@ -48,3 +48,9 @@ def finish(axes: Any, x: str, y: str, title: str, legend: bool = True) -> None:
 def save(figure: Figure, path: Path) -> None:
     """Write a PNG."""
     figure.savefig(path, dpi=150)
+
+
+def over_time(axes: Any, trace: Any, curves: Any, steps: Sequence[int]) -> None:
+    """Curves (nt, n) over x [um] at the chosen steps, each labelled with its time."""
+    labels = [f"{trace.times[i] / 60.0:.3g} min" for i in steps]
+    profiles(axes, trace.x * 1e6, [curves[i] for i in steps], labels)

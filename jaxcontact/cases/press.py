@@ -11,8 +11,8 @@ import jaxcontact as jc
 class Trace(NamedTuple):
     """A contact over time, along the middle row of cells.
 
-    times (nt,) [s]; x (n,) and y [m] of that row; pressure [Pa] and displacement [m] along it, (nt, n); peak [Pa] of
-    the whole field, approach [m], load [N], radius [m], strain, status: (nt,).
+    times (nt,) [s]; x (n,) and y [m] of that row; pressure [Pa] and displacement [m] along it, (nt, n); peak
+    [Pa] of the whole field, approach [m], load [N], radius [m], strain, status: (nt,).
     """
 
     times: np.ndarray

@@ -10,10 +10,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxcontact.cases import figure_4
+from jaxcontact.cases import figure_4, figure_6, figure_9, figure_10, figure_11, figure_12
 from jaxcontact.cases.comparison import Case, Row, as_dict, table
 
-CASES: tuple[Case, ...] = (figure_4.CASE,)
+CASES: tuple[Case, ...] = (
+    figure_4.CASE,
+    figure_6.CASE,
+    figure_9.CASE,
+    figure_10.CASE,
+    figure_11.CASE,
+    figure_12.CASE,
+)
 N = 256  # cells along each side, as in the paper
 
 

@@ -45,8 +45,8 @@ def creep(film_on_steel: bool, load: float, n: int) -> Trace:
 
 @lru_cache(maxsize=8)
 def relaxation(film_on_steel: bool, approach: float, n: int) -> Trace:
-    """An approach [m] held for 7200 s, on the film on steel or on the film as a half-space."""
-    return _run(film_on_steel, jc.Approach(approach), n)
+    """An approach [um] held for 7200 s, on the film on steel or on the film as a half-space."""
+    return _run(film_on_steel, jc.Approach(approach * 1e-6), n)
 
 
 def _run(film_on_steel: bool, control: jc.Load | jc.Approach, n: int) -> Trace:
