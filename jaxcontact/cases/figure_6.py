@@ -142,7 +142,7 @@ def draw(found: Layers, directory: Path) -> None:
         labels = [rf"t = {trace.times[i] / TAU:g} $\tau$" for i in steps]
         pictures.profiles(ax, trace.x * 1e6, trace.pressure[steps] / 1e9, labels)
     exact = _lee_radok(found.thick, AV0, TAU)[1]
-    axes[0].plot(found.thick.x * 1e6, exact / 1e9, "k:", linewidth=1.0, label=r"Lee and Radok, 2 $\tau$")
+    axes[0].plot(found.thick.x * 1e6, exact / 1e9, "k:", linewidth=1.0, label=r"closed form, 2 $\tau$")
     pictures.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) Maxwell layer, h/a$_0$ = 10$^4$")
     pictures.finish(axes[1], "x [µm]", "pressure [GPa]", "(b) h/a$_0$ = 10$^{-5}$: all times on one curve")
     pictures.save(figure, directory / "figure_6.png")
