@@ -8,10 +8,10 @@ where A_s is its value at alpha = 0. Each term is the response of a half-space s
 "image"), and has a closed form over a rectangular cell: with F(x, y; z) the double integral of
 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
 
-    F = (1/2 pi) [x asinh(y/sqrt(x^2 + z^2)) + y asinh(x/sqrt(y^2 + z^2)) - z atan(x y/(z r))],
+    F = (1/2 pi) [x ln(y + r) + y ln(x + r) - z atan(x y/(z r))],
 
 the coefficient at an offset is the difference of F over the cell's four corners (z = 0: A. E. H. Love,
-Phil. Trans. R. Soc. A 228 (1929) 377). The weights are a linear least-squares fit, so the
+Phil. Trans. R. Soc. A 228 (1929) 377; terms of x or y alone drop out of the difference). The weights are a linear least-squares fit, so the
 coefficients are differentiable in the response, and good to 1e-9 of the central one, whatever the
 film's thickness; the paper's refined grid (its Eqs. 7-10, ``reference.refined_grid``) has 0.2 to 2 %.
 """
@@ -55,16 +55,20 @@ def fit_images(
     """Least-squares images of responses alpha N.
 
     values: alpha N at ``fit_wavenumbers``, (..., n) [any unit]; at_zero: its value at alpha = 0, (...);
-    scale: what errors are relative to, (n,), positive; relative_depths: z_j/h, (J,).
+    scale: what errors are relative to, within a factor of sqrt(2), (n,), positive; relative_depths: z_j/h, (J,).
+
+    The matrix has no units and takes the scale to a power of two, so that rounding, which differs between
+    systems of units, does not move the fit within its error.
     """
-    # without units, so that rounding does not make the fit depend on them
+    unit = jax.lax.stop_gradient(jnp.max(scale))
+    power = jnp.round(jnp.log2(jax.lax.stop_gradient(scale) / unit))
     exponent = jnp.minimum(jnp.append(NODES, BEYOND)[:, None] * relative_depths, 700.0)
     # the limit of short waves is held a thousand times closer than the rest
-    rows = jnp.ones(NODES.size + 1).at[-1].set(1e3) / scale
+    rows = jnp.ones(NODES.size + 1).at[-1].set(1e3) * jnp.exp2(-power)
     matrix = jax.lax.stop_gradient(jnp.expm1(-exponent) * rows[:, None])
     u, s, vt = jnp.linalg.svd(matrix, full_matrices=False)
-    target = (values - at_zero[..., None]) * rows
-    weights = jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt
+    target = (values - at_zero[..., None]) / unit * rows
+    weights = unit * (jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt)
     first = at_zero - jnp.sum(weights, -1)
     depths = jnp.append(0.0, thickness * relative_depths)
     return Images(depths, jnp.concatenate([first[..., None], weights], -1))
@@ -78,16 +82,15 @@ def half_space_images(compliance: Array) -> Images:
 def _corner_integral(x: Array, y: Array, z: Array) -> Array:
     """2 pi F of the module's formula; z may be zero, x and y not."""
     r = jnp.sqrt(x**2 + y**2 + z**2)
-    along = x * jnp.arcsinh(y / jnp.sqrt(x**2 + z**2)) + y * jnp.arcsinh(x / jnp.sqrt(y**2 + z**2))
-    return along - z * jnp.arctan2(x * y, z * r)
+    return x * jnp.log(y + r) + y * jnp.log(x + r) - z * jnp.arctan2(x * y, z * r)
 
 
 def image_coefficients(grid: Grid, depth: Array) -> Array:
     """Coefficients [m] of exp(-depth alpha)/alpha at offsets (i, j) >= 0, (nx, ny)."""
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
-    x, y = (jnp.arange(nx + 1) - 0.5) * dx, (jnp.arange(ny + 1) - 0.5) * dy
-    corner = _corner_integral(x[:, None], y[None, :], depth)
-    return (corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]) / (2.0 * jnp.pi)
+    x, y = jnp.arange(nx + 1) - 0.5, (jnp.arange(ny + 1) - 0.5) * (dy / dx)  # in units of dx
+    corner = _corner_integral(x[:, None], y[None, :], depth / dx)
+    return dx * (corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]) / (2.0 * jnp.pi)
 
 
 def influence_coefficients(grid: Grid, images: Images) -> Array:

@@ -12,7 +12,7 @@ from jax import Array
 
 from jaxcontact import _checks, spectral
 from jaxcontact._pytree import as_float64, pytree
-from jaxcontact.frf.normal import quasi_elastic_response, scaled_response
+from jaxcontact.frf.normal import layer_modes, quasi_elastic_response, scaled_response
 from jaxcontact.frf.separable import DEFAULT_NODES, SeparableResponse, separate
 from jaxcontact.geometry import Indenter
 from jaxcontact.grid import Grid
@@ -39,7 +39,7 @@ class Units:
 @pytree
 class Film:
     """For the film's shortening: coefficients of the film on a rigid base, times its modulus, over its
-    thickness, (nx, ny); weights [1/A] of the pressure and of the film's own history fields, (1 + m,)."""
+    thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,)."""
 
     coefficients: Array
     weights: Array
@@ -49,13 +49,15 @@ class Film:
 class Kernels:
     """What ``jaxcontact.indent`` takes as ``kernels=`` to skip building them again.
 
-    spectra, circulants: of C_0 and of lambda_k C_k, (K + 1, ...), see ``spectral``; rates: lambda_k [1/s],
-    (K,); separation_error: relative error of sharing the rates between wavenumbers, ().
+    spectra, circulants: of C_0 and of the shapes S_m, (M + 1, ...), see ``spectral``; rates: lambda_k [1/s],
+    (K,); mix: (M, K), see ``frf.separable``; separation_error: relative error of sharing the rates between
+    wavenumbers, ().
     """
 
     spectra: Array
     circulants: Array
     rates: Array
+    mix: Array
     film: Film | None
     units: Units
     separation_error: Array
@@ -108,12 +110,19 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
     units = units_of(body, indenter, grid)
     response, images = _fitted(body, nodes)
     images = Images(images.depths, images.weights.at[0, 0].add(indenter.compliance()))
-    coefficients = influence_coefficients(grid, images) / (units.length * units.compliance)
+    coefficients = influence_coefficients(grid, images) / units.length
+    scaled = coefficients.at[0].divide(units.compliance)
+    mix = response.mix / units.compliance
+    film = None
+    if body.layers:
+        weights = jnp.append(body.layers[0].material.spectrum().instantaneous / units.compliance, mix[0])
+        film = Film(coefficients[1] * units.length / body.layers[0].thickness, weights)
     return Kernels(
-        spectra=spectral.kernel_spectrum(coefficients),
-        circulants=spectral.circulant_spectrum(coefficients),
+        spectra=spectral.kernel_spectrum(scaled),
+        circulants=spectral.circulant_spectrum(scaled),
         rates=response.rates,
-        film=_film(body, grid, units, response),
+        mix=mix,
+        film=film,
         units=units,
         separation_error=response.error,
     )
@@ -156,20 +165,9 @@ def stiffness_ratio(body: LayeredHalfSpace) -> Array:
 def film_coefficients(body: LayeredHalfSpace, grid: Grid) -> Array:
     """Shortening of the film over its thickness, on a rigid base, per unit of J p on a cell, (nx, ny)."""
     h = body.layers[0].thickness
-    film = separate(body, fit_wavenumbers(h), 1).film
-    assert film is not None
+    film = layer_modes(body, fit_wavenumbers(h)).film
     images = _fit_each(body, film[None], jnp.zeros(1))
     return influence_coefficients(grid, images)[0] / h
-
-
-def _film(body: LayeredHalfSpace, grid: Grid, units: Units, response: SeparableResponse) -> Film | None:
-    if not body.layers:
-        return None
-    spectrum = body.layers[0].material.spectrum()
-    own = [spectrum.instantaneous[None], spectrum.amplitudes * spectrum.rates]
-    if spectrum.fluidity is not None:
-        own.append(spectrum.fluidity[None])
-    return Film(film_coefficients(body, grid), jnp.concatenate(own) / units.compliance)
 
 
 def build_superposition(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Superposition:

@@ -111,5 +111,5 @@ def test_shared_decay_rates(film, ratio, nodes, bound):
     assert float(response.error) < bound
     t = 1234.0
     growth = jnp.where(response.rates > 0, -jnp.expm1(-response.rates * t) / jnp.where(response.rates > 0, response.rates, 1), t)
-    values = response.terms[0] + growth @ response.terms[1:]
+    values = response.terms[0] + growth @ response.mix.T @ response.terms[1:]
     np.testing.assert_allclose(values, scaled_response(body, x, t, t), rtol=float(response.error) * 3 + 1e-13)

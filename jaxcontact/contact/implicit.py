@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact import spectral
-from jaxcontact.contact.normal import Problem, Solution, masked_mean, precondition, projected, solve
+from jaxcontact.contact.normal import Problem, Solution, masked_mean, preconditioner, projected, solve
 
 TANGENT_TOLERANCE = 1e-12
 TANGENT_ITERATIONS = 400
@@ -32,8 +32,9 @@ def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
         return projected(spectral.convolve(problem.spectrum, projected(x, mask, load)), mask, load)
 
     def preconditioned_cg(operator, b: Array) -> Array:
+        inverse = preconditioner(problem.circulant)
         b = projected(b, mask, load)
-        z = projected(precondition(problem.circulant, b), mask, load)
+        z = projected(spectral.apply_circulant(inverse, b), mask, load)
         goal = TANGENT_TOLERANCE**2 * jnp.sum(b * z)
 
         def going(state):
@@ -46,7 +47,7 @@ def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
             curvature = jnp.sum(t * lifted)
             size = descent / jnp.where(curvature > 0.0, curvature, 1.0)
             x, r = x + size * t, r - size * lifted
-            z = projected(precondition(problem.circulant, r), mask, load)
+            z = projected(spectral.apply_circulant(inverse, r), mask, load)
             new = jnp.sum(r * z)
             return x, r, z + (new / descent) * t, new, count + 1
 

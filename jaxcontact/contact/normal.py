@@ -76,10 +76,9 @@ def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
     return jnp.where(mask, values, 0.0)
 
 
-def precondition(circulant: Array, values: Array) -> Array:
-    """Apply the inverse of the circulant, its small and negative eigenvalues raised."""
-    safe = jnp.maximum(circulant, FLOOR * jnp.median(jnp.abs(circulant)))
-    return spectral.apply_circulant(1.0 / safe, values)
+def preconditioner(circulant: Array) -> Array:
+    """Spectrum of the inverse of the circulant, its small and negative eigenvalues raised."""
+    return 1.0 / jnp.maximum(circulant, FLOOR * jnp.mean(jnp.abs(circulant)))
 
 
 def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array:
@@ -122,12 +121,12 @@ def usable_start(problem: Problem, start: Array) -> Array:
     return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
 
 
-def _iterate(problem: Problem, s: _Search) -> _Search:
+def _iterate(problem: Problem, inverse: Array, s: _Search) -> _Search:
     load = problem.load_controlled
     p, u = s.pressure, s.displacement
     r = u + problem.gap - approach_of(problem, p, u)
     work = (p > 0.0) | (r < 0.0)
-    z = projected(precondition(problem.circulant, projected(r, work, load)), work, load)
+    z = projected(spectral.apply_circulant(inverse, projected(r, work, load)), work, load)
     descent = jnp.sum(z * r)
     beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
     beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
@@ -164,6 +163,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     zero = jnp.zeros_like(p)
     first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)  # noqa: E731
-    s = jax.lax.while_loop(going, lambda s: _iterate(problem, s), first)
+    inverse = preconditioner(problem.circulant)
+    s = jax.lax.while_loop(going, lambda s: _iterate(problem, inverse, s), first)
     approach = approach_of(problem, s.pressure, s.displacement)
     return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)

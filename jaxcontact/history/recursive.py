@@ -58,11 +58,12 @@ class RecursiveMemory:
         decay, old, new = step_weights(k.rates, dt)
         eta = decay[:, None, None] * eta + old[:, None, None] * pressure
         shape = pressure.shape
-        spectrum = k.spectra[0] + jnp.tensordot(new, k.spectra[1:], 1)
-        circulant = k.circulants[0] + jnp.tensordot(new, k.circulants[1:], 1)
         if eta.shape[0] == 0:
-            return Operator(spectrum, circulant, jnp.zeros(shape)), eta
-        earlier = spectral.inverse(jnp.sum(k.spectra[1:] * spectral.transform(eta), 0), shape)
+            return Operator(k.spectra[0], k.circulants[0], jnp.zeros(shape)), eta
+        spectrum = k.spectra[0] + jnp.tensordot(k.mix @ new, k.spectra[1:], 1)
+        circulant = k.circulants[0] + jnp.tensordot(k.mix @ new, k.circulants[1:], 1)
+        mixed = spectral.transform(jnp.tensordot(k.mix, eta, 1))
+        earlier = spectral.inverse(jnp.sum(k.spectra[1:] * mixed, 0), shape)
         return Operator(spectrum, circulant, earlier), eta
 
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
@@ -73,8 +74,7 @@ class RecursiveMemory:
         """The hereditary integral of the film's J over the pressure, without unit, (nx, ny)."""
         assert self.kernels.film is not None
         weights = self.kernels.film.weights
-        own = weights.shape[0] - 1  # the film's own rates come first
-        return weights[0] * pressure + jnp.tensordot(weights[1:], eta[:own], 1)
+        return weights[0] * pressure + jnp.tensordot(weights[1:], eta, 1)
 
     def film_coefficients(self) -> Array | None:
         """See ``kernels.Film``."""
