@@ -136,11 +136,9 @@ def _report(summary: dict[str, Any], directory: Path) -> None:
 
 def _reproduce(options: argparse.Namespace) -> int:
     """Compare with the paper; the exit status of the comparison."""
-    from jaxcontact import saving
     from jaxcontact.cases import reproduce
 
-    saving.claim(options.directory, options.force)
-    return reproduce.main(options.names, options.directory)
+    return reproduce.main(options.names, options.directory, force=options.force)
 
 
 def _cases(options: argparse.Namespace) -> int:

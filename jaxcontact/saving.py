@@ -98,7 +98,7 @@ def summarise(run: Simulation) -> dict[str, Any]:
     """The figures of a run, each with its unit at the end of its key."""
     history = run.history
     assert history is not None
-    ends = {
+    ends: dict[str, Any] = {
         "approach_{}_m": history.approach,
         "load_{}_N": history.load,
         "peak_pressure_{}_Pa": run.peak_pressure,

@@ -155,7 +155,9 @@ def _history(parts: list[Kept], save: str, arguments: Any, setup: marching.Setup
     return indentation.to_si(times, grid, setup, units, outcomes, parts[-1].last, save)
 
 
-def _lines(parts: list[Kept], nx: int, compliance: float, length: float) -> tuple[np.ndarray, ...]:
+def _lines(
+    parts: list[Kept], nx: int, compliance: float, length: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pressure lines [Pa], displacement lines [m] and peak pressures [Pa]."""
     pressure = [np.zeros((0, nx))] + [part.pressure_line for part in parts]
     displacement = [np.zeros((0, nx))] + [part.displacement_line for part in parts]

@@ -28,12 +28,11 @@ LAYERS = {
     "results": 3,
     "plotting": 4,
     "indentation": 11,
-    "sensitivity": 12,
-    "saving": 14,
+    "saving": 21,  # it writes the package's version
     "case_file": 12,
     "simulation": 13,
 }
-TOP = 20  # the package itself, cases and the command line
+TOP = 20  # the package itself; above it saving, cases and the command line
 
 
 def name_of(path: Path) -> str:
@@ -44,7 +43,7 @@ def layer(module: str) -> int:
     if module.split(".")[0] in ("reference", "cases"):
         return 0 if module.startswith("reference") else TOP + 1
     if module == "__main__":
-        return TOP + 2
+        return TOP + 3
     return LAYERS.get(module, TOP)
 
 

@@ -81,7 +81,9 @@ def test_solution_is_optimal_to_the_stated_tolerance():
     """p >= 0, g >= 0, p g = 0 and the load, checked on the fields themselves."""
     rng = np.random.default_rng(3)
     grid = jc.Grid(shape=(48, 40), spacing=(1e-6, 1.1e-6))
-    heights = jnp.asarray(rng.standard_normal(grid.shape)) * 3e-9 - (lambda x, y: (x**2 + y**2) / 4e-4)(*grid.coordinates())
+    heights = jnp.asarray(rng.standard_normal(grid.shape)) * 3e-9 - (lambda x, y: (x**2 + y**2) / 4e-4)(
+        *grid.coordinates()
+    )
     result = press(jc.Load(0.02), grid, jc.HeightField(heights), tolerance=1e-10)
     p, g = result.pressure[0], result.gap[0]
     depth = float(result.approach[0])
@@ -134,7 +136,12 @@ def test_unit_systems_agree(control):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             result = jc.indent(
-                body, jc.Sphere(5e-3 * length), type(control)(control.value * unit), times, grid=grid, tolerance=1e-12
+                body,
+                jc.Sphere(5e-3 * length),
+                type(control)(control.value * unit),
+                times,
+                grid=grid,
+                tolerance=1e-12,
             )
         assert bool(jnp.all(result.converged))
         results.append((result.pressure / stress, result.approach / length, result.load / force))
@@ -153,7 +160,9 @@ def test_status_tells_of_the_edge_of_a_coarse_grid_and_of_iterations():
 
 def test_coarse_contact_warns():
     with pytest.warns(UserWarning, match="cells across"):
-        jc.indent(half_space(), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=jc.Grid.square(16, 5 * HERTZ_RADIUS))
+        jc.indent(
+            half_space(), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=jc.Grid.square(16, 5 * HERTZ_RADIUS)
+        )
 
 
 BAD = {
@@ -164,7 +173,10 @@ BAD = {
     "negative thickness": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, -1.0)], GLASS)), "thickness"),
     "Poisson's ratio": (dict(body=half_space(jc.Elastic(1.0, 0.6))), "nu"),
     "two layers": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)] * 2, GLASS)), "at most one layer"),
-    "creeping substrate": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)], jc.Maxwell(1.0, 1.0))), "substrate"),
+    "creeping substrate": (
+        dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)], jc.Maxwell(1.0, 1.0))),
+        "substrate",
+    ),
     "rigid first": (dict(body=half_space(jc.KelvinVoigt(1e9, 1e9))), "J\\(0\\) = 0"),
     "heights": (dict(indenter=jc.HeightField(np.zeros((3, 3)))), "heights"),
     "radius": (dict(indenter=jc.Sphere(0.0)), "radius"),
@@ -199,6 +211,8 @@ def test_two_equal_calls_trace_once():
 
 def test_vmap_equals_the_loop():
     grid = jc.Grid.square(24, 3.0 * HERTZ_RADIUS)
-    f = lambda G: jc.indent(half_space(jc.Elastic(G, 0.25)), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=grid, tolerance=1e-12).approach[0]  # noqa: E731, E501
+    f = lambda G: jc.indent(
+        half_space(jc.Elastic(G, 0.25)), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=grid, tolerance=1e-12
+    ).approach[0]
     moduli = jnp.array([28e9, 30e9, 40e9])
     np.testing.assert_allclose(jax.vmap(f)(moduli), [f(G) for G in moduli], rtol=1e-9)

@@ -9,6 +9,7 @@ import pytest
 from tolerances import APPROACH, PEAK, ROUND_OFF, SEPARATION
 
 import jaxcontact as jc
+from jaxcontact import spectral
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indentation import fine_times
@@ -63,29 +64,33 @@ def test_maxwell_half_space_creep_of_table_3():
 
 @pytest.mark.slow
 def test_papers_film_as_half_space_with_uniform_and_geometric_times(film):
-    """The L1 error over 7200 s in time only, against a march of 1600 geometric steps; stated, and second order."""
+    """The same figure over 7200 s in 150 steps: 0.6 %, nearly all of it space (the spike at the rim).
+
+    In time uniform steps of 48 s are converged; geometric ones grow beyond the relaxation time of 153 s
+    and need substeps.
+    """
     body, load, radius = jc.LayeredHalfSpace([], film), 60.0, 9.525e-3
     final = float(lee_radok.step_radius(7200.0, creep(film), load, radius, 0.3))
-    grid = jc.Grid.square(64, 2.3 * final)
+    grid = jc.Grid.square(256, 2.3 * final)
 
-    def last(times, substeps=1):
-        return quietly(
+    def error(times, substeps=1):
+        result = quietly(
             body, jc.Sphere(radius), jc.Load(load), times, grid=grid, save="last", substeps=substeps
-        ).pressure
+        )
+        return pressure_error(result, film, load, radius)
 
     uniform = jnp.linspace(0.0, 7200.0, 151)
     geometric = jnp.append(0.0, jnp.geomspace(1.0, 7200.0, 150))
-    fine = last(jnp.append(0.0, jnp.geomspace(1.0, 7200.0, 1600)))
-    error = lambda p: float(jnp.sum(jnp.abs(p - fine)) / jnp.sum(fine))  # noqa: E731
     measured = {
-        "uniform": error(last(uniform)),
-        "uniform, 4 substeps": error(last(uniform, 4)),
-        "geometric": error(last(geometric)),
-        "geometric, 4 substeps": error(last(geometric, 4)),
+        "uniform": error(uniform),
+        "uniform, 4 substeps": error(uniform, 4),
+        "geometric": error(geometric),
+        "geometric, 4 substeps": error(geometric, 4),
     }
-    print("film as half-space, 150 steps to 7200 s, L1 error in time:", measured)
-    assert measured["uniform, 4 substeps"] < measured["uniform"] / 4
-    assert max(measured.values()) < 5e-3
+    print("film as half-space, 150 steps to 7200 s, N = 256, L1 pressure error:", measured)
+    assert measured["uniform, 4 substeps"] < 1e-2
+    assert abs(measured["uniform"] - measured["uniform, 4 substeps"]) < 3e-4
+    assert measured["geometric, 4 substeps"] < measured["geometric"] / 4
 
 
 def test_second_order_in_the_time_step():
@@ -93,7 +98,11 @@ def test_second_order_in_the_time_step():
     body, load = jc.LayeredHalfSpace([], MAXWELL), 100.0
     final = float(lee_radok.step_radius(2.0, creep(MAXWELL), load, 3.5e-3, 0.3))
     grid = jc.Grid.square(48, 2.4 * final)
-    run = lambda n: quietly(body, BALL, jc.Load(load), jnp.linspace(0.0, 2.0, n + 1), grid=grid, save="last", tolerance=1e-10).pressure  # noqa: E731, E501
+    run = lambda n: (
+        quietly(
+            body, BALL, jc.Load(load), jnp.linspace(0.0, 2.0, n + 1), grid=grid, save="last", tolerance=1e-10
+        ).pressure
+    )
     fine = run(320)
     errors = [float(jnp.sum(jnp.abs(run(n) - fine)) / jnp.sum(fine)) for n in (10, 20, 40)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -126,7 +135,9 @@ def test_unloading_against_ting():
     rate = lambda t: 4e-6 * np.where(np.asarray(t) < 1.0, 1.0, -1.0)  # noqa: E731
     result = quietly(body, BALL, jc.Approach(depth(times)), times, grid=jc.Grid.square(96, 280e-6))
     when = times[4:77:4]
-    exact = np.array([float(np.squeeze(ting.load(t, relaxation(MAXWELL), depth, rate, 1.0, 3.5e-3, 0.3))) for t in when])
+    exact = np.array(
+        [float(np.squeeze(ting.load(t, relaxation(MAXWELL), depth, rate, 1.0, 3.5e-3, 0.3))) for t in when]
+    )
     ours = np.asarray(result.load)[4:77:4]
     assert np.max(np.abs(ours - exact)) < 5e-3 * np.max(exact)
     assert float(result.load[-1]) == 0.0
@@ -180,7 +191,9 @@ def test_elastic_layer_against_the_axisymmetric_solution(ratio):
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(8e9, 0.3), ratio * a)], jc.Elastic(Gs, 0.3))
     result = quietly(body, jc.Sphere(R), jc.Load(oracle.load), np.zeros(1), grid=jc.Grid.square(128, 2.5 * a))
     assert float(result.approach[0]) == pytest.approx(oracle.approach, rel=APPROACH)
-    assert float(jnp.max(result.pressure)) == pytest.approx(float(np.squeeze(abel.pressure(0.0, oracle))), rel=2 * PEAK)
+    assert float(jnp.max(result.pressure)) == pytest.approx(
+        float(np.squeeze(abel.pressure(0.0, oracle))), rel=2 * PEAK
+    )
     assert float(result.contact_radius[0]) == pytest.approx(a, rel=1e-2)
 
 
@@ -200,25 +213,28 @@ def test_creeping_layer_against_the_axisymmetric_march(film, steel, h, load, tab
         assert float(result.contact_radius[i]) == pytest.approx(a, rel=1.5e-2)
 
 
+@jax.jit
+def step(memory, fields, old, new, inputs):
+    operator, fields = memory.predict(fields, old, inputs)
+    return operator.earlier + spectral.convolve(operator.spectrum, new), memory.update(fields, new, inputs)
+
+
 def both_ways(body, ball, grid, times, pressures):
     """Displacements from given pressures by the recursion and by the direct superposition."""
     kernels = jc.kernels(body, ball, grid)
     one = RecursiveMemory(kernels)
-    fine, dt = fine_times(times, 1)
+    dt = fine_times(times, 1)[1]
     two = DirectMemory(build_superposition(body, ball, grid), jnp.zeros(times.size))
-    table = rows(body, ball, times, quasi_elastic=False)
-    from jaxcontact import spectral
-
+    table = jax.jit(rows, static_argnames="quasi_elastic")(body, ball, times, quasi_elastic=False)
     first, second, p = one.start(grid.shape), two.start(grid.shape), jnp.zeros(grid.shape)
     ours, direct = [], []
     for n in range(times.size):
         row = jax.tree.map(lambda a, n=n: a[n], table)
-        a, first = one.predict(first, p, dt[n, 0])
-        b, second = two.predict(second, p, row)
+        u, first = step(one, first, p, pressures[n], dt[n, 0])
+        v, second = step(two, second, p, pressures[n], row)
         p = pressures[n]
-        ours.append(a.earlier + spectral.convolve(a.spectrum, p))
-        direct.append(b.earlier + spectral.convolve(b.spectrum, p))
-        first, second = one.update(first, p, dt[n, 0]), two.update(second, p, row)
+        ours.append(u)
+        direct.append(v)
     return jnp.stack(ours), jnp.stack(direct)
 
 
@@ -263,20 +279,44 @@ def test_substeps_save_and_kernels_change_nothing_but_the_cost(body, ball):
     whole = quietly(body, ball, jc.Load(60.0), times, grid=grid, substeps=3)
     fine = quietly(body, ball, jc.Load(60.0), jnp.linspace(0.0, 900.0, 10), grid=grid)
     np.testing.assert_allclose(whole.approach, fine.approach[::3], rtol=1e-7)
-    last = quietly(body, ball, jc.Load(60.0), times, grid=grid, substeps=3, save="last", kernels=jc.kernels(body, ball, grid))
+    last = quietly(
+        body,
+        ball,
+        jc.Load(60.0),
+        times,
+        grid=grid,
+        substeps=3,
+        save="last",
+        kernels=jc.kernels(body, ball, grid),
+    )
     np.testing.assert_allclose(last.pressure, whole.pressure[-1], rtol=1e-9)
     peaks = quietly(body, ball, jc.Load(60.0), times, grid=grid, substeps=3, save=lambda o: o.pressure.max())
     assert peaks.saved.shape == (4,)
 
 
-def test_extreme_approaches_of_figure_12(body, ball):
-    """50 um: Hertz on steel in 1 %; 0.01 nm: the radius stays, the pressure falls some thirtyfold."""
+def test_extreme_approaches_of_figure_12(body, ball, film, steel):
+    """50 um: Hertz on steel in 1 %; 0.01 nm: the radius stays, the pressure falls as the film relaxes.
+
+    The fall is 57-fold, that of the relaxation modulus, not the 33-fold growth of J: the oracle is the
+    layered axisymmetric solution of a punch of the contact's size, inverted by Talbot.
+    """
     grid = jc.Grid.square(256, 1.8e-3)
     deep = quietly(body, ball, jc.Approach(50e-6), np.zeros(1), grid=grid)
     assert float(jnp.max(deep.pressure)) == pytest.approx(5.322e9, rel=1e-2)
     times = jnp.append(0.0, jnp.geomspace(10.0, 7200.0, 24))
-    shallow = quietly(body, ball, jc.Approach(0.01e-9), times, grid=jc.Grid.square(96, 1.2e-6))
+    shallow = quietly(body, ball, jc.Approach(0.01e-9), times, grid=jc.Grid.square(96, 1.2e-6), substeps=8)
     radius = np.asarray(shallow.contact_radius)
     assert np.all((radius > 0.408e-6 * 0.99) & (radius < 0.415e-6 * 1.02))
-    ratio = float(jnp.max(shallow.pressure[0]) / jnp.max(shallow.pressure[-1]))
-    assert 25.0 < ratio < 36.0
+    fall = float(shallow.load[0] / shallow.load[-1])
+    layered = abel.Layered(film.G1, 0.3, 150e-9, steel.G, 0.3, 0.7 / steel.G)
+
+    def stiffness(s):
+        modulus = 1.0 / (1.0 / film.G1 + 1.0 / (film.G2 + film.eta2 * s) + 1.0 / (film.eta1 * s))
+        bodies = [layered._replace(layer_modulus=complex(g)) for g in np.ravel(modulus)]
+        compliance = np.array([abel.punch_compliance(0.41e-6, b) for b in bodies])
+        return 1.0 / (s * compliance.reshape(np.shape(s)))
+
+    relaxed = float(np.squeeze(abel.talbot(stiffness, 7200.0)))
+    expected = 1.0 / abel.punch_compliance(0.41e-6, layered) / relaxed
+    assert fall == pytest.approx(expected, rel=3e-2)
+    assert 50.0 < expected < 62.0

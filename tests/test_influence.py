@@ -11,7 +11,13 @@ from tolerances import IMAGES, ROUND_OFF
 import jaxcontact as jc
 from jaxcontact import spectral
 from jaxcontact.frf.normal import scaled_response
-from jaxcontact.influence import fit_images, fit_wavenumbers, half_space_images, image_depths, influence_coefficients
+from jaxcontact.influence import (
+    fit_images,
+    fit_wavenumbers,
+    half_space_images,
+    image_depths,
+    influence_coefficients,
+)
 from jaxcontact.kernels import build_superposition, image_weights
 from jaxcontact.reference import refined_grid
 
@@ -25,7 +31,9 @@ def coefficients(body, grid, t=0.0):
     return influence_coefficients(grid, Images(images.depths, weights))
 
 
-@pytest.mark.parametrize(("ratio", "bound"), [(1e-3, IMAGES), (0.0093, IMAGES), (1.0, IMAGES), (10.0, IMAGES), (100.0, 1e-6)])
+@pytest.mark.parametrize(
+    ("ratio", "bound"), [(1e-3, IMAGES), (0.0093, IMAGES), (1.0, IMAGES), (10.0, IMAGES), (100.0, 1e-6)]
+)
 def test_images_fit_the_response_at_wavenumbers_between_the_nodes(ratio, bound):
     h, g = 150e-9, 0.75e9
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(g, 0.3), h)], jc.Elastic(g / ratio, 0.3))
@@ -101,7 +109,9 @@ def test_the_papers_procedure_converges_to_ours(body, t):
     respond = jax.jit(lambda a: scaled_response(body, a, t, t))
     errors = {}
     for chi, aliases in [(4, 2), (16, 0), (16, 2)]:
-        theirs = refined_grid.coefficients(lambda a: np.asarray(respond(a)), grid.shape, grid.spacing, chi=chi, aliases=aliases)
+        theirs = refined_grid.coefficients(
+            lambda a: np.asarray(respond(a)), grid.shape, grid.spacing, chi=chi, aliases=aliases
+        )
         errors[chi, aliases] = abs(theirs[0, 0] / ours[0, 0] - 1.0), abs(theirs[25, 12] / ours[25, 12] - 1.0)
     print(f"t = {t}: error of the centre and of a far coefficient by (chi, AL): {errors}")
     assert errors[16, 2][0] < 0.03 < 0.1 < errors[16, 0][0]

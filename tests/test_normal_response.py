@@ -65,7 +65,9 @@ def test_thin_film_limit_is_the_film_as_springs():
 
 def test_the_empty_stack_is_a_half_space(film):
     body = jc.LayeredHalfSpace([], film)
-    np.testing.assert_allclose(jc.normal_response(body, 3.0, 100.0), 0.7 * film.creep(100.0) / 3.0, rtol=EXACT)
+    np.testing.assert_allclose(
+        jc.normal_response(body, 3.0, 100.0), 0.7 * film.creep(100.0) / 3.0, rtol=EXACT
+    )
 
 
 @pytest.mark.parametrize("ratio", [0.01, 1.0, 100.0])
@@ -88,21 +90,28 @@ def test_mean_over_an_interval_is_the_integral(film, body):
     points, weights = np.polynomial.legendre.leggauss(40)
     t = 100.0 + 150.0 * (points + 1.0)
     values = scaled_response(body, 2e4, t, t)
-    assert float(scaled_response(body, 2e4, 100.0, 400.0)) == pytest.approx(float(values @ weights) / 2.0, rel=1e-12)
+    assert float(scaled_response(body, 2e4, 100.0, 400.0)) == pytest.approx(
+        float(values @ weights) / 2.0, rel=1e-12
+    )
 
 
 def test_quasi_elastic_error_for_the_papers_film(body, steel, film):
     """Within 2.5e-6 for the film on steel; about 1 % for a film as stiff as its substrate."""
     x, t = jnp.geomspace(1e-4, 1e2, 60)[:, None], jnp.geomspace(1.0, 7200.0, 40)
+
     def worst(Gs):
         other = jc.LayeredHalfSpace([jc.Layer(film, 1.0)], jc.Elastic(Gs, 0.3))
-        return float(jnp.max(jnp.abs(quasi_elastic_response(other, x, t, t) / scaled_response(other, x, t, t) - 1.0)))
+        return float(
+            jnp.max(jnp.abs(quasi_elastic_response(other, x, t, t) / scaled_response(other, x, t, t) - 1.0))
+        )
 
     assert 1e-6 < worst(steel.G) < 4e-6
     assert 3e-3 < worst(film.G1 / 0.93) < 3e-2
 
 
-@pytest.mark.parametrize(("ratio", "nodes", "bound"), [(0.0093, 1, 1e-7), (0.0093, 3, 1e-12), (0.93, 3, 1e-4), (0.93, 6, 2e-7)])
+@pytest.mark.parametrize(
+    ("ratio", "nodes", "bound"), [(0.0093, 1, 1e-7), (0.0093, 3, 1e-12), (0.93, 3, 1e-4), (0.93, 6, 2e-7)]
+)
 def test_shared_decay_rates(film, ratio, nodes, bound):
     """The sum of products is within the stated error of the exact response at all wavenumbers and times."""
     body = jc.LayeredHalfSpace([jc.Layer(film, 1.0)], jc.Elastic(film.G1 / ratio, 0.3))
@@ -110,6 +119,10 @@ def test_shared_decay_rates(film, ratio, nodes, bound):
     response = separate(body, x, nodes)
     assert float(response.error) < bound
     t = 1234.0
-    growth = jnp.where(response.rates > 0, -jnp.expm1(-response.rates * t) / jnp.where(response.rates > 0, response.rates, 1), t)
+    growth = jnp.where(
+        response.rates > 0,
+        -jnp.expm1(-response.rates * t) / jnp.where(response.rates > 0, response.rates, 1),
+        t,
+    )
     values = response.terms[0] + growth @ response.mix.T @ response.terms[1:]
     np.testing.assert_allclose(values, scaled_response(body, x, t, t), rtol=float(response.error) * 3 + 1e-13)
