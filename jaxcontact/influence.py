@@ -12,8 +12,9 @@ where A_s is its value at alpha = 0. Each term is the response of a half-space s
 
 the coefficient at an offset is the difference of F over the cell's four corners (z = 0: A. E. H. Love,
 Phil. Trans. R. Soc. A 228 (1929) 377; terms of x or y alone drop out of the difference). The weights
-are a linear least-squares fit, so the coefficients are differentiable in the response, and good to 1e-9 of the central one, whatever the
-film's thickness; the paper's refined grid (its Eqs. 7-10, ``reference.refined_grid``) has 0.2 to 2 %.
+are a linear least-squares fit, so the coefficients are differentiable in the response, and good to 1e-9
+of the central one, whatever the film's thickness; the paper's refined grid (its Eqs. 7-10,
+``reference.refined_grid``) has 0.2 to 2 %.
 """
 
 import jax

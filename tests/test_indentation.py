@@ -38,7 +38,7 @@ def quietly(*args, **kwargs):
 def pressure_error(result, material, load, radius, rings=60):
     """L1 distance of the last pressure field to Lee and Radok's at the cell centres, over the load."""
     t = float(result.times[-1])
-    a = lambda s: lee_radok.step_radius(s, creep(material), load, radius, 0.3)  # noqa: E731
+    a = lambda s: lee_radok.step_radius(s, creep(material), load, radius, 0.3)
     x, y = result.grid.coordinates()
     r = np.asarray(jnp.sqrt(x**2 + y**2))
     edges = np.linspace(0.0, 1.0, 400)
@@ -131,8 +131,8 @@ def test_unloading_against_ting():
     """Depth up and down again: load within 0.5 % of its peak, loss of contact included."""
     body = jc.LayeredHalfSpace([], MAXWELL)
     times = np.linspace(0.0, 2.0, 81)
-    depth = lambda t: 4e-6 * np.minimum(t, 2.0 - t)  # noqa: E731
-    rate = lambda t: 4e-6 * np.where(np.asarray(t) < 1.0, 1.0, -1.0)  # noqa: E731
+    depth = lambda t: 4e-6 * np.minimum(t, 2.0 - t)
+    rate = lambda t: 4e-6 * np.where(np.asarray(t) < 1.0, 1.0, -1.0)
     result = quietly(body, BALL, jc.Approach(depth(times)), times, grid=jc.Grid.square(96, 280e-6))
     when = times[4:77:4]
     exact = np.array(
@@ -149,7 +149,7 @@ def test_re_contact_remembers_the_imprint():
     grid = jc.Grid.square(48, 400e-6)
     times = np.array([0.0, 5.0, 5.0, 5.5, 5.5])
     approaches = np.array([5e-6, 5e-6, -1e-6, -1e-6, 5e-6])
-    pause = lambda wait: quietly(  # noqa: E731
+    pause = lambda wait: quietly(
         body, BALL, jc.Approach(approaches), np.array([0, 5.0, 5.0, 5.0 + wait, 5.0 + wait]), grid=grid
     )
     soon, late = pause(0.2), pause(20.0)

@@ -49,7 +49,7 @@ def test_love_element_by_quadrature():
     grid = jc.Grid(shape=(8, 6), spacing=(1.0, 0.7))
     ours = influence_coefficients(grid, half_space_images(jnp.ones(1)))[0]
     for i, j in [(1, 0), (3, 2), (7, 5)]:
-        row = lambda x, j=j: quad(lambda y: 1 / np.hypot(x, y), (j - 0.5) * 0.7, (j + 0.5) * 0.7)[0]  # noqa: E731
+        row = lambda x, j=j: quad(lambda y: 1 / np.hypot(x, y), (j - 0.5) * 0.7, (j + 0.5) * 0.7)[0]
         expected = quad(row, i - 0.5, i + 0.5)[0] / (2 * np.pi)
         assert float(ours[i, j]) == pytest.approx(expected, rel=1e-10)
     centre = (0.5 * np.arcsinh(0.7) + 0.35 * np.arcsinh(1 / 0.7)) * 4 / (2 * np.pi)

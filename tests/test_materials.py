@@ -24,7 +24,7 @@ MATERIALS = {
 def test_creep_and_relaxation_are_inverse_under_convolution(name, t):
     """int_0^t J(t - s) G(s) ds = t."""
     material = MATERIALS[name]
-    integrand = lambda s: float(material.creep(t - s) * material.relaxation(s))  # noqa: E731
+    integrand = lambda s: float(material.creep(t - s) * material.relaxation(s))
     assert quad(integrand, 0.0, t, epsabs=1e-10, limit=200)[0] == pytest.approx(t, rel=1e-9)
 
 
@@ -97,7 +97,7 @@ def test_derivative_of_relaxation_against_central_differences():
 
 def test_hessian_of_relaxation_is_symmetric_and_finite():
     """Two Newton steps carry two orders of derivatives through the decay rates."""
-    f = lambda q: jc.Burgers(*jnp.exp(q)).relaxation(4.0)  # noqa: E731
+    f = lambda q: jc.Burgers(*jnp.exp(q)).relaxation(4.0)
     q = jnp.log(jnp.array([2.0, 0.5, 30.0, 1.5]))
     hessian = jax.hessian(f)(q)
     slopes = np.array(

@@ -50,7 +50,7 @@ def test_wavenumber_zero_is_the_substrate_and_the_response_itself_infinite():
 
 @pytest.mark.parametrize("x", [0.0, 1e-8, 1e-3, 0.7, 30.0, 1e4])
 def test_gradients_are_finite_everywhere(x):
-    f = lambda k, g, h, nu: scaled_response(layered(g, 2.0, nu, 0.3, h), k, 0.0, 0.0)  # noqa: E731
+    f = lambda k, g, h, nu: scaled_response(layered(g, 2.0, nu, 0.3, h), k, 0.0, 0.0)
     gradient = jax.grad(f, argnums=(0, 1, 2, 3))(x, 0.01, 1.0, 0.3)
     assert np.all(np.isfinite(gradient))
     assert np.isfinite(jax.grad(lambda k: jc.normal_response(layered(0.01, 2.0, 0.3, 0.3), k))(x))

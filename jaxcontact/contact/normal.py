@@ -162,7 +162,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
         error = jnp.where(problem.target > 0.0, error, 0.0)
     zero = jnp.zeros_like(p)
     first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
-    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)  # noqa: E731
+    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
     inverse = preconditioner(problem.circulant)
     s = jax.lax.while_loop(going, lambda s: _iterate(problem, inverse, s), first)
     approach = approach_of(problem, s.pressure, s.displacement)
