@@ -35,7 +35,9 @@ def fit_creep_batch(
     scaled = [scale(curve, choose_weights(curve, weights, None)[0], model, table) for curve in curves]
     problems = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(s.problem for s in scaled))
     best = _minimise_all(problems)
-    unit = np.array([s.compliance for s in scaled])[:, None] * np.array([1, 1, 1 / scaled[0].time, 1 / scaled[0].time])
+    unit = np.array([s.compliance for s in scaled])[:, None] * np.array(
+        [1, 1, 1 / scaled[0].time, 1 / scaled[0].time]
+    )
     where, parts = models.PARTS[model], np.asarray(best.parts) * unit
     with np.errstate(divide="ignore"):
         values = {name: 1.0 / parts[:, part] for name, part in where.items()}

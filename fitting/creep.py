@@ -58,7 +58,9 @@ def fit_creep(
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     free = [name for name, (low, high) in table.items() if low < high]
     if data.t.size <= len(free):
-        raise ValueError(f"data: expected more points than the {len(free)} free parameters, got {data.t.size}")
+        raise ValueError(
+            f"data: expected more points than the {len(free)} free parameters, got {data.t.size}"
+        )
     scaled = scale(data, weight, model, table)
     p, known = len(free), label == "sigma"
     optimum = minimise(scaled.problem)
@@ -68,7 +70,9 @@ def fit_creep(
 
 
 def compare(
-    data: CreepData, models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"), **options: Any
+    data: CreepData,
+    models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
+    **options: Any,
 ) -> "Comparison":
     """Fit each of ``models`` with the options of ``fit_creep``; print the result for the table."""
     fits = tuple(fit_creep(data, model, **options) for model in models)
@@ -142,7 +146,11 @@ def tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:
         least = box[1, 0] / box[3, 1] if box[1, 0] > 0 and np.isfinite(box[3, 1]) else 0.0
         most = box[1, 1] / box[3, 0] if box[3, 0] > 0 and np.isfinite(box[1, 1]) else np.inf
     low, high = max(low, least) if least > 0 else low, min(high, most)
-    return np.array([low, high]) if low <= high else np.array([least or most, most if np.isfinite(most) else least])
+    return (
+        np.array([low, high])
+        if low <= high
+        else np.array([least or most, most if np.isfinite(most) else least])
+    )
 
 
 def threshold(level: float, n: int, p: int, known: bool) -> float:
@@ -165,7 +173,7 @@ class Optimum(NamedTuple):
 @jax.jit
 def minimise(problem: varpro.Problem) -> Optimum:
     """The least weighted squares: variable projection, then Levenberg-Marquardt in log parameters."""
-    rss, x, tau, cost = varpro.solve(problem)
+    _, x, tau, cost = varpro.solve(problem)
     start = jnp.append(x, x[1] / tau)
     lower = jnp.append(problem.lower, problem.ratio[0])
     upper = jnp.append(problem.upper, problem.ratio[1])
@@ -242,4 +250,3 @@ def lag_one(residual: Array) -> Array:
     r = residual - jnp.mean(residual)
     total = jnp.sum(r * r)
     return jnp.where(total > 0, jnp.sum(r[1:] * r[:-1]) / jnp.where(total > 0, total, 1.0), 0.0)
-

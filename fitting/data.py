@@ -52,7 +52,7 @@ class CreepData:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        put = lambda name, value: object.__setattr__(self, name, value)
         put("t", _times(self.t))
         if self.convention not in CONVENTIONS:
             raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {self.convention!r}")
@@ -86,7 +86,9 @@ def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     knots, values = stress if isinstance(stress, tuple) and len(stress) == 2 else (t, stress)
     knots, values = np.array(knots, dtype=float), np.array(values, dtype=float)
     if knots.ndim != 1 or knots.shape != values.shape or knots.size == 0:
-        raise ValueError(f"stress: expected times and values of one length, got {knots.shape} and {values.shape}")
+        raise ValueError(
+            f"stress: expected times and values of one length, got {knots.shape} and {values.shape}"
+        )
     if not (np.all(np.isfinite(knots)) and np.all(np.isfinite(values)) and np.all(np.diff(knots) >= 0)):
         raise ValueError("stress: expected finite values at times that do not decrease")
     if np.all(values == 0):

@@ -21,7 +21,9 @@ def resolve(model: type | str) -> type:
     by_name = {cls.__name__: cls for cls in PARTS}
     cls = by_name.get(model) if isinstance(model, str) else model
     if cls not in PARTS:
-        raise ValueError(f"model: expected one of {sorted(by_name)}, got {getattr(model, '__name__', model)!r}")
+        raise ValueError(
+            f"model: expected one of {sorted(by_name)}, got {getattr(model, '__name__', model)!r}"
+        )
     return cls
 
 
@@ -55,7 +57,9 @@ def _pair(model: type, table: dict, name: str, pair: tuple) -> tuple[float, floa
     try:
         low, high = pair
     except (TypeError, ValueError):
-        raise ValueError(f"bounds[{name!r}]: expected (low, high), None for an open side, got {pair!r}") from None
+        raise ValueError(
+            f"bounds[{name!r}]: expected (low, high), None for an open side, got {pair!r}"
+        ) from None
     low, high = 0.0 if low is None else float(low), math.inf if high is None else float(high)
     if not 0.0 <= low < high:
         raise ValueError(f"bounds[{name!r}]: expected 0 <= low < high, got {pair!r}")
@@ -72,7 +76,7 @@ def compliance_box(model: type, table: dict[str, tuple[float, float]]) -> np.nda
 
 
 def material(model: type, parts: np.ndarray, nu: float) -> object:
-    """The material with compliances ``parts`` (4,) = (j0, j2, f, j2/tau); zero gives an infinite parameter."""
+    """The material with compliances (4,) = (j0, j2, f, j2/tau); zero gives an infinite parameter."""
     return model(**{name: reciprocal(parts[part]) for name, part in PARTS[model].items()}, nu=nu)
 
 

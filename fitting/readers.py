@@ -61,11 +61,17 @@ def read_creep(
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
     table = load(path, ("t", "J", "strain", "stress"), columns)
-    wanted = ("t", "J") if _has(table, "J", columns) or not _has(table, "strain", columns) else ("t", "strain", "stress")
+    wanted = (
+        ("t", "J")
+        if _has(table, "J", columns) or not _has(table, "strain", columns)
+        else ("t", "strain", "stress")
+    )
     arrays, notes = gather(table, wanted, columns, units, positive=("J",))
     if len(wanted) == 2:
         return _build(table, CreepData, notes, t=arrays[0], J=arrays[1], convention=convention)
-    return _build(table, CreepData, notes, t=arrays[0], strain=arrays[1], stress=arrays[2], convention=convention)
+    return _build(
+        table, CreepData, notes, t=arrays[0], strain=arrays[1], stress=arrays[2], convention=convention
+    )
 
 
 def read_indentation(
@@ -209,9 +215,13 @@ def _index(table: Table, kind: str, position: int, columns: dict | None) -> tupl
         return choice, []
     if table.header is None:
         if choice is not None:
-            raise ValueError(f"{table.path}: columns[{kind!r}]: the file has no header, expected a position, got {choice!r}")
+            raise ValueError(
+                f"{table.path}: columns[{kind!r}]: the file has no header, expected a position, got {choice!r}"
+            )
         if position >= len(table.rows[0][1]):
-            _fail(table, table.rows[0][0], kind, f"expected {position + 1} columns, got {len(table.rows[0][1])}")
+            _fail(
+                table, table.rows[0][0], kind, f"expected {position + 1} columns, got {len(table.rows[0][1])}"
+            )
         return position, [f"no header: column {position + 1} taken as {kind}"]
     if choice is not None:
         hits = [i for i, cell in enumerate(table.header) if cell == choice]
@@ -221,7 +231,12 @@ def _index(table: Table, kind: str, position: int, columns: dict | None) -> tupl
         hits = known or hits  # "Depth (nm)" beside "Depth (V)"
     if len(hits) != 1:
         found = "none" if not hits else " and ".join(repr(table.header[i]) for i in hits)
-        _fail(table, table.line, kind, f"expected one column for {choice or kind!r} in {table.header}; got {found}")
+        _fail(
+            table,
+            table.line,
+            kind,
+            f"expected one column for {choice or kind!r} in {table.header}; got {found}",
+        )
     return hits[0], []
 
 
@@ -234,7 +249,11 @@ def _readable(kind: str, cell: str) -> bool:
 
 
 def gather(
-    table: Table, kinds: tuple[str, ...], columns: dict | None, units: dict | None, positive: tuple[str, ...] = ()
+    table: Table,
+    kinds: tuple[str, ...],
+    columns: dict | None,
+    units: dict | None,
+    positive: tuple[str, ...] = (),
 ) -> tuple[list[np.ndarray], list[str]]:
     """Columns of ``kinds`` in SI, mended, and the notes."""
     for key in units or {}:
@@ -249,7 +268,9 @@ def gather(
     values = values[keep]
     if np.any(values[:, 0] < 0):
         row = int(np.flatnonzero(keep)[np.argmax(values[:, 0] < 0)])
-        _fail(table, lines[row], found[0].label, f"expected times >= 0, got {values[values[:, 0] < 0][0, 0]:g}")
+        _fail(
+            table, lines[row], found[0].label, f"expected times >= 0, got {values[values[:, 0] < 0][0, 0]:g}"
+        )
     values = _ordered(values, notes)
     return [values[:, k] * c.factor for k, c in enumerate(found)], notes
 
@@ -296,7 +317,12 @@ def _kept(
                 continue
             line = lines[int(np.argmax(bad))]
             if bad.sum() > LOSS * len(values):
-                _fail(table, line, column.label, f"expected {expected}, got {what} in {bad.sum()} of {len(bad)} rows")
+                _fail(
+                    table,
+                    line,
+                    column.label,
+                    f"expected {expected}, got {what} in {bad.sum()} of {len(bad)} rows",
+                )
             notes.append(f"{column.label}: {bad.sum()} rows with {what} left out, the first in line {line}")
             keep &= ~bad
     return keep

@@ -13,8 +13,8 @@ def creep_summary(fit: CreepFit) -> str:
     """Several lines: parameters with intervals, what the data cannot tell, misfit, notes."""
     t = fit.data.t
     head = (
-        f"{fit.model.__name__} fit of {t.size} points, t = {t[0]:.4g} to {t[-1]:.4g} s; weights: {fit.weights}; "
-        f"compliance: {fit.data.convention}"
+        f"{fit.model.__name__} fit of {t.size} points, t = {t[0]:.4g} to {t[-1]:.4g} s; "
+        f"weights: {fit.weights}; compliance: {fit.data.convention}"
     )
     lines = [head, *(_parameter(fit, name) for name in fit.values), *_determination(fit), *_quality(fit)]
     return "\n".join([*lines, *(f"note: {note}" for note in fit.data.notes)])
@@ -46,7 +46,9 @@ def _determination(fit: CreepFit) -> list[str]:
         lines.append(f"  tau = {fit.tau:.5g} s, T/tau = {fit.t_over_tau:.3g}{short}")
     if fit.weakest:
         weak = " ".join(f"{v:+.2f} {name}" for name, v in fit.weakest.items())
-        lines.append(f"  condition (log parameters) {fit.condition:.2g}; weakest: {weak}, sd {fit.weakest_sd:.2g}")
+        lines.append(
+            f"  condition (log parameters) {fit.condition:.2g}; weakest: {weak}, sd {fit.weakest_sd:.2g}"
+        )
     for name, (value, sd, low, high) in fit.combinations.items():
         unit = "1/(Pa s)" if name == "slope0" else "1/Pa"
         lines.append(f"  {name:6s} = {value:11.5g} {unit}, sd {sd:.2g}, {_range(low, high)}")
@@ -54,17 +56,19 @@ def _determination(fit: CreepFit) -> list[str]:
 
 
 def _quality(fit: CreepFit) -> list[str]:
-    lines = [f"  R2 = {fit.r2:.6f}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"]
+    lines = [
+        f"  R2 = {fit.r2:.6f}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"
+    ]
     if fit.misfit:
         lines.append(
-            f"  MISFIT: residuals are correlated beyond chance; intervals were widened {fit.widening:.2g} times "
-            "and hold only if the model does"
+            f"  MISFIT: residuals are correlated beyond chance; intervals were widened "
+            f"{fit.widening:.2g} times and hold only if the model does"
         )
     return lines
 
 
 def creep_figure(fit: CreepFit, path: Any = None) -> Any:
-    """Data, fit and band above, weighted residuals below; a matplotlib Figure, saved where a path is given."""
+    """Data, fit and band above, weighted residuals below; a matplotlib Figure, saved if a path is given."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7.0, 5.5), layout="constrained")

@@ -101,13 +101,15 @@ class CreepFit:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
         keys = {name: f"{name}_{models.unit(name).replace(' ', '_')}" for name in self.values}
-        clean = lambda v: None if not math.isfinite(v) else float(v)  # noqa: E731
+        clean = lambda v: None if not math.isfinite(v) else float(v)
         return {
-            "model": self.model.__name__, "weights": self.weights, "level": self.level, "points": self.data.t.size,
+            "model": self.model.__name__, "weights": self.weights, "level": self.level,
+            "points": self.data.t.size,
             "parameters": {keys[n]: clean(v) for n, v in self.values.items()},
             "intervals": {keys[n]: [clean(v) for v in pair] for n, pair in self.intervals.items()},
             "identified": dict(self.identified), "fixed": list(self.fixed),
-            "tau_s": clean(self.tau), "duration_s": self.duration, "duration_over_tau": clean(self.t_over_tau),
+            "tau_s": clean(self.tau), "duration_s": self.duration,
+            "duration_over_tau": clean(self.t_over_tau),
             "condition_log_parameters": clean(self.condition), "weakest_direction": dict(self.weakest),
             "combinations": {n: [clean(v) for v in row] for n, row in self.combinations.items()},
             "r2": self.r2, "aic": clean(self.aic), "bic": clean(self.bic), "noise": self.noise,
@@ -168,7 +170,9 @@ def open_ends(ends: np.ndarray, reach: np.ndarray, problem: Any) -> np.ndarray:
     return ends
 
 
-def parameter_intervals(ends: np.ndarray, where: dict[str, int], table: dict) -> dict[str, tuple[float, float]]:
+def parameter_intervals(
+    ends: np.ndarray, where: dict[str, int], table: dict
+) -> dict[str, tuple[float, float]]:
     """Intervals of the parameters from the extents (4, 2) of their reciprocals, cut to the bounds."""
     result = {}
     for name, part in where.items():

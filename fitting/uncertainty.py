@@ -46,7 +46,10 @@ def jacobian(problem: varpro.Problem, parts: Array, tau: Array) -> Array:
 
 
 def log_covariance(J: np.ndarray, parts: np.ndarray, inside: np.ndarray, spread: float) -> LogCovariance:
-    """From the Jacobian J (n, 4), values ``parts`` and mask ``inside`` (4,); ``spread`` is s of the residuals."""
+    """From the Jacobian J (n, 4), values ``parts`` and mask ``inside`` (4,).
+
+    ``spread`` is s of the residuals.
+    """
     index = np.flatnonzero(inside)
     if index.size == 0:
         return LogCovariance((), np.zeros(0), math.nan, np.zeros(0), math.nan)
