@@ -12,6 +12,8 @@ from fitting.creep import choose_weights, minimise, profile, scale, threshold
 from fitting.data import CreepData
 from fitting.result import open_ends, parameter_intervals
 
+VARYING = ("data", "weights", "lower", "upper", "ratio")
+
 
 class BatchFit(NamedTuple):
     """values {parameter: (m,)}, intervals {parameter: (m, 2)} (empty unless asked for), lag1 (m,)."""
@@ -33,7 +35,7 @@ def fit_creep_batch(
     table = models.limits(model, fixed, bounds)
     curves = [CreepData(t=t, J=row) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     scaled = [scale(curve, choose_weights(curve, weights, None)[0], model, table) for curve in curves]
-    problems = jax.tree.map(lambda *leaves: jnp.stack(leaves), *(s.problem for s in scaled))
+    problems = _stack([s.problem for s in scaled])
     best = _minimise_all(problems)
     unit = np.array([s.compliance for s in scaled])[:, None] * np.array(
         [1, 1, 1 / scaled[0].time, 1 / scaled[0].time]
@@ -54,9 +56,23 @@ def fit_creep_batch(
     return BatchFit(values, gathered, np.asarray(shape.lag1))
 
 
-_minimise_all = jax.jit(jax.vmap(minimise))
+def _stack(problems: list[varpro.Problem]) -> varpro.Problem:
+    """One problem with a leading axis; times, range of tau and sides of the box are common to all."""
+    columns = {name: np.stack([getattr(q, name) for q in problems]) for name in VARYING}
+    return problems[0]._replace(**columns)
+
+
+def _axes(problems: varpro.Problem) -> varpro.Problem:
+    """What vmap runs over: the common basis and range stay unbatched, so their exponentials are shared."""
+    return varpro.Problem(**{name: 0 if name in VARYING else None for name in problems._fields})
+
+
+@jax.jit
+def _minimise_all(problems: varpro.Problem) -> Any:
+    return jax.vmap(minimise, in_axes=(_axes(problems),))(problems)
 
 
 @jax.jit
 def _profile_all(problems: varpro.Problem, best: Any, rule: jax.Array) -> Any:
-    return jax.vmap(lambda q, b: profile(q, b, rule, jnp.asarray(False), jnp.zeros(0)))(problems, best)
+    one = lambda q, b: profile(q, b, rule, jnp.asarray(False), jnp.zeros(0))  # noqa: E731
+    return jax.vmap(one, in_axes=(_axes(problems), 0))(problems, best)

@@ -118,7 +118,7 @@ def scale(data: CreepData, weight: np.ndarray, model: type, table: dict) -> Scal
     y, size = data.response, float(np.max(np.abs(data.response)))
     span = float(data.t[-1])
     if data.J is not None:
-        basis, stress = Step(jnp.asarray(data.t / span)), 1.0
+        basis, stress = Step(data.t / span), 1.0
     else:
         knots, values = data.stress
         stress = float(np.max(np.abs(values)))
@@ -126,8 +126,8 @@ def scale(data: CreepData, weight: np.ndarray, model: type, table: dict) -> Scal
     unit = size / stress
     box = models.compliance_box(model, table) / np.array([unit, unit, unit / span, unit / span])[:, None]
     problem = varpro.Problem(
-        jnp.asarray(y / size), jnp.asarray(weight * size), basis, jnp.asarray(box[:3, 0]),
-        jnp.asarray(box[:3, 1]), jnp.asarray(box[3]), jnp.asarray(tau_range(data.t / span, box)),
+        y / size, weight * size, basis, box[:3, 0], box[:3, 1], box[3],
+        tau_range(data.t / span, box), varpro.sides(box[:, 0], box[:, 1]),
     )  # fmt: skip
     return Scaled(problem, unit, span)
 
@@ -229,11 +229,14 @@ def profile(problem: varpro.Problem, optimum: Optimum, rule: Array, known: Array
     lag1 = lag_one(optimum.residual)
     # correlated residuals carry less information: variance times (1 + r)/(1 - r) (AR(1))
     r = jnp.minimum(lag1, 0.999)
-    widening = jnp.where(lag1 > 3.3 / jnp.sqrt(n), (1 + r) / (1 - r), 1.0)
     p = jnp.sum(problem.upper > problem.lower) + (problem.ratio[1] > problem.ratio[0])
     unit = jnp.where(known, 1.0, optimum.rss / (n - p))
+    # residuals far below the stated sigma, or at rounding, are not a sign of anything
+    size = jnp.sum((problem.weights * problem.data) ** 2)
+    real = optimum.rss > jnp.where(known, 0.5 * (n - p), 1e-20 * size)
+    widening = jnp.where((lag1 > 3.3 / jnp.sqrt(n)) & real, (1 + r) / (1 - r), 1.0)
     # rounding of the normal equations limits what a noise-free curve can resolve
-    floor = 1e-13 * jnp.sum((problem.weights * problem.data) ** 2)
+    floor = 1e-13 * size
     level = optimum.rss + jnp.maximum(rule * unit * widening, floor)
 
     def rows(tau: Array) -> Array:

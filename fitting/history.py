@@ -39,7 +39,7 @@ class History(NamedTuple):
 def columns(basis: Step | History, tau: Array) -> Array:
     """[E, D(tau), F], (n, 3)."""
     if isinstance(basis, Step):
-        t = basis.t
+        t = jnp.asarray(basis.t)
         return jnp.stack([jnp.ones_like(t), -jnp.expm1(-t / tau), t], -1)
     delayed = _delayed(basis, tau)
     return jnp.stack([basis.stress, delayed, basis.integral], -1)[basis.pick]

@@ -95,7 +95,7 @@ def load(path: str | os.PathLike, kinds: tuple[str, ...], columns: dict | None) 
     name = os.fspath(path)
     for key in columns or {}:
         if key not in kinds:
-            raise ValueError(f"columns: expected keys among {list(kinds)}, got {key!r}")
+            raise ValueError(f"{name}: columns: expected keys among {list(kinds)}, got {key!r}")
     lines = [(k, text) for k, text in enumerate(_text(name).splitlines(), 1) if text.strip()]
     lines = [(k, text) for k, text in lines if not text.lstrip().startswith("#")]
     if not lines:
@@ -145,16 +145,11 @@ def _number(cell: str, comma: bool) -> float:
 
 
 def _numeric(row: list[str], comma: bool) -> bool:
-    """All cells are numbers or missing, and one at least is a number."""
-    found = False
-    for cell in row:
-        try:
-            _number(cell, comma)
-            found = True
-        except ValueError:
-            if cell.lower() not in MISSING:
-                return found and len(row) > 2 and _number_count(row, comma) >= 2
-    return found
+    """A row of data: two numbers, or one beside cells that are missing."""
+    count = _number_count(row, comma)
+    return count >= 2 or (
+        count == 1 and all(c.lower() in MISSING for c in row if not _number_count([c], comma))
+    )
 
 
 def _number_count(row: list[str], comma: bool) -> int:
@@ -259,9 +254,10 @@ def gather(
     for key in units or {}:
         if key not in kinds:
             raise ValueError(f"{table.path}: units: expected keys among {list(kinds)}, got {key!r}")
-    found = [locate(table, kind, k, columns, units) for k, kind in enumerate(kinds)]
-    if len({c.index for c in found}) < len(found):
+    places = [_index(table, kind, k, columns)[0] for k, kind in enumerate(kinds)]
+    if len(set(places)) < len(places):
         raise ValueError(f"{table.path}: columns: expected different columns for {list(kinds)}")
+    found = [locate(table, kind, k, columns, units) for k, kind in enumerate(kinds)]
     values, lines = _values(table, found)
     notes = [c.note for c in found if c.note]
     keep = _kept(table, found, kinds, values, lines, positive, notes)

@@ -189,7 +189,7 @@ def _identified(intervals: dict, table: dict, level: float) -> dict[str, bool]:
     for name, (low, high) in intervals.items():
         closed = table[name][0] < low and high < table[name][1]
         fixed = table[name][0] == table[name][1]
-        result[name] = fixed or (closed and math.log(high / low) < 2 * z * NOT_DETERMINED)
+        result[name] = bool(fixed or (closed and math.log(high / low) < 2 * z * NOT_DETERMINED))
     return result
 
 

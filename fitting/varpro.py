@@ -3,7 +3,7 @@
 Every material here has J(t) = j0 + j2 (1 - exp(-t/tau)) + f t, with j0 = 1/G1, j2 = 1/G2,
 f = 1/eta1 and tau = eta2/G2 (some of them absent). Under a stress history the strain is
 x . [E, D(tau), F](t) with x = (j0, j2, f) (``history.py``). At a fixed tau this is a least squares
-problem in a box of three dimensions, solved exactly by going through the 27 faces of the box, and
+problem in a box of three dimensions, solved exactly by going through the faces of the box, and
 tau is one scalar to search (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10
 (1973) 413). The open end 1/eta1 = 0 is simply a face of the box.
 
@@ -14,6 +14,7 @@ it is closed form on each face; the interval is the extreme of these over tau.
 All quantities are dimensionless here: times over the last time, data over their largest value.
 """
 
+import dataclasses
 import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -25,14 +26,34 @@ from jax import Array
 
 from fitting.history import columns
 
-COARSE, ZOOM, ROUNDS, FINE = 97, 9, 12, 129
-# each face of the box: per coordinate free (0), at the lower (1) or at the upper (2) bound
-FACES = np.array(list(itertools.product((0, 1, 2), repeat=3)))
+COARSE, ZOOM, ROUNDS, HALVINGS, FINE = 97, 9, 5, 30, 65
+PAIRS = np.triu_indices(3)
+PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+
+
+@jax.tree_util.register_static
+@dataclasses.dataclass(frozen=True)
+class Sides:
+    """What each of (j0, j2, f) may be: free (0), at its lower (1) or at its upper (2) bound."""
+
+    choices: tuple[tuple[int, ...], ...]
+
+    def faces(self) -> np.ndarray:
+        """Every face of the box, (k, 3)."""
+        return np.array(list(itertools.product(*self.choices)))
+
+
+def sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
+    """Faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau): far fewer than 27 as a rule."""
+    low, high = np.asarray(lower), np.asarray(upper)
+    fixed = [low[0] == high[0], low[1] == high[1], low[2] == high[2]]
+    capped = [np.isfinite(high[0]), np.isfinite(high[1]) or np.isfinite(high[3]), np.isfinite(high[2])]
+    return Sides(tuple((1,) if f else (0, 1, 2) if c else (0, 1) for f, c in zip(fixed, capped, strict=True)))
 
 
 class Problem(NamedTuple):
     """A weighted fit. data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f);
-    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search."""
+    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search; sides: of the box."""
 
     data: Array
     weights: Array
@@ -41,10 +62,11 @@ class Problem(NamedTuple):
     upper: Array
     ratio: Array
     tau: Array
+    sides: Sides
 
 
 class Faces(NamedTuple):
-    """Per face: minimiser x (27, 3), inverse of the free block (27, 3, 3), rss (27,), inside (27,)."""
+    """Per face: minimiser x (k, 3), inverse of the free block (k, 3, 3), rss (k,), inside (k,)."""
 
     x: Array
     inverse: Array
@@ -54,13 +76,13 @@ class Faces(NamedTuple):
 
 def weighted_columns(problem: Problem, tau: Array) -> Array:
     """[E, D(tau), F] times the weights, (n, 3)."""
-    return columns(problem.basis, tau) * problem.weights[:, None]
+    return columns(problem.basis, tau) * jnp.asarray(problem.weights)[:, None]
 
 
 def box(problem: Problem, tau: Array) -> tuple[Array, Array]:
     """Bounds of (j0, j2, f) at this tau: those of 1/eta2 turn into bounds of j2."""
-    lower = problem.lower.at[1].max(problem.ratio[0] * tau)
-    upper = problem.upper.at[1].min(problem.ratio[1] * tau)
+    lower = jnp.asarray(problem.lower).at[1].max(problem.ratio[0] * tau)
+    upper = jnp.asarray(problem.upper).at[1].min(problem.ratio[1] * tau)
     return lower, upper
 
 
@@ -78,23 +100,33 @@ def _inverse3(A: Array) -> Array:
     return jnp.sum(L[..., :, :, None] * L[..., :, None, :] / jnp.stack([d0, d1, d2], -1)[..., None, None], -3)
 
 
+def moments(problem: Problem, tau: Array) -> tuple[Array, Array, Array]:
+    """Normal matrix (3, 3), right-hand side (3,) and weighted sum of squares of the data.
+
+    The squared weights stand apart from the products of columns: over many curves on one time grid
+    the products are formed once and the sums are one matrix product.
+    """
+    C, square = columns(problem.basis, tau), problem.weights**2
+    sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
+    pull = square * problem.data
+    return sums[PLACE], pull @ C, pull @ problem.data
+
+
 def faces(problem: Problem, tau: Array) -> Faces:
     """The least squares solution on each face of the box at this tau."""
-    X = weighted_columns(problem, tau)
-    y = problem.data * problem.weights
-    scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.sum(X * X, 0), 1e-300))
-    X = X * scale
-    A, b, yy = X.T @ X, X.T @ y, y @ y
+    A, b, yy = moments(problem, tau)
+    scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
+    A, b = A * scale[:, None] * scale, b * scale
     lower, upper = box(problem, tau)
     low, high = lower / scale, upper / scale
-    free = jnp.asarray(FACES == 0)
-    clamped = jnp.where(FACES == 1, low, jnp.where(FACES == 2, high, 0.0))
+    table = problem.sides.faces()
+    free = jnp.asarray(table == 0)
+    clamped = jnp.where(table == 1, low, jnp.where(table == 2, high, 0.0))
     usable = jnp.all(jnp.isfinite(clamped), -1)
     clamped = jnp.where(usable[:, None], clamped, 0.0)
     both = free[:, :, None] & free[:, None, :]
     inverse = _inverse3(jnp.where(both, A, jnp.eye(3))) * both
     x = jnp.einsum("fij,fj->fi", inverse, b - clamped @ A) + clamped
-    # sum of squares by the gradient, then by the clamped part: less cancellation than y.y - b.x
     rss = jnp.maximum(yy - 2.0 * x @ b + jnp.einsum("fi,ij,fj->f", x, A, x), 0.0)
     inside = usable & _within(x, low, high, free)
     return Faces(x * scale, inverse * scale[:, None] * scale, jnp.where(usable, rss, jnp.inf), inside)
@@ -154,7 +186,7 @@ def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
         return jnp.where(ok, middle, inner), jnp.where(ok, outer, middle)
 
     inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
-    inner, _ = jax.lax.fori_loop(0, 40, halve, (inner, outer))
+    inner, _ = jax.lax.fori_loop(0, HALVINGS, halve, (inner, outer))
     open_end = jnp.stack([cost[0], cost[-1]]) <= level
     return jnp.where(open_end, grid[jnp.array([0, -1])], inner)
 
@@ -172,7 +204,7 @@ def extent_at(problem: Problem, tau: Array, level: Array, d: Array) -> Array:
     direction = jnp.einsum("fij,mj->fmi", face.inverse, d)
     spread = jnp.einsum("fmi,mi->fm", direction, d)
     length = jnp.sqrt(jnp.maximum(room, 0.0)[:, None] / jnp.where(spread > 0, spread, jnp.inf))
-    free = jnp.asarray(FACES == 0)[:, None, :]
+    free = jnp.asarray(problem.sides.faces() == 0)[:, None, :]
     ends = []
     for sign in (-1.0, 1.0):
         x = face.x[:, None, :] + sign * length[..., None] * direction
