@@ -74,5 +74,5 @@ def _minimise_all(problems: varpro.Problem) -> Any:
 
 @jax.jit
 def _profile_all(problems: varpro.Problem, best: Any, rule: jax.Array) -> Any:
-    one = lambda q, b: profile(q, b, rule, jnp.asarray(False), jnp.zeros(0))  # noqa: E731
+    one = lambda q, b: profile(q, b, rule, jnp.asarray(False), jnp.zeros(0))
     return jax.vmap(one, in_axes=(_axes(problems), 0))(problems, best)
