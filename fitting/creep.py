@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import lineax
 import optimistix
 from jax import Array
 from scipy import stats
@@ -207,7 +206,7 @@ def _polish(problem: varpro.Problem, start: Array, tau: Array, active: Array) ->
         return _residual(problem, jnp.where(active, jnp.exp(u), start), tau)
 
     u = jnp.log(jnp.where(active, start, 1.0))
-    solver = optimistix.LevenbergMarquardt(rtol=1e-10, atol=1e-10, linear_solver=lineax.Normal(lineax.Cholesky()))
+    solver = optimistix.LevenbergMarquardt(rtol=1e-8, atol=1e-8)
     found = optimistix.least_squares(residual, solver, u, None, max_steps=50, throw=False)
     return jnp.where(active, jnp.exp(found.value), start), found.stats["num_steps"]
 
