@@ -50,26 +50,31 @@ def fit_wavenumbers(thickness: Array | float) -> Array:
     return jnp.append(NODES, BEYOND) / thickness
 
 
+def quantised(ratio: Array) -> Array:
+    """The power of two nearest to a ratio > 0, at most 1024, without derivative."""
+    return jnp.exp2(jnp.round(jnp.log2(jnp.minimum(jax.lax.stop_gradient(ratio), 1024.0))))
+
+
 def fit_images(
-    values: Array, at_zero: Array, scale: Array, relative_depths: Array, thickness: Array | float
+    values: Array, at_zero: Array, floor: Array | float, relative_depths: Array, thickness: Array | float
 ) -> Images:
     """Least-squares images of responses alpha N.
 
     values: alpha N at ``fit_wavenumbers``, (..., n) [any unit]; at_zero: its value at alpha = 0, (...);
-    scale: what errors are relative to, within a factor of sqrt(2), (n,), positive; relative_depths: z_j/h, (J,).
+    floor: at_zero over the limit of short waves, (), roughly: errors are relative to floor + x/(1 + x),
+    x = alpha h; relative_depths: z_j/h, (J,).
 
-    The matrix has no units and takes the scale to a power of two, so that rounding, which differs between
-    systems of units, does not move the fit within its error.
+    The matrix has no units and, with a quantised floor, does not follow the values: the images are
+    linear in them, without noise in finite differences or between systems of units.
     """
-    unit = jax.lax.stop_gradient(jnp.max(scale))
-    power = jnp.round(jnp.log2(jax.lax.stop_gradient(scale) / unit))
-    exponent = jnp.minimum(jnp.append(NODES, BEYOND)[:, None] * relative_depths, 700.0)
+    x = jnp.append(NODES, BEYOND)
     # the limit of short waves is held a thousand times closer than the rest
-    rows = jnp.ones(NODES.size + 1).at[-1].set(1e3) * jnp.exp2(-power)
+    rows = jnp.ones(x.size).at[-1].set(1e3) / (floor + x / (1.0 + x))
+    exponent = jnp.minimum(x[:, None] * relative_depths, 700.0)
     matrix = jax.lax.stop_gradient(jnp.expm1(-exponent) * rows[:, None])
     u, s, vt = jnp.linalg.svd(matrix, full_matrices=False)
-    target = (values - at_zero[..., None]) / unit * rows
-    weights = unit * (jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt)
+    target = (values - at_zero[..., None]) * rows
+    weights = jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt
     first = at_zero - jnp.sum(weights, -1)
     depths = jnp.append(0.0, thickness * relative_depths)
     return Images(depths, jnp.concatenate([first[..., None], weights], -1))

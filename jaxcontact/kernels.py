@@ -17,6 +17,7 @@ from jaxcontact.frf.separable import DEFAULT_NODES, SeparableResponse, separate
 from jaxcontact.geometry import Indenter
 from jaxcontact.grid import Grid
 from jaxcontact.influence import (
+    BEYOND,
     Images,
     fit_images,
     fit_wavenumbers,
@@ -24,6 +25,7 @@ from jaxcontact.influence import (
     image_coefficients,
     image_depths,
     influence_coefficients,
+    quantised,
 )
 from jaxcontact.layers import LayeredHalfSpace, checked_body, long_wave_compliance
 
@@ -138,21 +140,10 @@ def _fitted(body: LayeredHalfSpace, nodes: int) -> tuple[SeparableResponse, Imag
         return response, half_space_images(response.terms[:, 0])
     h = body.layers[0].thickness
     response = separate(body, fit_wavenumbers(h), nodes)
-    at_zero = jnp.zeros(response.terms.shape[0]).at[0].set(long_wave_compliance(body))
-    return response, _fit_each(body, response.terms, at_zero)
-
-
-def _fit_each(body: LayeredHalfSpace, terms: Array, at_zero: Array) -> Images:
-    """Images of several terms, each with errors relative to itself."""
-    h = body.layers[0].thickness
-    depths = image_depths(stiffness_ratio(body))
-
-    def one(values: Array, zero: Array) -> Array:
-        size = jnp.abs(jax.lax.stop_gradient(values))
-        scale = jnp.maximum(size, 1e-9 * jnp.max(size))
-        return fit_images(values, zero, jnp.where(scale > 0.0, scale, 1.0), depths, h).weights
-
-    return Images(jnp.append(0.0, h * depths), jax.vmap(one)(terms, at_zero))
+    depths, A = image_depths(stiffness_ratio(body)), long_wave_compliance(body)
+    first = fit_images(response.terms[0], A, quantised(A / response.terms[0, -1]), depths, h)
+    shapes = fit_images(response.terms[1:], jnp.zeros(len(response.terms) - 1), 0.0, depths, h)
+    return response, Images(first.depths, jnp.concatenate([first.weights[None], shapes.weights]))
 
 
 def stiffness_ratio(body: LayeredHalfSpace) -> Array:
@@ -166,8 +157,8 @@ def film_coefficients(body: LayeredHalfSpace, grid: Grid) -> Array:
     """Shortening of the film over its thickness, on a rigid base, per unit of J p on a cell, (nx, ny)."""
     h = body.layers[0].thickness
     film = layer_modes(body, fit_wavenumbers(h)).film
-    images = _fit_each(body, film[None], jnp.zeros(1))
-    return influence_coefficients(grid, images)[0] / h
+    images = fit_images(film, jnp.zeros(()), 0.0, image_depths(stiffness_ratio(body)), h)
+    return influence_coefficients(grid, images) / h
 
 
 def build_superposition(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Superposition:
@@ -193,7 +184,7 @@ def image_weights(
     else:
         h = body.layers[0].thickness
         values = respond(body, fit_wavenumbers(h), start[..., None], end[..., None])
-        scale = jax.lax.stop_gradient(respond(body, fit_wavenumbers(h), jnp.max(start), jnp.max(end)))
-        at_zero = long_wave_compliance(body) * jnp.ones_like(start)
-        weights = fit_images(values, at_zero, scale, image_depths(stiffness_ratio(body)), h).weights
+        A, last = long_wave_compliance(body), respond(body, BEYOND / h, jnp.max(start), jnp.max(end))
+        depths = image_depths(stiffness_ratio(body))
+        weights = fit_images(values, A * jnp.ones_like(start), quantised(A / last), depths, h).weights
     return weights.at[..., 0].add(indenter.compliance())

@@ -17,6 +17,7 @@ from jaxcontact.influence import (
     half_space_images,
     image_depths,
     influence_coefficients,
+    quantised,
 )
 from jaxcontact.kernels import build_superposition, image_weights
 from jaxcontact.reference import refined_grid
@@ -38,7 +39,8 @@ def test_images_fit_the_response_at_wavenumbers_between_the_nodes(ratio, bound):
     h, g = 150e-9, 0.75e9
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(g, 0.3), h)], jc.Elastic(g / ratio, 0.3))
     values = scaled_response(body, fit_wavenumbers(h), 0.0, 0.0)
-    fit = fit_images(values, jnp.asarray(0.7 * ratio / g), values, image_depths(jnp.asarray(ratio)), h)
+    floor = quantised(jnp.asarray(ratio))
+    fit = fit_images(values, jnp.asarray(0.7 * ratio / g), floor, image_depths(jnp.asarray(ratio)), h)
     alpha = jnp.geomspace(1e-7, 1e4, 1001) / h
     ours = jnp.exp(-alpha[:, None] * fit.depths) @ fit.weights
     np.testing.assert_allclose(ours, scaled_response(body, alpha, 0.0, 0.0), rtol=bound)
