@@ -34,7 +34,9 @@ def fit_creep_batch(
     model = models.resolve(model)
     table = models.limits(model, fixed, bounds)
     curves = [CreepData(t=t, J=row) for row in np.atleast_2d(np.asarray(J, dtype=float))]
-    scaled = [scale(curve, choose_weights(curve, weights, None)[0], model, table) for curve in curves]
+    scaled = [
+        scale(curve, choose_weights(curve.response, weights, None)[0], model, table) for curve in curves
+    ]
     problems = _stack([s.problem for s in scaled])
     best = _minimise_all(problems)
     unit = np.array([s.compliance for s in scaled])[:, None] * np.array(

@@ -53,7 +53,7 @@ def fit_creep(
     """
     model = models.resolve(model)
     table = models.limits(model, fixed, bounds)
-    weight, label = choose_weights(data, weights, sigma)
+    weight, label = choose_weights(data.response, weights, sigma)
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     free = [name for name, (low, high) in table.items() if low < high]
@@ -94,9 +94,8 @@ class Comparison(NamedTuple):
         return "\n".join([head, *rows])
 
 
-def choose_weights(data: CreepData, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
-    """Weights (n,) [1/unit of the data] and their label; ValueError unless exactly one choice is made."""
-    y = data.response
+def choose_weights(y: np.ndarray, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
+    """Weights (n,) [1/unit of y] and their label; ValueError unless exactly one choice is made."""
     if (weights is None) == (sigma is None):
         raise ValueError('weights: choose "relative", "absolute" or sigma=...; the choice decides the answer')
     if sigma is not None:

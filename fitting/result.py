@@ -143,7 +143,7 @@ def build(
     total = float(np.sum((data.response - data.response.mean()) ** 2))
     return CreepFit(
         material=models.material(model, parts, nu), model=model, data=data, weights=weights, level=level,
-        values=values, intervals=intervals, identified=_identified(intervals, table, level),
+        values=values, intervals=intervals, identified=identified(intervals, table, level),
         sd_log={name: _sd(log, part, table[name]) for name, part in where.items()},
         fixed=tuple(name for name, (low, high) in table.items() if low == high),
         tau=tau, duration=scaled.time, t_over_tau=scaled.time / tau, condition=log.condition,
@@ -182,7 +182,7 @@ def parameter_intervals(
     return result
 
 
-def _identified(intervals: dict, table: dict, level: float) -> dict[str, bool]:
+def identified(intervals: dict, table: dict, level: float) -> dict[str, bool]:
     """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be."""
     z = stats.norm.ppf(0.5 + 0.5 * level)
     result = {}

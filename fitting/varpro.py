@@ -147,6 +147,7 @@ def best_at(problem: Problem, tau: Array) -> tuple[Array, Array]:
     return rss[k], face.x[k]
 
 
+@jax.jit
 def solve(problem: Problem) -> tuple[Array, Array, Array, Array]:
     """(rss, x, tau, (COARSE,) rss on the first grid of tau): a grid in log tau, then zooming in."""
     lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])

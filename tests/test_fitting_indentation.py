@@ -1,0 +1,247 @@
+"""Half-space indentation fits against Lee and Radok's and Ting's solutions, which share no code with them."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import optimize, stats
+
+import fitting
+import jaxcontact as jc
+from fitting import halfspace
+from fitting.press import prepare
+from jaxcontact.reference import lee_radok, ting
+
+TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
+R, NU = 9.525e-3, 0.3
+KNOTS, LOADS = np.array([0.0, 600.0, 40000.0]), np.array([0.0, 1.0, 1.2])
+BALL = jc.Sphere(radius=R, material=jc.Elastic.from_young(210e9))
+RIGID = jc.Sphere(radius=R)
+TIMES = np.concatenate([[0.0], np.linspace(200.0, 40000.0, 200)])
+
+
+def creep(t):
+    return 1 / TRUTH["G1"] - np.expm1(-TRUTH["G2"] / TRUTH["eta2"] * t) / TRUTH["G2"] + t / TRUTH["eta1"]
+
+
+def relaxation(t):
+    """G(t) of the two rates of h(s) = s/G1 + 1/eta1 + s/(G2 + eta2 s) [Pa], the oracle's own."""
+    G1, G2, eta1, eta2 = TRUTH.values()
+    a, b, c = eta2 / G1, G2 / G1 + eta2 / eta1 + 1.0, G2 / eta1
+    rates = -np.roots([a, b, c])
+    slope = lambda s: 1 / G1 + G2 / (G2 + eta2 * s) ** 2
+    return sum(np.exp(-r * np.asarray(t)) / slope(-r) for r in rates)
+
+
+def depth_of(times, knots=KNOTS, loads=LOADS, ball=BALL):
+    radius = lee_radok.history_radius(times, creep, knots, loads, R, NU, float(ball.compliance()))
+    return radius**2 / R
+
+
+def hold(noise=0.0, seed=0, t=TIMES, **options):
+    depth = depth_of(t, **options)
+    depth = depth * (1 + noise * np.random.default_rng(seed).standard_normal(t.size))
+    return fitting.IndentationData(t=t, load=np.interp(t, KNOTS, LOADS), depth=depth)
+
+
+def fit(data, indenter=BALL, **options):
+    return fitting.fit_indentation(data, model=jc.Burgers, indenter=indenter, nu=NU, **options)
+
+
+def test_load_control_recovers_lee_and_radok():
+    found = fit(hold())
+    for name, value in TRUTH.items():
+        np.testing.assert_allclose(found.values[name], value, rtol=1e-6)
+    assert found.identified["eta1"] and not found.misfit and found.r2 > 1 - 1e-12
+    np.testing.assert_allclose(found.predict(TIMES), creep(TIMES), rtol=1e-6)
+
+
+def test_load_step_at_the_first_sample():
+    t = np.linspace(5.0, 40005.0, 201)
+    depth = lee_radok.step_approach(t - 5.0, creep, 1.0, R, NU)
+    data = fitting.IndentationData(t=t, load=np.ones(t.size), depth=depth)
+    for name, value in fit(data, RIGID).values.items():
+        np.testing.assert_allclose(value, TRUTH[name], rtol=1e-6)
+
+
+def test_depth_control_recovers_lee_and_radok():
+    """The depth after a step load drives the model; depth^(3/2) linear between samples is second order."""
+    errors = []
+    for n in (200, 400):
+        t = np.linspace(0.0, 40000.0, n + 1)
+        depth = lee_radok.step_approach(t, creep, 1.0, R, NU)
+        data = fitting.IndentationData(t=t, load=np.ones(t.size), depth=depth)
+        values = fit(data, RIGID, control="depth").values
+        errors.append(max(abs(values[name] / TRUTH[name] - 1) for name in TRUTH))
+    print(f"\nlargest error of a parameter, 200 and 400 steps: {errors[0]:.1e}, {errors[1]:.1e}")
+    assert errors[1] < 3e-3 and 3.0 < errors[0] / errors[1] < 5.0
+
+
+def unloading(n):
+    """Depth up and down a parabola, by Ting's solution."""
+    t = np.linspace(0.0, 9000.0, n)
+    depth = lambda s: 1e-6 * (1 - (np.asarray(s) / 6000.0 - 1) ** 2)
+    rate = lambda s: -2e-6 / 6000.0 * (np.asarray(s) / 6000.0 - 1)
+    loads = [0.0] + [ting.load(s, relaxation, depth, rate, 6000.0, R, NU) for s in t[1:]]
+    return t, depth(t), np.array(loads)
+
+
+def test_unloading_is_tings():
+    t, depth, load = unloading(601)
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    found = fit(data, RIGID, control="depth")
+    assert any("Ting" in note for note in found.notes)
+    np.testing.assert_allclose(found.fitted, load[found.kept], atol=2e-4 * load.max())
+    for name in ("G1", "eta2"):
+        np.testing.assert_allclose(found.values[name], TRUTH[name], rtol=0.02)
+
+
+def test_unloading_has_exact_slopes():
+    """The Jacobian through t1(t) against central differences."""
+    t, depth, load = unloading(61)
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    known = dict.fromkeys(("contact_point", "drift", "machine_compliance"), 0.0)
+    press = prepare(data, jc.Burgers, RIGID, NU, "depth", "absolute", None, None, None, known, None)
+    top = int(np.argmax(press.depth))
+    curve = halfspace.Curve(press.t, press.load, press.depth, np.ones(t.size), 0.0, press.extra, top)
+    theta, free = np.array([-2.0, 1.0, 0.5, -0.5, 0.0, 0.0, 0.0]), np.arange(7)
+    exact = np.asarray(halfspace.slopes(theta, free, curve, "ting"))
+    for i in free[:4]:
+        step = np.zeros(7)
+        step[i] = 1e-4
+        up, down = (np.asarray(halfspace.evaluate(theta + s, curve, "ting")) for s in (step, -step))
+        np.testing.assert_allclose(exact[:, i], (up - down) / 2e-4, atol=2e-3 * np.abs(exact[:, i]).max())
+
+
+def scipy_cost(data, fixed=None):
+    """Least squares of the relative depth by scipy alone, the load history's integral in closed form."""
+    names = [n for n in TRUTH if n not in (fixed or {})]
+    A, t, d = float(BALL.compliance()), data.t[1:], data.depth[1:]
+
+    def ramp(p, s):
+        """int_0^s J."""
+        tau = p["eta2"] / p["G2"]
+        return s / p["G1"] + (s + tau * np.expm1(-s / tau)) / p["G2"] + s**2 / (2 * p["eta1"])
+
+    def residual(u):
+        p = dict(zip(names, np.exp(u), strict=True)) | (fixed or {})
+        first, later = 1.0 / 600.0, 0.2 / 39400.0
+        after = np.maximum(t - 600.0, 0.0)
+        integral = (1 - NU) * (first * (ramp(p, t) - ramp(p, after)) + later * ramp(p, after))
+        total = integral + A * np.interp(t, KNOTS, LOADS)
+        return (0.375 / np.sqrt(R) * total) ** (2 / 3) / d - 1
+
+    start = np.log([TRUTH[n] for n in names])
+    return 2 * optimize.least_squares(residual, start, xtol=1e-14, ftol=1e-14, gtol=1e-14).cost
+
+
+def test_optimum_and_intervals_are_those_of_scipy():
+    data = hold(noise=0.005, seed=3)
+    found = fit(data, weights="relative")
+    cost = scipy_cost(data)
+    np.testing.assert_allclose(found.rss, cost, rtol=1e-8)
+    rise = stats.f.ppf(0.95, 1, 196) / 196
+    for name in ("G1", "eta1"):
+        for end in found.intervals[name]:
+            height = scipy_cost(data, fixed={name: end}) / cost - 1
+            np.testing.assert_allclose(height / rise, 1.0, rtol=1e-2)
+
+
+def test_intervals_cover_the_truth():
+    """60 seeds of 0.5 % noise: each interval holds the truth as often as a 95 % one should (binomial, 3 sd)."""
+    found = [fit(hold(noise=0.005, seed=seed), weights="relative") for seed in range(60)]
+    for name, value in TRUTH.items():
+        covered = sum(f.intervals[name][0] <= value <= f.intervals[name][1] for f in found)
+        assert covered >= 60 * 0.95 - 3 * np.sqrt(60 * 0.95 * 0.05), (name, covered)
+
+
+def test_a_short_hold_does_not_determine_the_flow():
+    t = np.concatenate([[0.0], np.linspace(36.0, 7200.0, 200)])
+    opened = 0
+    for seed in range(10):
+        found = fit(hold(noise=0.005, seed=seed, t=t), weights="relative")
+        low, high = found.intervals["eta1"]
+        assert low > 0
+        opened += np.isinf(high) and not found.identified["eta1"]
+    assert opened >= 8
+
+
+@pytest.mark.parametrize("control", ["load", "depth"])
+def test_nuisances_are_recovered(control):
+    """Contact point, drift and machine compliance put into the measured depth are found again."""
+    t = np.concatenate([[0.0], np.geomspace(1.0, 40000.0, 400)])
+    load = np.interp(t, KNOTS, LOADS)
+    depth = depth_of(t, ball=RIGID) + 2e-6 + 5e-11 * t + 3e-6 * load
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    names = ("contact_point", "machine_compliance")
+    found = fit(data, RIGID, control=control, drift=5e-11, **dict.fromkeys(names, "fit"))
+    truth = {"contact_point": 2e-6, "machine_compliance": 3e-6}
+    for name, value in truth.items():
+        np.testing.assert_allclose(found.nuisances[name][0], value, rtol=0.02)
+    np.testing.assert_allclose(found.values["G2"], TRUTH["G2"], rtol=0.02)
+
+
+def test_ramp_is_oyens_factor():
+    """With rise=t_R the fit of depths from Oyen's closed form (her Eq. for t >= t_R) is exact."""
+    rise, tau = 3000.0, TRUTH["eta2"] / TRUTH["G2"]
+    t = np.linspace(0.0, 40000.0, 201)
+    factor = tau / rise * np.expm1(rise / tau)
+    integral = (
+        1 / TRUTH["G1"] + (1 - factor * np.exp(-t / tau)) / TRUTH["G2"] + (t - rise / 2) / TRUTH["eta1"]
+    )
+    depth = np.where(t < rise, 1e-9, 0.375 * (1 - NU) / np.sqrt(R) * np.maximum(integral, 0)) ** (2 / 3)
+    data = fitting.IndentationData(t=t, load=np.minimum(t / rise, 1.0), depth=depth)
+    for name, value in fit(data, RIGID, rise=rise).values.items():
+        np.testing.assert_allclose(value, TRUTH[name], rtol=1e-6)
+    step = fit(data, RIGID, rise=0.0)
+    assert abs(step.values["G1"] / TRUTH["G1"] - 1) > 0.1
+
+
+def test_fixed_bounds_and_other_models():
+    data = hold(noise=0.005)
+    found = fit(data, weights="relative", fixed={"G2": 1.4e7}, bounds={"eta1": (None, 2.5e12)})
+    assert found.values["G2"] == pytest.approx(1.4e7, rel=1e-12) and found.fixed == ("G2",)
+    assert found.values["eta1"] == pytest.approx(2.5e12) and not found.identified["eta1"]
+    solid = fitting.fit_indentation(data, "StandardLinearSolid", indenter=BALL, nu=NU, weights="relative")
+    assert solid.rss > 1.5 * fit(data, weights="relative").rss and solid.misfit
+
+
+def test_report(tmp_path):
+    found = fit(hold(noise=0.005), weights="relative")
+    text = found.summary()
+    for phrase in ("load control", "weights: relative", "conditional on nu = 0.3", "forward and", "1 points"):
+        assert phrase in text
+    loaded = json.loads(found.to_json())
+    assert loaded["parameters"]["G1_Pa"] == found.values["G1"] and loaded["forward_runs"] > 0
+    low, high = found.band(TIMES)
+    assert np.all((low < found.predict(TIMES)) & (found.predict(TIMES) < high))
+    found.plot(tmp_path / "fit.png")
+    assert (tmp_path / "fit.png").stat().st_size > 10000
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"control": "force"}, "control"),
+        ({"nu": 0.6}, "nu"),
+        ({"indenter": jc.FlatPunch(radius=1e-3)}, "indenter"),
+        ({"indenter": jc.Sphere(radius=-1.0)}, "radius"),
+        ({"weights": "log"}, "weights"),
+        ({"drift": "yes"}, "drift"),
+        ({"rise": -1.0}, "rise"),
+        ({"rise": 1.0, "control": "depth"}, "rise"),
+        ({"level": 2.0}, "level"),
+        ({"model": "Zener"}, "model"),
+        ({"fixed": {"E": 1.0}}, "fixed"),
+    ],
+)
+def test_bad_options_are_named(options, word):
+    with pytest.raises(ValueError, match=word):
+        fitting.fit_indentation(hold(), **({"indenter": BALL, "nu": NU} | options))
+
+
+def test_unloading_under_load_control_is_refused():
+    load = np.append(np.ones(200), 0.1)
+    data = fitting.IndentationData(t=np.linspace(0, 4e4, 201), load=load, depth=hold().depth)
+    with pytest.raises(ValueError, match="grows"):
+        fit(data)
