@@ -27,5 +27,7 @@ from jaxcontact.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.materials import Prony as Prony  # noqa: E402
 from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
+from jaxcontact.slide import slide as slide  # noqa: E402
+from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
 
 __version__ = "0.1.0"

@@ -68,7 +68,7 @@ def indent(
     body = checked_body(body)
     check_inputs(body, indenter, control, times, grid, save, substeps, correspondence)
     if kernels is not None:
-        _check_kernels(kernels, grid, correspondence)
+        check_kernels(kernels, grid, correspondence)
     result, separation = _run(
         *as_float64((body, indenter, control, times, grid, tolerance)),
         jnp.asarray(max_iterations),
@@ -126,7 +126,8 @@ def check_control(control: Control, nt: int) -> None:
             )
 
 
-def _check_kernels(kernels: Kernels, grid: Grid, correspondence: str) -> None:
+def check_kernels(kernels: Kernels, grid: Grid, correspondence: str) -> None:
+    """Kernels of that grid, for the exact correspondence."""
     _checks.require(correspondence == "exact", 'kernels: expected correspondence="exact" with them')
     shape = (kernels.circulants.shape[-1], (kernels.circulants.shape[-2] - 1) * 2)
     fits = shape[0] == grid.shape[0] and abs(shape[1] - grid.shape[1]) <= 1

@@ -15,7 +15,9 @@ STATUS_MEANING = (
     "not converged: more iterations (max_iterations) or a looser tolerance",
     "contact at the edge of the grid: a wider grid",
     "fewer than 3 cells across the contact: a finer grid",
+    "a step of sliding moved more than half the grid's width: more substeps",
 )
+MOVED_TOO_FAR = 4
 
 
 @pytree

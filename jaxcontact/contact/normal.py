@@ -41,6 +41,11 @@ class Problem:
     lowest: Array
     load_controlled: bool = static()
 
+    @property
+    def symmetric(self) -> bool:
+        """False for a complex spectrum, which is that of a kernel that is not even."""
+        return not jnp.iscomplexobj(self.spectrum)
+
 
 @pytree
 class Solution:
@@ -89,7 +94,10 @@ def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array
     return jnp.where(jnp.any(active), masked_mean(surface, active), jnp.min(surface))
 
 
-def _error(problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array) -> Array:
+def stopping_error(
+    problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array
+) -> Array:
+    """The dimensionless error of the module's formula."""
     total = jnp.sum(pressure)
     safe = jnp.where(total > 0.0, total, 1.0)
     depth = jnp.maximum(jnp.abs(approach - problem.lowest), jnp.sum(pressure * displacement) / safe)
@@ -143,7 +151,7 @@ def _iterate(problem: Problem, inverse: Array, s: _Search) -> _Search:
         changed, lambda: spectral.convolve(problem.spectrum, pressure), lambda: u - step * lifted
     )
     approach = approach_of(problem, pressure, displacement)
-    error = _error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
+    error = stopping_error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
     since = jnp.where(changed, 0, s.since_refresh + 1)
     return _Search(pressure, displacement, t, r, descent, error, s.iterations + 1, since)
 
@@ -157,7 +165,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     p = usable_start(problem, start)
     u = spectral.convolve(problem.spectrum, p)
     approach = approach_of(problem, p, u)
-    error = _error(problem, p, u, u + problem.gap - approach, approach)
+    error = stopping_error(problem, p, u, u + problem.gap - approach, approach)
     if problem.load_controlled:
         error = jnp.where(problem.target > 0.0, error, 0.0)
     zero = jnp.zeros_like(p)

@@ -3,6 +3,7 @@
 State is an explicit carry: a march may stop after any step and go on from its carry.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, static
-from jaxcontact.contact.implicit import solve_contact
+from jaxcontact.contact.implicit import KEPT, solve_contact
 from jaxcontact.contact.normal import Problem
 
 NOT_CONVERGED, AT_EDGE, TOO_COARSE = 1, 2, 3
@@ -57,6 +58,7 @@ class Outcome(NamedTuple):
     iterations: Array
     error: Array
     status: Array
+    observed: Any  # by the memory, see its ``observe``
 
 
 def start(setup: Setup) -> Carry:
@@ -93,6 +95,7 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
         iterations=solution.iterations,
         error=solution.error,
         status=status_of(pressure, converged),
+        observed=setup.memory.observe(fields, pressure, steps.memory),
     )
     return Carry(fields, pressure, rate), outcome
 
@@ -128,13 +131,22 @@ def film_strain(memory: Any, fields: Any, pressure: Array, step: Any) -> Array:
 
 
 def march(
-    setup: Setup, carry: Carry, steps: Steps, save: str | Callable[[Outcome], Any]
+    setup: Setup,
+    carry: Carry,
+    steps: Steps,
+    save: str | Callable[[Outcome], Any],
+    checkpoint: str = "pressures",
 ) -> tuple[Carry, Outcome, Outcome]:
     """March over steps whose leading axes are (nt, substeps); outcomes at the end of each row.
 
     Returns the carry, the saved outcomes stacked over nt (with the fields replaced by what ``save``
     makes of them) and the last outcome whole.
+
+    Reverse mode goes back in blocks of about sqrt(nt) rows, of which the first carry alone is kept.
+    checkpoint: "pressures" keeps the pressures of all inner steps as well, so that no contact is solved
+    again; "blocks" keeps those of one block at a time and solves every contact twice.
     """
+    keep = jax.checkpoint_policies.save_only_these_names(KEPT)
 
     def inner(state: tuple[Carry, Outcome], step: Steps) -> tuple[tuple[Carry, Outcome], None]:
         return advance(setup, state[0], step), None
@@ -143,11 +155,30 @@ def march(
         if row.dt.shape[0] == 1:
             state = advance(setup, state[0], jax.tree.map(lambda a: a[0], row))
         else:
-            state = jax.lax.scan(jax.checkpoint(inner), state, row)[0]
+            state = jax.lax.scan(jax.checkpoint(inner, policy=keep), state, row)[0]
         return state, saved(state[1], save)
 
-    (carry, last), outcomes = jax.lax.scan(jax.checkpoint(outer), (carry, blank(setup)), steps)
-    return carry, outcomes, last
+    def block(state: tuple[Carry, Outcome], rows: Steps) -> tuple[tuple[Carry, Outcome], Outcome]:
+        return jax.lax.scan(jax.checkpoint(outer, policy=keep), state, rows)
+
+    length = math.isqrt(len(steps.dt) - 1) + 1
+    blocks, padding = in_blocks(steps, length, setup.load_controlled)
+    whole = jax.checkpoint(block, policy=keep if checkpoint == "pressures" else None)
+    (carry, last), outcomes = jax.lax.scan(whole, (carry, blank(setup, steps)), blocks)
+    flat = lambda a: a.reshape(-1, *a.shape[2:])[padding:]
+    return carry, jax.tree.map(flat, outcomes), last
+
+
+def in_blocks(steps: Steps, length: int, load_controlled: bool) -> tuple[Steps, int]:
+    """Rows in blocks of equal length, (blocks, length, substeps), and the number of rows put before.
+
+    A row without length or contact, put before the first, changes nothing.
+    """
+    padding = -len(steps.dt) % length
+    idle = jax.tree.map(lambda a: jnp.repeat(a[:1], padding, axis=0), steps)
+    idle = idle._replace(target=jnp.full_like(idle.target, 0.0 if load_controlled else -1.0))
+    padded = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), idle, steps)
+    return jax.tree.map(lambda a: a.reshape(-1, length, *a.shape[1:]), padded), padding
 
 
 def saved(outcome: Outcome, save: str | Callable[[Outcome], Any]) -> Outcome:
@@ -158,8 +189,11 @@ def saved(outcome: Outcome, save: str | Callable[[Outcome], Any]) -> Outcome:
     return outcome._replace(pressure=kept, displacement=None)
 
 
-def blank(setup: Setup) -> Outcome:
+def blank(setup: Setup, steps: Steps) -> Outcome:
     """An outcome of the right shapes to start the march with."""
     zero, one = jnp.zeros_like(setup.profile), jnp.zeros(())
     integer = jnp.zeros((), int)
-    return Outcome(zero, zero, one, one, one, one, one, integer, one, integer)
+    first = jax.tree.map(lambda a: a[(0,) * 2], steps.memory)
+    observed = jax.eval_shape(setup.memory.observe, setup.memory.start(zero.shape), zero, first)
+    observed = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), observed)
+    return Outcome(zero, zero, one, one, one, one, one, integer, one, integer, observed)

@@ -76,6 +76,9 @@ class RecursiveMemory:
         weights = self.kernels.film.weights
         return weights[0] * pressure + jnp.tensordot(weights[1:], eta, 1)
 
+    def observe(self, eta: Array, pressure: Array, dt: Array) -> None:
+        """Nothing beyond what every step reports."""
+
     def film_coefficients(self) -> Array | None:
         """See ``kernels.Film``."""
         return None if self.kernels.film is None else self.kernels.film.coefficients

@@ -57,6 +57,9 @@ class DirectMemory:
         """The hereditary integral of the film's J over the pressure, without unit, (nx, ny)."""
         return jnp.tensordot(row.film, increments, 1) / self.images.units.compliance
 
+    def observe(self, increments: Array, pressure: Array, row: Row) -> None:
+        """Nothing beyond what every step reports."""
+
     def film_coefficients(self) -> Array | None:
         return self.images.film_coefficients
 

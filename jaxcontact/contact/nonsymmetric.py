@@ -1,0 +1,133 @@
+"""The contact problem for an operator that is not symmetric: sliding over a body with a memory.
+
+    u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,     <p, K p> > 0,
+
+the problem and the stopping error of ``contact.normal``, whose conjugate gradients need K = K^T. Here
+an active set of cells A = {p > 0} or {g < 0} is guessed, K_AA dp = -g_A is solved on it by BiCGSTAB
+(H. A. van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631), p + dp is clipped at zero, and so
+on: the primal-dual active set method (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13
+(2002) 865) with inexact solves. The preconditioner is the complex circulant of K.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact import spectral
+from jaxcontact.contact.normal import (
+    FLOOR,
+    Problem,
+    Solution,
+    approach_of,
+    projected,
+    stopping_error,
+    usable_start,
+)
+
+REDUCTION = 0.03  # of the residual, by the linear solve on one active set
+INNER = 20  # most BiCGSTAB iterations on one active set
+
+Linear = Callable[[Array], Array]
+
+
+def complex_preconditioner(circulant: Array) -> Array:
+    """Spectrum of the inverse of a complex circulant, its real part raised to a floor above zero."""
+    floor = FLOOR * jnp.mean(jnp.abs(circulant))
+    return 1.0 / jax.lax.complex(jnp.maximum(circulant.real, floor), circulant.imag)
+
+
+class _Krylov(NamedTuple):
+    x: Array
+    r: Array
+    d: Array
+    v: Array
+    rho: Array
+    size: Array
+    omega: Array
+    count: Array
+
+
+def _safe(value: Array) -> Array:
+    return jnp.where(value == 0.0, 1.0, value)
+
+
+def bicgstab(
+    operator: Linear, inverse: Linear, b: Array, reduction: Array, limit: Array
+) -> tuple[Array, Array]:
+    """x with operator(x) = b to a relative residual ``reduction``, and the iterations taken.
+
+    The preconditioner ``inverse`` acts from the right; an iteration costs two applications of each.
+    """
+    goal = reduction**2 * jnp.sum(b**2)
+    one = jnp.ones(())
+
+    def going(k: _Krylov) -> Array:
+        return (jnp.sum(k.r**2) > goal) & (k.count < limit) & (k.rho != 0.0) & (k.omega != 0.0)
+
+    def step(k: _Krylov) -> _Krylov:
+        rho = jnp.sum(b * k.r)
+        d = k.r + (rho / k.rho) * (k.size / k.omega) * (k.d - k.omega * k.v)
+        direction = inverse(d)
+        v = operator(direction)
+        size = rho / _safe(jnp.sum(b * v))
+        half = k.r - size * v
+        correction = inverse(half)
+        t = operator(correction)
+        omega = jnp.sum(t * half) / _safe(jnp.sum(t**2))
+        x = k.x + size * direction + omega * correction
+        return _Krylov(x, half - omega * t, d, v, rho, size, omega, k.count + 1)
+
+    zero = jnp.zeros_like(b)
+    first = _Krylov(zero, b, zero, zero, one, one, one, jnp.zeros((), int))
+    last = jax.lax.while_loop(going, step, first)
+    return last.x, last.count
+
+
+class _Search(NamedTuple):
+    pressure: Array
+    displacement: Array
+    error: Array
+    iterations: Array
+
+
+def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve from a start pressure (nx, ny); ``iterations`` counts those of BiCGSTAB.
+
+    A load of zero, or an approach that reaches nothing, gives no pressure. The caller finds in ``error``
+    whether the tolerance was met.
+    """
+    load = problem.load_controlled
+    inverse = complex_preconditioner(problem.circulant)
+
+    def assessed(p: Array, count: Array) -> _Search:
+        u = spectral.convolve(problem.spectrum, p)
+        approach = approach_of(problem, p, u)
+        error = stopping_error(problem, p, u, u + problem.gap - approach, approach)
+        if load:
+            error = jnp.where(problem.target > 0.0, error, 0.0)
+        return _Search(p, u, error, count)
+
+    def improve(s: _Search) -> _Search:
+        r = s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
+        work = (s.pressure > 0.0) | (r < 0.0)
+        project = lambda values: projected(values, work, load)
+        change, count = bicgstab(
+            lambda x: project(spectral.convolve(problem.spectrum, x)),
+            lambda x: project(spectral.apply_circulant(inverse, x)),
+            -project(r),
+            REDUCTION,
+            jnp.minimum(INNER, max_iterations - s.iterations),
+        )
+        p = jnp.maximum(s.pressure + change, 0.0)
+        if load:
+            p = p * (problem.target / jnp.sum(p))
+        return assessed(p, s.iterations + jnp.maximum(count, 1))
+
+    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
+    first = assessed(usable_start(problem, start), jnp.zeros((), int))
+    s = jax.lax.while_loop(going, improve, first)
+    approach = approach_of(problem, s.pressure, s.displacement)
+    return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)

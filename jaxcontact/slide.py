@@ -1,0 +1,130 @@
+"""Sliding in time: an indenter that moves over the body, in any direction and at any speed."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import as_float64
+from jaxcontact.controls import Control, Load
+from jaxcontact.geometry import Indenter
+from jaxcontact.grid import Grid
+from jaxcontact.history import march as marching
+from jaxcontact.indentation import check_inputs, check_kernels, fine_times, fine_values, to_si, warn
+from jaxcontact.kernels import Kernels, build
+from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.results import MOVED_TOO_FAR
+from jaxcontact.sliding.results import SlidingHistory
+from jaxcontact.sliding.track import FARTHEST, check_velocity, directions, over_times, shifts
+from jaxcontact.sliding.transport import Motion, Shift, moving_memory
+
+
+def slide(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    times: Array,
+    *,
+    velocity: Array | float,
+    grid: Grid,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    save: str | Callable[[Any], Any] = "all",
+    substeps: int = 1,
+    kernels: Kernels | None = None,
+) -> SlidingHistory:
+    """Press an indenter on a body, move it over the body and follow the contact in time.
+
+        u(x, t) = int_0^t K(x + X(t) - X(s), t - s) * dp(x, s),   g = profile + u - approach >= 0,  p >= 0,  p g = 0
+
+    in the frame of the indenter, whose place over the body is X(t) = int velocity dt. velocity [m/s]: a number
+    (along x), (2,) for (vx, vy), or (nt, 2) over times, linear between them; +x has its leading edge, and
+    the higher pressure, on the +x side. It steps on with the load at times[0].
+
+    The other arguments are those of ``indent``. An inner step may move up to half the grid's width: take
+    more ``substeps`` beyond. Steady pressure is moved without error at any step; otherwise the error is
+    of second order in the step.
+
+    What the indenter leaves behind on the grid is remembered, also when it comes back; what leaves the grid
+    is dropped, and ``dropped`` of the result bounds what it would still do. A track that leaves the grid
+    and then comes back is refused.
+
+    Returns a ``SlidingHistory``. Raises ValueError for what cannot be computed.
+    """
+    body = checked_body(body)
+    check_inputs(body, indenter, control, times, grid, save, substeps, "exact")
+    check_velocity(velocity, times, grid, substeps)
+    if kernels is not None:
+        check_kernels(kernels, grid, "exact")
+    result, separation = _run(
+        *as_float64((body, indenter, control, times, velocity, grid, tolerance)),
+        jnp.asarray(max_iterations),
+        kernels,
+        save=save,
+        substeps=substeps,
+    )
+    warn(result, separation)
+    return result
+
+
+@functools.partial(jax.jit, static_argnames=("save", "substeps"))
+def _run(
+    body, indenter, control, times, velocity, grid, tolerance, max_iterations, kernels, *, save, substeps
+):
+    """The compiled core: one trace for equal shapes and flags."""
+    setup, steps, units, separation = prepare(
+        body, indenter, control, times, velocity, grid, tolerance, max_iterations, kernels, substeps
+    )
+    _, outcomes, last = marching.march(setup, marching.start(setup), steps, save)
+    contact = to_si(times, grid, setup, units, outcomes, last, save)
+    return _sliding(contact, velocity, steps.memory, units, outcomes.observed, grid), separation
+
+
+def prepare(body, indenter, control, times, velocity, grid, tolerance, max_iterations, kernels, substeps):
+    """Everything the march needs: its setup, its steps, the units, and the error of shared rates."""
+    kernels = build(body, indenter, grid) if kernels is None else kernels
+    units = kernels.units
+    _, dt = fine_times(times, substeps)
+    shift = shifts(velocity / units.length, times, substeps)
+    motion = Motion(dt, shift, directions(velocity, times, substeps))
+    load_controlled = isinstance(control, Load)
+    scale = units.compliance / grid.cell_area if load_controlled else 1.0 / units.length
+    profile = indenter.profile(grid) / units.length
+    memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0])
+    setup = marching.Setup(memory, profile, tolerance, max_iterations, load_controlled)
+    steps = marching.Steps(dt, fine_values(control.value * scale, times, substeps), motion)
+    return setup, steps, units, kernels.separation_error
+
+
+def _sliding(contact, velocity, motion, units, observed, grid) -> SlidingHistory:
+    """The contact with what is particular to sliding, in the user's units."""
+    force = grid.cell_area / units.compliance
+    energy = force * units.length
+    return SlidingHistory(
+        **contact_values(contact, status=with_far_steps(contact.status, motion.shift, grid)),
+        velocity=over_times(velocity, contact.times),
+        lateral_force=observed.force * force,
+        tangential_force=-jnp.sum(observed.force * motion.direction[:, -1], -1) * force,
+        pressure_centre=observed.centre * units.length,
+        leading_peak=observed.leading_peak / units.compliance,
+        power=observed.dissipated * energy,
+        stored_energy=observed.stored * energy,
+        dropped=observed.dropped * units.length,
+    )
+
+
+def contact_values(contact, **changes) -> dict[str, Any]:
+    """The fields of a contact's result by name, some of them changed."""
+    return {**vars(contact), **changes}
+
+
+def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:
+    """The status, with the steps marked that moved farther than the scheme can bear."""
+    nx, ny = grid.shape
+    far = jnp.abs(shift.x) > FARTHEST * nx * (1.0 + 1e-9)
+    if shift.y is not None:
+        far = far | (jnp.abs(shift.y) > FARTHEST * ny * (1.0 + 1e-9) * grid.spacing[1] / grid.spacing[0])
+    return jnp.where(jnp.cumsum(jnp.any(far, 1)) > 0, MOVED_TOO_FAR, status)

@@ -1,0 +1,44 @@
+"""What sliding gives back."""
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.results import ContactHistory
+
+
+def friction(force: Array, load: Array) -> Array:
+    """force/load, zero without load."""
+    return force / jnp.where(load > 0.0, load, jnp.inf)
+
+
+@pytree
+class SlidingHistory(ContactHistory):
+    """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, SI units.
+
+    velocity (nt, 2) [m/s] of the indenter over the body; lateral_force (nt, 2) [N] of the pressure on the
+    indenter, over the slope of its profile (walls steeper than 1 do not count); tangential_force (nt,) [N]: its
+    part against the motion, positive when it resists, zero at rest; pressure_centre (nt, 2) [m] from the
+    indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the axis; power (nt,) [W]
+    dissipated in the body; stored_energy (nt,) [J]; dropped (nt,) [m]: bound on the displacement in
+    contact that the history which left the grid would still add.
+
+    tangential_force times speed plus load times rate of approach is power plus the rate of
+    stored_energy, as long as nothing leaves the grid.
+
+    status 4: a step moved farther than half the grid's width, and this and later steps are wrong.
+    """
+
+    velocity: Array
+    lateral_force: Array
+    tangential_force: Array
+    pressure_centre: Array
+    leading_peak: Array
+    power: Array
+    stored_energy: Array
+    dropped: Array
+
+    @property
+    def friction_coefficient(self) -> Array:
+        """tangential_force/load, (nt,); zero without load."""
+        return friction(self.tangential_force, self.load)

@@ -1,0 +1,200 @@
+"""Memory that moves past the indenter.
+
+Fields are kept in the indenter's frame. Over a body that the indenter crosses with velocity v they obey
+
+    u = C_0 * p + sum_k lambda_k C_k * eta_k,      d eta_k/dt - v . grad eta_k = p - lambda_k eta_k,
+
+so that the Fourier mode k of eta_k decays at the complex rate lambda_k - i k . v. For a pressure linear
+over a step dt the update is exact: with z = (lambda - i k . v) dt and g = (exp(-z) - 1 + z)/z^2,
+
+    eta(t + dt) = (1 - z phi) eta + dt (phi - g) p(t) + dt g p(t + dt),      phi = 1 - z g,
+
+for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
+integrator of ``history.recursive`` along the characteristics, in Fourier space.)
+
+The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
+share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
+up and bounds what was left out.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact import spectral
+from jaxcontact._pytree import pytree
+from jaxcontact.history.recursive import Operator
+from jaxcontact.kernels import Kernels
+from jaxcontact.sliding.observables import Observed, Observer, dropped_share, energies
+
+SERIES_BELOW = 0.03
+ABSORPTION = 40.0  # the layer lets exp(-40) through
+ABSORB_AFTER = 1 / 32  # of the padded length moved
+
+
+class Shift(NamedTuple):
+    """How far the indenter moves along x and y; y is None when it only ever moves along x."""
+
+    x: Array
+    y: Array | None
+
+
+class Motion(NamedTuple):
+    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,)."""
+
+    dt: Array
+    shift: Shift
+    direction: Array
+
+
+def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
+    """k . shift, and the rate at which modes without a direction die, on the padded grid of ``shape``.
+
+    Both (1, mx), or (my/2 + 1, mx) where the shift has a y. ratio: dy/dx. The highest mode of an even
+    grid stands for both signs of its wavenumber: it cannot be moved, only wiped out as it would be.
+    """
+    mx, my = shape
+    m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
+    highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
+    phase, loss = jnp.where(highest, 0.0, m) * shift.x, jnp.where(highest, jnp.abs(m * shift.x), 0.0)
+    if shift.y is None:
+        return phase[None], loss[None]
+    n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio
+    highest = (jnp.arange(n.size) == my // 2) & (my % 2 == 0)
+    phase = phase + (jnp.where(highest, 0.0, n) * shift.y)[:, None]
+    return phase, loss + jnp.where(highest, jnp.abs(n * shift.y), 0.0)[:, None]
+
+
+def second_integral(z: Array) -> Array:
+    """g(z) = (exp(-z) - 1 + z)/z^2 = 1/2 - z/6 + ..., complex z."""
+    small = jnp.abs(z.real) + jnp.abs(z.imag) < SERIES_BELOW
+    safe = jnp.where(small, 1.0, z)
+    series = 1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z / 5040))))
+    return jnp.where(small, series, (jnp.exp(-safe) - 1.0 + safe) / safe**2)
+
+
+def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
+    """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
+    phase, loss = along(shape, motion.shift, ratio)
+    z = (rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase)
+    g = second_integral(z)
+    phi = 1.0 - z * g
+    return 1.0 - z * phi, motion.dt * (phi - g), motion.dt * g
+
+
+class Fields(NamedTuple):
+    """eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; moved: (2,), share of the padded
+
+    lengths since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,).
+    """
+
+    eta: Array
+    pressure: Array
+    moved: Array
+    lost: Array
+
+
+@pytree
+class MovingMemory:
+    """spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx); circulants likewise; rates [1/s], (K,);
+
+    tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    """
+
+    spectra: Array
+    circulants: Array
+    rates: Array
+    tails: Array
+    ratio: Array
+    kernels: Kernels
+    observer: Observer
+
+    def start(self, shape: tuple[int, int]) -> Fields:
+        """No history."""
+        mx, my = spectral.padded_shape(shape)
+        zero = jnp.zeros((my // 2 + 1, mx), complex)
+        return Fields(
+            jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
+            zero,
+            jnp.zeros(2),
+            jnp.zeros(self.rates.size),
+        )
+
+    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Operator, Fields]:
+        """The operator of the coming step, and the fields before its new pressure comes in."""
+        shape = pressure.shape
+        fields = absorb(fields, motion, self.ratio, shape)
+        padded = spectral.padded_shape(shape)
+        decay, old, new = step_weights(self.rates, motion, padded, self.ratio)
+        eta = decay * fields.eta + old * fields.pressure
+        earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape)
+        spectrum = self.spectra[0] + jnp.sum(self.spectra[1:] * new, 0)
+        on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
+        circulant = self.circulants[0] + jnp.sum(self.circulants[1:] * on_grid, 0)
+        lost = fields.lost * jnp.exp(-self.rates * motion.dt)
+        return Operator(spectrum, circulant, earlier), fields._replace(eta=eta, lost=lost)
+
+    def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
+        """The fields after the step, with its new pressure."""
+        new = step_weights(self.rates, motion, spectral.padded_shape(pressure.shape), self.ratio)[2]
+        transformed = spectral.transform(pressure)
+        return fields._replace(eta=fields.eta + new * transformed, pressure=transformed)
+
+    def film_shear_strain(self, fields: Fields, pressure: Array, motion: Motion) -> Array:
+        """The hereditary integral of the film's J over the pressure, without unit, (nx, ny)."""
+        assert self.kernels.film is not None
+        weights = self.kernels.film.weights
+        history = spectral.inverse(jnp.tensordot(weights[1:], fields.eta, 1), pressure.shape)
+        return weights[0] * pressure + history
+
+    def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
+        """See ``observables``; scaled."""
+        stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, pressure.shape)
+        surface = self.observer.surface(pressure, motion.direction)
+        dropped = dropped_share(self.tails, fields.lost, pressure)
+        return Observed(*surface, stored, dissipated, dropped)
+
+    def film_coefficients(self) -> Array | None:
+        """See ``kernels.Film``."""
+        return None if self.kernels.film is None else self.kernels.film.coefficients
+
+
+def moving_memory(kernels: Kernels, profile: Array, ratio: Array) -> MovingMemory:
+    """The memory with one spectrum for each rate; profile: (nx, ny), scaled."""
+    shape = profile.shape
+    own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
+    spectra = own(kernels.spectra)
+    tails = spectral.inverse(spectra[1:], shape)[:, :, 0]
+    return MovingMemory(
+        spectra, own(kernels.circulants), kernels.rates, tails, ratio, kernels, Observer.of(profile, ratio)
+    )
+
+
+def absorption(n: int, padded: int) -> Array:
+    """Per cell moved: zero in the window of n cells, a bump in the padding, (padded,)."""
+    i = jnp.arange(padded)
+    length = padded - n + 1
+    bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
+    return jnp.where(i < n, 0.0, bump)
+
+
+def absorb(fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int]) -> Fields:
+    """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
+    (nx, ny), (mx, my) = shape, spectral.padded_shape(shape)
+    across = motion.shift.y is not None
+    way_y = jnp.abs(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
+    moved = fields.moved + jnp.stack([jnp.abs(motion.shift.x) / mx, way_y])
+
+    def act(fields: Fields) -> tuple[Array, Array]:
+        rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])
+        if across:
+            share = jnp.exp(-absorption(ny, my) * my * moved[1])[:, None]
+            rows = jnp.fft.rfft(share * jnp.fft.irfft(rows, n=my, axis=-2), axis=-2)
+        eta = jnp.fft.fft(rows, axis=-1)
+        return eta, fields.lost + (fields.eta - eta)[:, 0, 0].real
+
+    due = jnp.max(moved) >= ABSORB_AFTER
+    eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
+    return Fields(eta, fields.pressure, jnp.where(due, 0.0, moved), lost)
