@@ -29,5 +29,7 @@ from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # n
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
 from jaxcontact.slide import slide as slide  # noqa: E402
 from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
+from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
+from jaxcontact.steady_sliding import slide_steady as slide_steady  # noqa: E402
 
 __version__ = "0.1.0"

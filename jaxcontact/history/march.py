@@ -78,11 +78,11 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
         lowest=jnp.min(setup.profile),
         load_controlled=setup.load_controlled,
     )
-    guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
+    guess = carry.pressure + carry.rate * steps.dt
     solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
     pressure = solution.pressure
     fields = setup.memory.update(fields, pressure, steps.memory)
-    rate = jax.lax.stop_gradient((pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf))
+    rate = (pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
     converged = solution.error <= setup.tolerance
     outcome = Outcome(
         pressure=pressure,
@@ -122,7 +122,11 @@ def film_strain(memory: Any, fields: Any, pressure: Array, step: Any) -> Array:
     coefficients = memory.film_coefficients()
     if coefficients is None:
         return jnp.zeros(())
-    strain = memory.film_shear_strain(fields, pressure, step)
+    return deepest_strain(coefficients, memory.film_shear_strain(fields, pressure, step))
+
+
+def deepest_strain(coefficients: Array, strain: Array) -> Array:
+    """The film on a rigid base at the deepest point of the hereditary integral, both (nx, ny)."""
     nx, ny = strain.shape
     deepest = jnp.unravel_index(jnp.argmax(strain), strain.shape)
     row = jnp.abs(jnp.arange(nx) - deepest[0])

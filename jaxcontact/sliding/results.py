@@ -4,6 +4,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
+from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
 
 
@@ -41,4 +42,58 @@ class SlidingHistory(ContactHistory):
     @property
     def friction_coefficient(self) -> Array:
         """tangential_force/load, (nt,); zero without load."""
+        return friction(self.tangential_force, self.load)
+
+
+@pytree
+class SteadySliding:
+    """Steady sliding, in the frame of the indenter, SI units.
+
+    velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
+    contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, lateral_force (2,), tangential_force [N],
+    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``.
+
+    power [W]: what the dashpots of the body take up, from their own state; it equals tangential_force
+    times speed. approach_drift [m]: a half-space that flows without limit sinks by this much for each
+    e-fold of the distance slid; ``approach`` is then that after one width of the grid. Zero otherwise.
+    """
+
+    grid: Grid
+    velocity: Array
+    profile: Array
+    pressure: Array
+    displacement: Array
+    approach: Array
+    approach_drift: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    lateral_force: Array
+    tangential_force: Array
+    pressure_centre: Array
+    leading_peak: Array
+    power: Array
+    iterations: Array
+    error: Array
+    status: Array
+
+    @property
+    def gap(self) -> Array:
+        """profile + displacement - approach [m], (nx, ny); zero in contact."""
+        return self.profile + self.displacement - self.approach
+
+    @property
+    def contact_radius(self) -> Array:
+        """sqrt(contact_area/pi) [m]."""
+        return jnp.sqrt(self.contact_area / jnp.pi)
+
+    @property
+    def converged(self) -> Array:
+        """The solver met its tolerance."""
+        return self.status != 1
+
+    @property
+    def friction_coefficient(self) -> Array:
+        """tangential_force/load; zero without load."""
         return friction(self.tangential_force, self.load)

@@ -1,0 +1,167 @@
+"""The steady state of sliding as one contact problem.
+
+A pressure that is steady in the indenter's frame has left, at rate lambda_k, the history
+
+    eta_k(x) = int_0^T exp(-lambda_k s) p(x + v s) ds,      u = C_0 * p + sum_k lambda_k C_k * eta_k,
+
+with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the
+time to cross the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T:
+finite for every rate and mode, unlimited flow included, and without wrapping around on a grid of twice
+the size, where the kernel is made, and then cut to the offsets on the grid.
+
+What lies farther behind is out of a film's reach. A half-space feels it as a line of point sources,
+
+    C_far(x) = (1 - nu) fluidity_k/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
+
+For lambda = 0 this grows with the logarithm of the length of the track, the same everywhere: the
+pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.scipy.special import exp1
+
+from jaxcontact import spectral
+from jaxcontact._pytree import pytree, static
+from jaxcontact.kernels import Kernels
+from jaxcontact.sliding.transport import SERIES_BELOW, Shift, along
+
+AT_REST = 1e-30  # cells per second: slower is this
+FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)
+FAR_REACH = 14.0  # e-folds of distance
+
+
+@pytree
+class SteadyKernel:
+    """spectrum (my/2 + 1, mx) and circulant (ny/2 + 1, nx) of an operator on pressures."""
+
+    spectrum: Array
+    circulant: Array
+
+    def on(self, pressure: Array) -> Array:
+        """The operator's result, (nx, ny)."""
+        return spectral.convolve(self.spectrum, pressure)
+
+
+@pytree
+class Track:
+    """What the indenter leaves behind: kernels of the doubled grid; velocity (2,) [cells along x per second];
+
+    ratio: dy/dx; point: 1 - nu of a half-space, None for a layered body; shape: (nx, ny) of the grid.
+    """
+
+    kernels: Kernels
+    velocity: Array
+    ratio: Array
+    point: Array | None
+    shape: tuple[int, int] = static()
+
+    @property
+    def crossing_time(self) -> Array:
+        """T [s] to cross the grid along the velocity."""
+        sides = jnp.stack([self.shape[0] * jnp.ones(()), self.shape[1] * self.ratio])
+        return 1.0 / jnp.maximum(jnp.max(jnp.abs(self.velocity) / sides), AT_REST)
+
+    @property
+    def length(self) -> Array:
+        """Of the track within the grid, [cells along x]."""
+        return self.speed * self.crossing_time
+
+    @property
+    def speed(self) -> Array:
+        """[cells along x per second], never quite zero."""
+        square = jnp.sum(self.velocity**2)
+        return jnp.sqrt(jnp.maximum(square, AT_REST**2))
+
+    def symbols(self) -> Array:
+        """eta_k over p at each mode [s], (K, MY/2 + 1, MX) on the doubled grid."""
+        T, padded = self.crossing_time, spectral.padded_shape(doubled(self.shape))
+        phase, loss = along(padded, Shift(self.velocity[0] * T, self.velocity[1] * T), self.ratio)
+        return T * first_integral((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
+
+    def kernel(self, weights: Array, symbols: Array) -> SteadyKernel:
+        """sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights, as an operator."""
+        own = jnp.tensordot(self.kernels.mix.T, self.kernels.spectra[1:], 1)
+        near = jnp.sum(weights[:, None, None] * own * symbols, 0)
+        if self.point is None:
+            return on_grid(near, self.shape)
+        return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
+
+    def instantaneous(self, weights: Array) -> SteadyKernel:
+        """C_0 + sum_k weights_k lambda_k C_k as an operator."""
+        parts = jnp.append(1.0, self.kernels.mix @ weights)
+        symbol = jnp.tensordot(parts, self.kernels.spectra, 1)
+        return on_grid(symbol + 0j, self.shape)
+
+    def far(self) -> Array:
+        """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
+        mx, my = spectral.padded_shape(self.shape)
+        x = offsets(mx)[:, None] + jnp.zeros(my)
+        y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
+        rates, T, (vx, vy) = self.kernels.rates, self.crossing_time, self.velocity
+
+        def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
+            s = T * jnp.exp(node[0])
+            distance = jnp.sqrt((x + vx * s) ** 2 + (y + vy * s) ** 2)
+            varying = 1.0 / jnp.maximum(distance, 1.0) - 1.0 / (self.speed * s)
+            return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
+
+        nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
+        zero = jnp.zeros((rates.size, mx, my))
+        varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
+        flows = rates == 0.0
+        uniform = jnp.where(flows, 0.0, exp1(jnp.where(flows, 1.0, rates * T)) / self.speed)
+        return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
+
+    def drift(self, total: Array) -> Array:
+        """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
+        if self.point is None:
+            return jnp.zeros(())
+        flows = self.kernels.rates == 0.0
+        return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
+
+    def _point_strength(self) -> Array:
+        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,)."""
+        assert self.point is not None
+        return self.kernels.mix[0] * self.ratio * self.point / (2.0 * jnp.pi)
+
+
+def first_integral(z: Array) -> Array:
+    """phi(z) = (1 - exp(-z))/z = 1 - z/2 + ..., complex z."""
+    small = jnp.abs(z.real) + jnp.abs(z.imag) < SERIES_BELOW
+    safe = jnp.where(small, 1.0, z)
+    series = 1.0 - z * (1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z / 5040)))))
+    return jnp.where(small, series, (1.0 - jnp.exp(-safe)) / safe)
+
+
+def doubled(shape: tuple[int, int]) -> tuple[int, int]:
+    """Twice as many cells each way."""
+    return 2 * shape[0], 2 * shape[1]
+
+
+def offsets(length: int) -> np.ndarray:
+    """The offsets of a kernel in wrap-around order, (length,)."""
+    i = np.arange(length)
+    return np.where(i < (length + 1) // 2, i, i - length)
+
+
+def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
+    """A wrapped kernel as a smaller wrapped one of shape ``target``, zero where no two cells of shape are."""
+    for axis in (0, 1):
+        at = offsets(target[axis])
+        kept = jnp.asarray(np.abs(at) < shape[axis])
+        taken = jnp.take(wide, jnp.asarray(at % wide.shape[axis]), axis=axis)
+        wide = taken * (kept[:, None] if axis == 0 else kept[None, :])
+    return wide
+
+
+def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> SteadyKernel:
+    """The operator on the grid of a symbol (MY/2 + 1, MX) on the doubled one, with the far part (mx, my)."""
+    MY, padded = spectral.padded_shape(doubled(shape))[1], spectral.padded_shape(shape)
+    rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
+    wide = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
+    near = cut(wide + far, shape, padded)
+    spectrum = lambda kernel: jnp.swapaxes(jnp.fft.rfft2(kernel), -1, -2)
+    return SteadyKernel(spectrum(near), spectrum(cut(near, shape, shape)))
