@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting import halfspace, nonlinear
+from fitting import halfspace, layered, nonlinear
 from fitting.creep import tau_range, threshold
 from fitting.data import IndentationData
 from fitting.halfspace import LOGS, Curve
 from fitting.history import merge
-from fitting.indentation_result import IndentationFit, allowed, build
-from fitting.nonlinear import Objective
+from fitting.indentation_result import Film, IndentationFit, allowed, build
+from fitting.nonlinear import Best, Objective
 from fitting.press import Press, prepare
 from fitting.varpro import Problem, sides
 from fitting.varpro import solve as solve_linear
@@ -35,6 +35,9 @@ def fit_indentation(
     drift: float | str = 0.0,
     machine_compliance: float | str = 0.0,
     rise: float | None = None,
+    layer: float | None = None,
+    substrate: Any = None,
+    grid: Any = None,
     level: float = 0.95,
 ) -> IndentationFit:
     """Fit ``model`` (a material class or its name) to an indentation curve.
@@ -48,6 +51,10 @@ def fit_indentation(
     load that rises linearly for so long and is then held in place of the measured one, for comparison
     with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is the step); later points are fitted.
 
+    layer [m], substrate (``jc.Elastic``): a film of that thickness on it; the contact solver is then the
+    forward model, on ``grid`` (a ``jc.Grid``) or one that is chosen so that what discretisation does to
+    the parameters is below a fifth of their standard errors.
+
     Times count from the first sample, at which load and depth may step on. Raises ValueError on bad input.
     """
     started = time.perf_counter()
@@ -55,23 +62,32 @@ def fit_indentation(
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     press = prepare(data, model, indenter, nu, control, weights, sigma, fixed, bounds, nuisances, rise)
-    objective, start, notes = half_space(press, rise)
-    return solve(press, objective, start, level, notes, started)
-
-
-def solve(
-    press: Press, objective: Objective, start: np.ndarray, level: float, notes: Any, started: float
-) -> IndentationFit:
-    """Minimise, profile, and gather; ``notes(best)`` is what to say of the optimum."""
-    n, p, known = int(press.kept.sum()), objective.free.size, press.label == "sigma"
+    n, p = int(press.kept.sum()), int(np.sum(press.upper > press.lower))
     if n <= p:
         raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
-    best = nonlinear.minimise(objective, start)
+    if layer is None and substrate is None and grid is None:
+        objective, start, notes = half_space(press, rise)
+        best = nonlinear.minimise(objective, start)
+        return _finish(press, objective, best, level, started, notes(best), Film())
+    if rise is not None:
+        raise ValueError(f"rise: expected None with a layer, got {rise!r}")
+    layered.check(press, layer, substrate)
+    found = layered.fit(press, layer, substrate, grid)
+    cells = jc.Grid.square(n=found.cells, width=found.width)
+    about = Film(layer, substrate, cells, layered.named(found.bias, press))
+    return _finish(press, found.objective, found.best, level, started, list(press.notes), about)
+
+
+def _finish(
+    press: Press, objective: Objective, best: Best, level: float, started: float, notes: list, film: Film
+) -> IndentationFit:
+    """Profile, and gather."""
+    n, p, known = int(press.kept.sum()), objective.free.size, press.label == "sigma"
     quality = allowed(best, press, p, threshold(level, n, p, known))
     ends = nonlinear.profile(objective, best, quality.level)
     spent = time.perf_counter() - started
     runs = (objective.residual_runs, objective.jacobian_runs)
-    return build(press, best, objective.free, ends, quality, level, runs, spent, notes(best))
+    return build(press, best, objective.free, ends, quality, level, runs, spent, notes, film)
 
 
 def half_space(press: Press, rise: float | None) -> tuple[Objective, np.ndarray, Any]:

@@ -24,10 +24,10 @@ UNITS = {"contact_point": "m", "drift": "m/s", "machine_compliance": "m/N"}
 class IndentationFit:
     """A fitted material and how well the indentation determines it; the names are those of ``CreepFit``.
 
-    control: what drove the model; nu, indenter, and for a film thickness [m], substrate and grid: what
-    the moduli are conditional on. nuisances {contact_point [m], drift [m/s], machine_compliance [m/N]:
-    (value, low, high)}. kept (n,) bool: the points fitted; fitted (n,), residuals: of those, response
-    [m or N] and weighted. runs: (forward, gradient) evaluations of the model; seconds: for all of the fit.
+    control: what drove the model; nu, indenter and film: what the moduli are conditional on.
+    nuisances {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
+    kept (n,) bool: the points fitted; fitted (n,), residuals: of those, response [m or N] and
+    weighted. runs: (forward, gradient) evaluations of the model; seconds: for all of the fit.
     """
 
     material: Any
@@ -36,9 +36,7 @@ class IndentationFit:
     indenter: Any
     nu: float
     control: str
-    thickness: float | None
-    substrate: Any
-    grid: Any
+    film: "Film"
     weights: str
     level: float
     values: dict[str, float]
@@ -110,7 +108,8 @@ class IndentationFit:
             "identified": dict(self.identified), "fixed": list(self.fixed),
             "nuisances": {f"{n}_{unit(n)}": [clean(v) for v in row] for n, row in self.nuisances.items()},
             "indenter_radius_m": float(self.indenter.radius), "poisson_ratio": self.nu,
-            "film_thickness_m": clean(self.thickness),
+            "film_thickness_m": clean(self.film.thickness),
+            "bias_over_standard_error": dict(self.film.bias),
             "tau_s": clean(self.tau), "duration_s": self.duration,
             "duration_over_tau": clean(self.t_over_tau),
             "condition_log_parameters": clean(self.condition), "weakest_direction": dict(self.weakest),
@@ -123,6 +122,16 @@ class IndentationFit:
     def to_json(self) -> str:
         """``to_dict`` as text."""
         return json.dumps(self.to_dict(), indent=2)
+
+
+class Film(NamedTuple):
+    """thickness [m], substrate and grid of the solver, and {coordinate: discretisation bias left over
+    standard error}; None and empty for a half-space."""
+
+    thickness: float | None = None
+    substrate: Any = None
+    grid: Any = None
+    bias: dict[str, float] = {}  # noqa: RUF012
 
 
 class Quality(NamedTuple):
@@ -151,7 +160,7 @@ def allowed(best: Any, press: Press, p: int, rule: float) -> Quality:
 
 def build(
     press: Press, best: Any, free: np.ndarray, ends: np.ndarray, quality: Quality, level: float,
-    runs: tuple[int, int], seconds: float, notes: list[str], film: tuple = (None, None, None),
+    runs: tuple[int, int], seconds: float, notes: list[str], film: Film,
 ) -> IndentationFit:  # fmt: skip
     """Undo the scaling and gather everything that is said about a fit; film: thickness, substrate, grid."""
     where, unit = (
@@ -173,11 +182,10 @@ def build(
     fitted = y[on] + best.residual[on] / press.weights[on] * press.response_unit
     aic, bic = criteria(best.rss, fitted.size, free.size, press.label == "sigma")
     total = float(np.sum((y[on] - y[on].mean()) ** 2))
-    thickness, substrate, grid = film
     return IndentationFit(
         material=models.material(press.model, compliances, press.nu), model=press.model, data=press.data,
-        indenter=press.indenter, nu=press.nu, control=press.control, thickness=thickness,
-        substrate=substrate, grid=grid, weights=press.label, level=level,
+        indenter=press.indenter, nu=press.nu, control=press.control, film=film,
+        weights=press.label, level=level,
         values={name: models.reciprocal(compliances[k]) for name, k in where.items()}, intervals=intervals,
         identified=identified(intervals, press.table, level),
         sd_log={name: 0.0 if name in fixed else sd[name] for name in where},

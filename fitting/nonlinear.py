@@ -134,7 +134,8 @@ def _end(
     along = np.delete(covariance[:, place] / covariance[place, place], place)
     bound = objective.lower[i] if side < 0 else objective.upper[i]
     first = best.theta[i]
-    step = min(math.sqrt(max(level - best.rss, 0.0) * covariance[place, place]), MOST)
+    longest = MOST * max(1.0, abs(first) if objective.lower[i] >= 0.0 else 0.0)
+    step = min(math.sqrt(max(level - best.rss, 0.0) * covariance[place, place]), longest)
     inner, outer = (first, 0.0, best.theta), None
     value = first + side * max(step, START)
     for _ in range(STEPS):
@@ -144,7 +145,12 @@ def _end(
         start = inner[2].copy()
         start[i] = value
         start[others] += along * (value - inner[0])
-        theta = _fit(objective, np.clip(start, objective.lower, objective.upper), others)
+        start = np.clip(start, objective.lower, objective.upper)
+        if not np.all(np.isfinite(objective.at(start))):
+            outer = (value, 2.0)  # where the model has no value: half the way
+            value = _next(first, inner, outer, side)
+            continue
+        theta = _fit(objective, start, others)
         height = math.sqrt(max(_rss(objective, theta) - best.rss, 0.0) / (level - best.rss))
         if abs(height - 1.0) < CLOSE:
             return value

@@ -119,11 +119,13 @@ def indentation_summary(fit: IndentationFit) -> str:
 
 def _condition(fit: IndentationFit) -> str:
     """What the moduli hold for."""
-    if fit.thickness is None:
+    if fit.film.thickness is None:
         return f"  the moduli are conditional on nu = {fit.nu:g} and a half-space"
     return (
-        f"  the moduli are conditional on thickness = {fit.thickness:.4g} m and nu = {fit.nu:g}, "
-        "from which a wide contact cannot tell them apart"
+        f"  the moduli are conditional on thickness = {fit.film.thickness:.4g} m and nu = {fit.nu:g}, "
+        "from which a wide contact cannot tell them apart\n"
+        f"  grid {fit.film.grid.shape[0]} x {fit.film.grid.shape[1]}; discretisation bias over standard error: "
+        + ", ".join(f"{name} {value:.2g}" for name, value in fit.film.bias.items())
     )
 
 
