@@ -41,6 +41,7 @@ def indent(
     substeps: int = 1,
     correspondence: str = "exact",
     kernels: Kernels | None = None,
+    checkpoint: str = "pressures",
 ) -> ContactHistory:
     """Press an indenter on a body and follow the contact in time.
 
@@ -56,6 +57,8 @@ def indent(
     correspondence: "exact" (recursion over common decay rates), or "quasi-elastic" (the paper's
     substitution of phi(t) for 1/(2G), by direct superposition; time grows with nt^2, memory with nt).
     kernels: from ``jaxcontact.kernels(body, indenter, grid)``, to skip building them.
+    checkpoint: what reverse mode keeps: "pressures" (nt fields, and no contact is solved again) or
+    "blocks" (the state of every sqrt(nt)-th step, and every contact is solved twice).
 
     Returns a ``ContactHistory``; differentiate a field of it, not the whole (it has integers).
     Raises ValueError for what cannot be computed, before anything is. Failure to converge is data:
@@ -76,6 +79,7 @@ def indent(
         save=save,
         substeps=substeps,
         quasi_elastic=correspondence == "quasi-elastic",
+        checkpoint=checkpoint,
     )
     warn(result, separation)
     return result
@@ -134,15 +138,27 @@ def check_kernels(kernels: Kernels, grid: Grid, correspondence: str) -> None:
     _checks.require(fits, f"kernels: expected those of a grid of {grid.shape} cells, got about {shape}")
 
 
-@functools.partial(jax.jit, static_argnames=("save", "substeps", "quasi_elastic"))
+@functools.partial(jax.jit, static_argnames=("save", "substeps", "quasi_elastic", "checkpoint"))
 def _run(
-    body, indenter, control, times, grid, tolerance, max_iterations, kernels, *, save, substeps, quasi_elastic
+    body,
+    indenter,
+    control,
+    times,
+    grid,
+    tolerance,
+    max_iterations,
+    kernels,
+    *,
+    save,
+    substeps,
+    quasi_elastic,
+    checkpoint,
 ):
     """The compiled core: one trace for equal shapes and flags."""
     setup, steps, units, separation = prepare(
         body, indenter, control, times, grid, tolerance, max_iterations, kernels, substeps, quasi_elastic
     )
-    _, outcomes, last = marching.march(setup, marching.start(setup), steps, save)
+    _, outcomes, last = marching.march(setup, marching.start(setup), steps, save, checkpoint)
     return to_si(times, grid, setup, units, outcomes, last, save), separation
 
 

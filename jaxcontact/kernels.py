@@ -79,8 +79,8 @@ class Superposition:
 def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: int = DEFAULT_NODES) -> Kernels:
     """Build the kernels of a body, an indenter and a grid, to be used again by ``indent(kernels=...)``.
 
-    nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Three are good to 1e-8 of the
-    displacement for a film a tenth as stiff as its substrate and to 6e-5 for one as stiff; take more
+    nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Two are good to 4e-7 of the
+    displacement for a film a tenth as stiff as its substrate and to 3e-4 for one as stiff; take more
     for a stiffer film (``separation_error`` says how good they are).
 
     Raises ValueError for a body, an indenter or a grid that cannot be computed.

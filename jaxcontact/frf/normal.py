@@ -146,10 +146,11 @@ def scaled_response(body: LayeredHalfSpace, wavenumber: Array, start: Array, end
     wavenumber [rad/m], start and end broadcast. At wavenumber 0 it is the substrate's
     (1 - nu) J, reached linearly; its derivative with respect to the wavenumber is given as zero there.
     """
-    wavenumber, start, end = jnp.broadcast_arrays(*(jnp.asarray(a, float) for a in (wavenumber, start, end)))
+    # not broadcast before the modes and rates are found: those are dear, and the same at all times
+    wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
     substrate = (1.0 - body.substrate.nu) * _mean_creep(body.substrate.spectrum(), start, end)
     if not body.layers:
-        return substrate
+        return substrate * jnp.ones_like(wavenumber)
     zero = wavenumber == 0.0
     modes = layer_modes(body, jnp.where(zero, 1.0 / body.layers[0].thickness, wavenumber))
     spectrum = body.layers[0].material.spectrum()
