@@ -1,13 +1,11 @@
 """Steady sliding: the limit of a long run, as one contact problem."""
 
-import functools
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact import _checks
+from jaxcontact import _checks, spectral
 from jaxcontact._pytree import as_float64, is_concrete, replace
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
@@ -92,13 +90,12 @@ def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
     point = None if body.layers else 1.0 - body.substrate.nu
     track = Track(kernels, vector / units.length, ratio, point, grid.shape)
     symbols, ones = track.symbols(), jnp.ones(kernels.rates.size)
-    first, history = track.instantaneous(0.0 * ones), track.kernel(ones, symbols)
     profile = indenter.profile(grid) / units.length
     load_controlled = isinstance(control, Load)
     scale = units.compliance / grid.cell_area if load_controlled else 1.0 / units.length
     problem = Problem(
-        spectrum=first.spectrum + history.spectrum,
-        circulant=first.circulant + history.circulant,
+        spectrum=track.without_history(0.0 * ones) + track.kernel(ones, symbols),
+        circulant=track.circulant(),
         gap=profile,
         target=control.value * scale,
         lowest=jnp.min(profile),
@@ -117,8 +114,9 @@ def _to_si(track: Track, symbols, grid, profile, velocity, solution, tolerance) 
     direction = velocity / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
     pushed, centre, leading = Observer.of(profile, track.ratio).surface(p, direction)
     rates = track.kernels.rates
-    flow = track.instantaneous(jnp.ones_like(rates)).on(p) - track.instantaneous(jnp.zeros_like(rates)).on(p)
-    power = jnp.sum(p * (flow - track.kernel(rates, symbols).on(p)))
+    # lambda_k C_k (p - lambda_k eta_k), the work of p on it
+    speeds = track.without_history(jnp.ones_like(rates)) - track.without_history(jnp.zeros_like(rates))
+    power = jnp.sum(p * spectral.convolve(speeds - track.kernel(rates, symbols), p))
     return SteadySliding(
         grid=grid,
         velocity=velocity,
@@ -148,6 +146,6 @@ def _film_strain(track: Track, symbols: Array, pressure: Array) -> Array:
     if film is None:
         return jnp.zeros(())
     symbol = jnp.tensordot(film.weights[1:], symbols, 1)
-    strain = film.weights[0] * pressure + on_grid(symbol, track.shape).on(pressure)
+    strain = film.weights[0] * pressure + spectral.convolve(on_grid(symbol, track.shape), pressure)
     nx, ny = track.shape
     return deepest_strain(film.coefficients[:nx, :ny], strain)

@@ -34,18 +34,6 @@ FAR_REACH = 14.0  # e-folds of distance
 
 
 @pytree
-class SteadyKernel:
-    """spectrum (my/2 + 1, mx) and circulant (ny/2 + 1, nx) of an operator on pressures."""
-
-    spectrum: Array
-    circulant: Array
-
-    def on(self, pressure: Array) -> Array:
-        """The operator's result, (nx, ny)."""
-        return spectral.convolve(self.spectrum, pressure)
-
-
-@pytree
 class Track:
     """What the indenter leaves behind: kernels of the doubled grid; velocity (2,) [cells along x per second];
 
@@ -81,19 +69,30 @@ class Track:
         phase, loss = along(padded, Shift(self.velocity[0] * T, self.velocity[1] * T), self.ratio)
         return T * first_integral((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
-    def kernel(self, weights: Array, symbols: Array) -> SteadyKernel:
-        """sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights, as an operator."""
+    def kernel(self, weights: Array, symbols: Array) -> Array:
+        """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
         own = jnp.tensordot(self.kernels.mix.T, self.kernels.spectra[1:], 1)
         near = jnp.sum(weights[:, None, None] * own * symbols, 0)
         if self.point is None:
             return on_grid(near, self.shape)
         return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
 
-    def instantaneous(self, weights: Array) -> SteadyKernel:
-        """C_0 + sum_k weights_k lambda_k C_k as an operator."""
+    def without_history(self, weights: Array) -> Array:
+        """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
         parts = jnp.append(1.0, self.kernels.mix @ weights)
-        symbol = jnp.tensordot(parts, self.kernels.spectra, 1)
-        return on_grid(symbol + 0j, self.shape)
+        return on_grid(jnp.tensordot(parts, self.kernels.spectra, 1) + 0j, self.shape)
+
+    def circulant(self) -> Array:
+        """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
+
+        The damping 1/T stands for the end of the track; each term has a real part above zero.
+        """
+        kernel = spectral.inverse(self.kernels.spectra, doubled(self.shape))
+        parts = spectral.circulant_spectrum(kernel[:, : self.shape[0], : self.shape[1]])
+        own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
+        phase, loss = along(self.shape, Shift(self.velocity[0], self.velocity[1]), self.ratio)
+        damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
+        return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
@@ -157,11 +156,12 @@ def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
     return wide
 
 
-def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> SteadyKernel:
-    """The operator on the grid of a symbol (MY/2 + 1, MX) on the doubled one, with the far part (mx, my)."""
+def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> Array:
+    """Spectrum (my/2 + 1, mx) of the operator whose symbol on the doubled grid is (MY/2 + 1, MX), with the
+
+    kernel of the far part (mx, my) added.
+    """
     MY, padded = spectral.padded_shape(doubled(shape))[1], spectral.padded_shape(shape)
     rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
-    wide = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
-    near = cut(wide + far, shape, padded)
-    spectrum = lambda kernel: jnp.swapaxes(jnp.fft.rfft2(kernel), -1, -2)
-    return SteadyKernel(spectrum(near), spectrum(cut(near, shape, shape)))
+    near = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
+    return jnp.swapaxes(jnp.fft.rfft2(near + cut(far + 0.0 * near, shape, padded)), -1, -2)
