@@ -72,6 +72,7 @@ def fit_indentation(
     if rise is not None:
         raise ValueError(f"rise: expected None with a layer, got {rise!r}")
     layered.check(press, layer, substrate)
+    press = layered.floored(press)
     found = layered.fit(press, layer, substrate, grid)
     cells = jc.Grid.square(n=found.cells, width=found.width)
     about = Film(layer, substrate, cells, layered.named(found.bias, press))
@@ -104,6 +105,7 @@ def half_space(press: Press, rise: float | None) -> tuple[Objective, np.ndarray,
         lambda theta, free: halfspace.slopes(theta, free, curve, kind),
         press.lower,
         press.upper,
+        floor=1e-26 * float(np.sum((press.weights * press.measured) ** 2)),
     )
     return objective, _start(press, curve, kind), lambda best: _notes(best, press, curve, kind)
 

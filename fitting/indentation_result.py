@@ -167,7 +167,8 @@ def build(
         models.PARTS[press.model],
         press.unit * np.array([1, 1, 1 / press.duration, 1 / press.duration]),
     )
-    compliances = _compliances(best.theta) * unit
+    compliances = _open(np.stack([_compliances(best.theta)] * 2, -1), np.stack([best.theta] * 2, -1), press)
+    compliances = np.where(best.theta[:4] <= press.lower[:4], *compliances.T) * unit
     spans = _open(np.stack([_compliances(end) for end in ends.T], -1), ends, press) * unit[:, None]
     intervals = parameter_intervals(spans, where, press.table)
     spread = (1.0 if press.label == "sigma" else quality.noise) * math.sqrt(quality.widening)
@@ -210,12 +211,14 @@ def _compliances(theta: np.ndarray) -> np.ndarray:
 
 
 def _open(spans: np.ndarray, ends: np.ndarray, press: Press) -> np.ndarray:
-    """Extents (4, 2), open where a profile went on to the edge of the search, cut only by given bounds."""
-    spans, ends = spans.copy(), ends[:4]
-    low, high = press.lower[:4], press.upper[:4]
-    spans[:, 0] = np.where((ends[:, 0] <= low) & (low < high), 0.0, spans[:, 0])
-    spans[:, 1] = np.where((ends[:, 1] >= high) & (low < high), math.inf, spans[:, 1])
-    return spans
+    """Compliances (4, 2) with 0 and inf at the edges of the search, where these are not bounds given."""
+    limits = np.array([[1.0, 1.0]] * 4)
+    for name, part in models.PARTS[press.model].items():
+        limits[part] = press.table[name]
+    low, high, ends = press.lower[:4], press.upper[:4], ends[:4]
+    bottom = (ends[:, 0] <= low) & (low < high) & np.isinf(limits[:, 1])
+    top = (ends[:, 1] >= high) & (low < high) & (limits[:, 0] == 0.0)
+    return np.stack([np.where(bottom, 0.0, spans[:, 0]), np.where(top, math.inf, spans[:, 1])], -1)
 
 
 def _nuisances(best: Any, ends: np.ndarray, free: np.ndarray, press: Press) -> dict:

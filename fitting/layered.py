@@ -3,8 +3,8 @@
 The start is quasi-elastic: the approach of the ball on an elastic film, over a range of the film's
 compliance, is solved once and inverted point by point; the compliances found are then fitted as creep
 under the measured load. The grid is as wide as the contact of that start needs. What the grid and the
-time steps do to the parameters is measured, by a run with twice the cells and twice the steps at the
-optimum, added to the model as a correction, and refined until what remains is small beside the noise.
+time steps do to the parameters is measured, by a run with more cells and steps at the optimum,
+added to the model as a correction, and refined until what remains is small beside the noise.
 """
 
 import functools
@@ -17,16 +17,19 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.creep import tau_range
-from fitting.halfspace import Curve, offset, parts
+from fitting.halfspace import FLOW, Curve, offset, parts
 from fitting.history import merge
 from fitting.models import PARTS
 from fitting.nonlinear import Best, Objective, inverse, minimise
 from fitting.press import NUISANCES, Press
 from fitting.varpro import Problem, sides, solve
 
-CELLS, MOST_CELLS, START_CELLS = 64, 256, 32
+CELLS, MOST_CELLS, START_CELLS = 32, 256, 32
+FINER, STEPS_FINER = 4, 3  # cells and steps of the run that corrects a chosen grid
+LEFT = 6.0  # of a change found by it, second order leaves a fifteenth for the cells, an eighth for the steps
 TIMES = 96  # march times where there are more samples
 MARGIN = 1.2  # grid over contact
+LEAST_FLOW = 1e-8  # scaled, open end
 SMALL = 0.2  # bias over standard error that is small
 EDGE = 2
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
@@ -63,8 +66,16 @@ def check(press: Press, layer: float, substrate: Any) -> None:
         raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected an elastic indenter")
 
 
+def floored(press: Press) -> Press:
+    """The same, with the flow a little off zero, where the decay rates of the film have no slope."""
+    lower = press.lower.copy()
+    if lower[FLOW] == 0.0 < press.upper[FLOW]:
+        lower[FLOW] = LEAST_FLOW
+    return press._replace(lower=lower)
+
+
 def film(press: Press, layer: float, substrate: Any, width: float, n: int, fine: int) -> Film:
-    """The solver's inputs for n x n cells over ``width`` [m]; fine: 2 doubles the march times."""
+    """The solver's inputs for n x n cells over ``width`` [m]; fine: march steps between samples."""
     t = march_times(press.t, fine)
     at = lambda y: jnp.interp(t, press.t, y)
     number = lambda x: jnp.asarray(x, dtype=float)
@@ -80,9 +91,8 @@ def march_times(t: np.ndarray, fine: int) -> np.ndarray:
     if t.size > TIMES:
         first = max(t[t > 0][0], 1e-4)
         t = np.unique(np.append(np.linspace(0.0, 1.0, TIMES // 2), np.geomspace(first, 1.0, TIMES // 2)))
-    for _ in range(fine - 1):
-        t = np.insert(t, np.arange(1, t.size), 0.5 * (t[1:] + t[:-1]))
-    return t
+    shares = np.arange(fine) / fine
+    return np.append((t[:-1, None] + np.diff(t)[:, None] * shares).ravel(), t[-1])
 
 
 def response(theta: Array, curve: Curve, film: Film, n: int, control: str) -> tuple[Array, Array, Array]:
@@ -126,7 +136,7 @@ def objective(press: Press, curve: Curve, film: Film, n: int) -> Objective:
     return Objective(
         lambda theta: evaluate(theta, curve, film, n, press.control)[0],
         lambda theta, free: slopes(jnp.asarray(theta), free, curve, film, n, press.control),
-        press.lower, press.upper, ftol=1e-6,
+        press.lower, press.upper, ftol=1e-5, close=1e-2,
     )  # fmt: skip
 
 
@@ -205,6 +215,7 @@ def fit(press: Press, layer: float, substrate: Any, grid: Any) -> Fitted:
     n = CELLS if grid is None else int(grid.shape[0])
     width = 2.0 * MARGIN * radius if grid is None else float(grid.width[0])
     curve, runs = curve_of(press), np.zeros(2, int)
+    finer = FINER if grid is None else 2
     while True:
         here = film(press, layer, substrate, width, n, 1)
         first = objective(press, curve, here, n)
@@ -215,14 +226,15 @@ def fit(press: Press, layer: float, substrate: Any, grid: Any) -> Fitted:
             continue
         _require(int(status), n)
         corrected = here._replace(
-            correction=_correction(press, curve, here, best, layer, substrate, width, n)
+            correction=_correction(press, curve, here, best, layer, substrate, width, n, finer)
         )
         second = objective(press, curve, corrected, n)
         theta = best.theta
         best = minimise(second, theta)
-        runs += [first.residual_runs + 1, first.jacobian_runs]
-        # second order: a third of the difference is left
-        bias = np.abs(best.theta - theta) / 3.0 / _standard_errors(best, second.free)
+        runs += [first.residual_runs + 3, first.jacobian_runs]
+        bias = (
+            np.abs(best.theta - theta) / (LEFT if grid is None else 3.0) / _standard_errors(best, second.free)
+        )
         if bias.max() < SMALL or grid is not None or 2 * n > MOST_CELLS:
             second.residual_runs += int(runs[0])
             second.jacobian_runs += int(runs[1])
@@ -231,12 +243,20 @@ def fit(press: Press, layer: float, substrate: Any, grid: Any) -> Fitted:
 
 
 def _correction(
-    press: Press, curve: Curve, here: Film, best: Best, layer: float, substrate: Any, width: float, n: int
+    press: Press,
+    curve: Curve,
+    here: Film,
+    best: Best,
+    layer: float,
+    substrate: Any,
+    width: float,
+    n: int,
+    finer: int,
 ) -> Array:
-    """Response of twice the cells and twice the steps, less that of the grid, at the optimum."""
-    fine = film(press, layer, substrate, width, 2 * n, 2)
+    """Response of ``finer`` times the cells and three times the steps, less that of the grid, at the optimum."""
+    fine = film(press, layer, substrate, width, finer * n, STEPS_FINER)
     weights = jnp.where(curve.weights > 0, curve.weights, 1.0)
-    difference = evaluate(best.theta, curve._replace(weights=weights), fine, 2 * n, press.control)[0]
+    difference = evaluate(best.theta, curve._replace(weights=weights), fine, finer * n, press.control)[0]
     return (
         difference - evaluate(best.theta, curve._replace(weights=weights), here, n, press.control)[0]
     ) / weights

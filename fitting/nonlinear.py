@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
-STEPS, CLOSE, MOST = 30, 2e-3, 4.0
+STEPS, ITERATIONS, MOST = 30, 60, 4.0
 START = 1e-3  # a first step in the units of a coordinate, where the Jacobian does not give one
 
 
@@ -22,7 +22,8 @@ START = 1e-3  # a first step in the units of a coordinate, where the Jacobian do
 class Objective:
     """residual(theta) (n,); jacobian(theta, free) (n, k): of the coordinates ``free``. Runs are counted.
 
-    lower, upper (m,): the box; equal where a coordinate is fixed. ftol: share of RSS that is no change.
+    lower, upper (m,): the box; equal where a coordinate is fixed. ftol: share of RSS that is no change, floor: RSS that
+    is none; close: error allowed of the square root of a rise.
     """
 
     residual: Callable[[np.ndarray], np.ndarray]
@@ -30,6 +31,8 @@ class Objective:
     lower: np.ndarray
     upper: np.ndarray
     ftol: float = 1e-12
+    floor: float = 0.0
+    close: float = 2e-3
     residual_runs: int = 0
     jacobian_runs: int = 0
 
@@ -59,49 +62,53 @@ class Best(NamedTuple):
 
 
 def minimise(objective: Objective, start: np.ndarray) -> Best:
-    """The least squares in the box from ``start``; a coordinate goes to its bound if that costs nothing."""
-    free = objective.free
-    theta = _fit(objective, start, free)
-    for i in free:
+    """The least squares in the box from ``start``."""
+    return _fit(objective, start, objective.free)
+
+
+def _fit(objective: Objective, start: np.ndarray, free: np.ndarray) -> Best:
+    """With the coordinates ``free`` fitted: Levenberg-Marquardt, each step a bounded linear least squares.
+
+    It ends where the step would change RSS by no more than ftol of it, which costs no further run.
+    """
+    theta = np.clip(start, objective.lower, objective.upper)
+    residual, damping = objective.at(theta), 0.0
+    jacobian = objective.slope(theta, free)
+    for _ in range(ITERATIONS if free.size else 0):
+        rss = float(residual @ residual)
+        step = _step(
+            jacobian,
+            residual,
+            objective.lower[free] - theta[free],
+            objective.upper[free] - theta[free],
+            damping,
+        )
+        expected = rss - float(np.sum((residual + jacobian @ step) ** 2))
+        if expected <= objective.ftol * rss + objective.floor or damping > 1e8:
+            break
         trial = theta.copy()
-        trial[i] = objective.lower[i]
-        near = theta[i] - objective.lower[i] < 1e-6 * max(1.0, abs(theta[i]))
-        if near and _rss(objective, trial) <= _rss(objective, theta) * (1 + objective.ftol):
-            theta = trial
-    residual = objective.at(theta)
-    return Best(theta, residual, objective.slope(theta, free), float(residual @ residual))
+        trial[free] = np.clip(theta[free] + step, objective.lower[free], objective.upper[free])
+        after = objective.at(trial)
+        if np.all(np.isfinite(after)) and float(after @ after) < rss:
+            theta, residual, damping = trial, after, 0.1 * damping if damping > 1e-4 else 0.0
+            jacobian = objective.slope(theta, free)
+        else:
+            damping = max(10.0 * damping, 1e-3)
+    return Best(theta, residual, jacobian, float(residual @ residual))
 
 
-def _rss(objective: Objective, theta: np.ndarray) -> float:
-    residual = objective.at(theta)
-    return float(residual @ residual)
-
-
-def _fit(objective: Objective, start: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """theta with its coordinates ``free`` fitted."""
-    if free.size == 0:
-        return start
-    low, high = objective.lower[free], objective.upper[free]
-    whole = lambda x: _put(start, free, x)
-    found = optimize.least_squares(
-        lambda x: objective.at(whole(x)), _inside(start[free], low, high),
-        jac=lambda x: objective.slope(whole(x), free),
-        bounds=(low, high), x_scale="jac", ftol=objective.ftol, xtol=1e-10, gtol=1e-14, max_nfev=100,
-    )  # fmt: skip
-    return whole(found.x)
-
-
-def _inside(x: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """A start strictly in the box."""
-    room = 1e-9 * np.maximum(1.0, np.abs(x))
-    low_room = np.minimum(low + room, 0.5 * (low + np.where(np.isfinite(high), high, low + 2 * room)))
-    return np.clip(x, low_room, np.maximum(high - room, low_room))
-
-
-def _put(theta: np.ndarray, free: np.ndarray, x: np.ndarray) -> np.ndarray:
-    whole = theta.copy()
-    whole[free] = x
-    return whole
+def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:
+    """min |J s + r|^2 + damping |D s|^2 with low <= s <= high, D the norms of the columns."""
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-150)
+    A, b = J / size, -r
+    if damping > 0.0:
+        A = np.concatenate([A, np.sqrt(damping) * np.eye(size.size)])
+        b = np.append(b, np.zeros(size.size))
+    step = np.linalg.lstsq(A, b, rcond=1e-12)[0]
+    low, high = low * size, high * size
+    if np.any(step < low) or np.any(step > high):
+        step = optimize.lsq_linear(A, b, (low, np.maximum(high, low + 1e-300)), method="bvls").x
+    return np.clip(step, low, high) / size
 
 
 def profile(objective: Objective, best: Best, level: float) -> np.ndarray:
@@ -145,14 +152,11 @@ def _end(
         start = inner[2].copy()
         start[i] = value
         start[others] += along * (value - inner[0])
-        start = np.clip(start, objective.lower, objective.upper)
-        if not np.all(np.isfinite(objective.at(start))):
-            outer = (value, 2.0)  # where the model has no value: half the way
-            value = _next(first, inner, outer, side)
-            continue
-        theta = _fit(objective, start, others)
-        height = math.sqrt(max(_rss(objective, theta) - best.rss, 0.0) / (level - best.rss))
-        if abs(height - 1.0) < CLOSE:
+        found = _fit(objective, start, others)
+        theta, rise = found.theta, found.rss - best.rss
+        # where the model has no value, half the way
+        height = math.sqrt(max(rise, 0.0) / (level - best.rss)) if math.isfinite(rise) else 3.0
+        if abs(height - 1.0) < objective.close:
             return value
         if height < 1.0:
             if value == bound:
