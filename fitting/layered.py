@@ -24,7 +24,7 @@ from fitting.nonlinear import Best, Objective, inverse, minimise
 from fitting.press import NUISANCES, Press
 from fitting.varpro import Problem, sides, solve
 
-CELLS, MOST_CELLS, START_CELLS = 32, 256, 32
+CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
 FINER, STEPS_FINER = 4, 3  # cells and steps of the run that corrects a chosen grid
 LEFT = 6.0  # of a change found by it, second order leaves a fifteenth for the cells, an eighth for the steps
 TIMES = 96  # march times where there are more samples
@@ -233,7 +233,9 @@ def fit(press: Press, layer: float, substrate: Any, grid: Any) -> Fitted:
         best = minimise(second, theta)
         runs += [first.residual_runs + 3, first.jacobian_runs]
         bias = (
-            np.abs(best.theta - theta) / (LEFT if grid is None else 3.0) / _standard_errors(best, second.free)
+            np.abs(best.theta - theta)
+            / (LEFT if grid is None else 3.0)
+            / _standard_errors(best, second.free, press)
         )
         if bias.max() < SMALL or grid is not None or 2 * n > MOST_CELLS:
             second.residual_runs += int(runs[0])
@@ -262,11 +264,12 @@ def _correction(
     ) / weights
 
 
-def _standard_errors(best: Best, free: np.ndarray) -> np.ndarray:
+def _standard_errors(best: Best, free: np.ndarray, press: Press) -> np.ndarray:
     """Of the coordinates (7,), infinite where held."""
     spread = np.full(7, np.inf)
-    n, p = best.jacobian.shape
-    spread[free] = np.sqrt(np.diag(inverse(best.jacobian)) * best.rss / max(n - p, 1))
+    p = best.jacobian.shape[1]
+    variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - p)
+    spread[free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
     return np.maximum(spread, 1e-300)
 
 
