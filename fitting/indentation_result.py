@@ -68,6 +68,13 @@ class IndentationFit:
     notes: tuple[str, ...]
     _state: Any = dataclasses.field(repr=False)
 
+    @property
+    def curve(self) -> tuple[str, str, np.ndarray, np.ndarray]:
+        """(name, unit, times, values) of what was fitted."""
+        if self.control == "load":
+            return "depth", "m", self.data.t[self.kept], self.data.depth[self.kept]
+        return "load", "N", self.data.t[self.kept], self.data.load[self.kept]
+
     def predict(self, t: Any) -> np.ndarray:
         """Shear creep compliance J(t) [1/Pa] of the material, t [s] of any shape."""
         theta, _, press = self._state

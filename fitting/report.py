@@ -136,11 +136,10 @@ def indentation_figure(fit: IndentationFit, path: Any = None) -> Any:
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(3, 1))
     top, bottom, right = (figure.add_subplot(place) for place in (grid[0, 0], grid[1, 0], grid[:, 1]))
-    t, unit = fit.data.t[fit.kept], "m" if fit.control == "load" else "N"
-    measured = (fit.data.depth if fit.control == "load" else fit.data.load)[fit.kept]
+    name, unit, t, measured = fit.curve
     top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
     top.plot(t, fit.fitted, label=f"{fit.model.__name__}, R² = {fit.r2:.5f}")
-    top.set(ylabel=f"{'depth' if unit == 'm' else 'load'} [{unit}]")
+    top.set(ylabel=f"{name} [{unit}]")
     top.tick_params(labelbottom=False)
     top.legend()
     bottom.plot(t, -fit.residuals, ".", markersize=3)

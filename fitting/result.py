@@ -62,6 +62,12 @@ class CreepFit:
     p: int
     _state: Any = dataclasses.field(repr=False)
 
+    @property
+    def curve(self) -> tuple[str, str, np.ndarray, np.ndarray]:
+        """(name, unit, times, values) of what was fitted."""
+        name, unit = ("J", "1/Pa") if self.data.J is not None else ("strain", "-")
+        return name, unit, self.data.t, self.data.response
+
     def predict(self, t: Any) -> np.ndarray:
         """Shear creep compliance J(t) [1/Pa], t [s] of any shape; exact for infinite parameters too."""
         t, scaled, best = np.asarray(t, dtype=float), self._state[0], self._state[1]
