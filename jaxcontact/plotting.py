@@ -99,12 +99,13 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     return ax
 
 
-def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "") -> Axes:
-    """A map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar."""
-    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
+    """A map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
+    highest = np.max(pressure) if highest is None else highest
+    (p_unit, p_name), (x_unit, x_name) = scale_of(highest, PRESSURES), scale_of(x, LENGTHS)
     x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
-    values = np.asarray(pressure).T / p_unit
-    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, shading="nearest", rasterized=True)
+    values, top = np.asarray(pressure).T / p_unit, float(highest) / p_unit
+    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, vmax=top, shading="nearest", rasterized=True)
     ax.figure.colorbar(mesh, ax=ax, label=f"pressure [{p_name}]", shrink=0.8, pad=0.02)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title, aspect="equal")
     return ax
@@ -153,10 +154,11 @@ def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times
 
 
 def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
-    """Pressure maps (nx, ny) [Pa] side by side."""
+    """Pressure maps (nx, ny) [Pa] side by side, in the same colours."""
+    highest = max(float(np.max(field)) for field in fields)
     figure = Figure(figsize=(4.6 * len(fields), 3.9), layout="constrained")
     for ax, field, title in zip(np.atleast_1d(figure.subplots(1, len(fields))), fields, titles, strict=True):
-        pressure_map(ax, x, y, field, title)
+        pressure_map(ax, x, y, field, title, highest)
     return figure
 
 

@@ -1,36 +1,25 @@
 """What a run leaves in its directory: summary.json, result.npz and the pictures."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import jaxcontact
-from jaxcontact import plotting
+from jaxcontact import plotting, storage
+from jaxcontact._version import __version__
+from jaxcontact.case_file import Case
+from jaxcontact.case_text import case_text
 from jaxcontact.results import STATUS_MEANING, ContactHistory
 from jaxcontact.simulation import Simulation
+from jaxcontact.storage import write_whole
 
-ARRAYS = {
-    "times": "(nt,) [s]",
-    "x": "(nx,) cell centres [m]",
-    "y": "(ny,) cell centres [m]",
-    "approach": "(nt,) [m]",
-    "load": "(nt,) [N]",
-    "contact_area": "(nt,) count of cells [m^2]",
-    "contact_radius": "(nt,) [m]",
-    "smooth_area": "(nt,) [m^2]",
+LINES = {
     "peak_pressure": "(nt,) [Pa]",
-    "film_strain": "(nt,) shortening over thickness",
-    "iterations": "(nt,)",
-    "error": "(nt,) without unit",
-    "profile": "(nx, ny) gap at first touch [m]",
+    "contact_radius": "(nt,) [m]",
     "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
     "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
-    "pressure": "(nt, nx, ny), or (nx, ny) of the last time [Pa]",
-    "displacement": "(nt, nx, ny), or (nx, ny) of the last time, of both surfaces [m]",
-}
+}  # beside the fields of the history
 
 
 class DirectoryTakenError(ValueError):
@@ -50,48 +39,51 @@ def claim(directory: Path, force: bool) -> bool:
     return taken
 
 
-def save(run: Simulation, directory: Path, facts: dict[str, Any]) -> dict[str, Any]:
+def save(run: Simulation, directory: Path, facts: dict[str, Any], case: Case) -> dict[str, Any]:
     """Write the arrays, the summary and the pictures of a run with finished steps; the summary.
 
     facts: what else the summary is to say. Each file is complete or as it was before.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    summary = facts | summarise(run)
-    history = run.history
-    assert history is not None
-    _write(directory / "result.npz", lambda path: _write_arrays(path, arrays(run)))
+    figures = pictures(run)
+    summary = facts | summarise(run) | {"pictures": list(figures), "arrays_in_result_npz": meanings(run)}
+    notes = {storage.KIND: "ContactHistory", "case": case_text(case)}
+    write_whole(directory / "result.npz", lambda path: storage.write_npz(path, arrays(run), notes))
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
-    _write(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
-    for name, figure in pictures(run).items():
-        _write(directory / name, lambda path, figure=figure: figure.savefig(path, dpi=150, format="png"))
+    write_whole(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
+    for name, figure in figures.items():
+        write_picture(directory / name, figure)
     return summary
 
 
-def _write(path: Path, write: Any) -> None:
-    """Write beside, then rename: a reader never meets half a file."""
-    partial = path.with_name(path.name + ".part")
-    write(partial)
-    os.replace(partial, path)
-
-
-def _write_arrays(path: Path, values: dict[str, np.ndarray]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **values)  # type: ignore[arg-type]
+def write_picture(path: Path, figure: Any) -> None:
+    """A figure in the format that the ending of ``path`` names."""
+    kind = path.suffix.removeprefix(".")
+    write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format=kind))
 
 
 def arrays(run: Simulation) -> dict[str, np.ndarray]:
-    """The arrays of ``ARRAYS``, by name."""
-    history = run.history
-    assert history is not None
-    x, y = history.grid.axes()
+    """The fields of the history, and what ``LINES`` has beside them."""
+    assert run.history is not None
     own = {
-        "x": x,
-        "y": y,
         "peak_pressure": run.peak_pressure,
+        "contact_radius": np.asarray(run.history.contact_radius),
         "pressure_line": run.pressure_line,
         "displacement_line": run.displacement_line,
     }
-    return {name: np.asarray(own[name] if name in own else getattr(history, name)) for name in ARRAYS}
+    return storage.arrays_of(run.history) | own
+
+
+def meanings(run: Simulation) -> dict[str, str]:
+    """Shape, unit and meaning of each array in result.npz."""
+    axes = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
+    fields = {
+        name: f"({', '.join(storage.dimensions(name, values.ndim))}) {meaning} [{unit}]"
+        for name, values in arrays(run).items()
+        if name in storage.FIELDS
+        for _, unit, meaning in [storage.FIELDS[name]]
+    }
+    return axes | fields | LINES
 
 
 def summarise(run: Simulation) -> dict[str, Any]:
@@ -110,14 +102,14 @@ def summarise(run: Simulation) -> dict[str, Any]:
     for key, values in ends.items():
         summary[key.format("start")] = float(values[0])
         summary[key.format("end")] = float(values[-1])
-    return summary | {"arrays_in_result_npz": ARRAYS}
+    return summary
 
 
 def _state(run: Simulation, history: ContactHistory) -> dict[str, Any]:
     """How the run ended and on which grid."""
     dx, dy = (float(value) for value in history.grid.spacing)
     return {
-        "jaxcontact_version": jaxcontact.__version__,
+        "jaxcontact_version": __version__,
         "status": run.status,
         "status_meaning": STATUS_MEANING[run.status],
         "interrupted": run.interrupted,

@@ -36,9 +36,15 @@ LAYERS = {
     "results": 3,
     "plotting": 4,
     "indentation": 11,
-    "saving": 21,  # it writes the package's version
+    "_version": 0,
+    "citation": 1,
+    "storage": 5,
+    "case_schema": 6,
     "case_file": 12,
+    "case_text": 13,
+    "case_advice": 13,
     "simulation": 13,
+    "saving": 14,
 }
 TOP = 20  # the package itself; above it saving, cases and the command line
 
@@ -50,8 +56,8 @@ def name_of(path: Path) -> str:
 def layer(module: str) -> int:
     if module.split(".")[0] in ("reference", "cases"):
         return 0 if module.startswith("reference") else TOP + 1
-    if module == "__main__":
-        return TOP + 3
+    if module.split(".")[0] in ("__main__", "commands"):
+        return TOP + 3 + (module == "__main__")
     return LAYERS.get(module, TOP)
 
 
@@ -83,7 +89,13 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 def test_every_module_has_a_layer():
     for path in SOURCES:
         module = name_of(path)
-        known = module in LAYERS or module.split(".")[0] in ("reference", "cases", "__main__", "__init__")
+        known = module in LAYERS or module.split(".")[0] in (
+            "reference",
+            "cases",
+            "commands",
+            "__main__",
+            "__init__",
+        )
         is_package_docstring = path.name == "__init__.py"
         assert known or is_package_docstring, module
 
@@ -95,7 +107,9 @@ def test_modules_import_only_from_lower_layers():
             continue
         for imported in imports(path, "jaxcontact"):
             target = module_of(imported)
-            within_cases = module.startswith("cases") and target.startswith("cases")
+            within_cases = any(
+                module.startswith(part) and target.startswith(part) for part in ("cases", "commands")
+            )
             lazy_plot = module == "results" and target in ("plotting", "")
             if not (within_cases or lazy_plot):
                 assert layer(target) < layer(module), f"{module} imports {target}"

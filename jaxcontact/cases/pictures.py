@@ -1,6 +1,6 @@
 """The pictures of the reproductions: small helpers over matplotlib figures, no global state.
 
-Colours run along cividis, which the colour-blind read as well, and its palest end is left out.
+Colours run along viridis, as in ``plotting``: the colour-blind read it as well. Its palest end is left out.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 SIZE = (5.2, 4.0)  # of one panel, in inches
-PALEST = 0.82
+PALEST = 0.88
 
 
 def panels(count: int, columns: int = 2) -> tuple[Figure, list[Any]]:
@@ -25,7 +25,7 @@ def panels(count: int, columns: int = 2) -> tuple[Figure, list[Any]]:
 
 def colour(i: int, count: int) -> Any:
     """The i-th of ``count`` colours, dark to light."""
-    return colormaps["cividis"](PALEST * i / max(count - 1, 1))
+    return colormaps["viridis"](PALEST * i / max(count - 1, 1))
 
 
 def profiles(axes: Any, x: Any, curves: Sequence[Any], labels: Sequence[str]) -> None:

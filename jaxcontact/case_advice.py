@@ -1,0 +1,87 @@
+"""What is worth knowing of a case before it runs: cells across the contact, and steps against relaxation."""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from jaxcontact.case_file import Case
+from jaxcontact.geometry import Sphere
+from jaxcontact.indentation import FEW_CELLS, check_inputs
+from jaxcontact.layers import checked_body
+from jaxcontact.materials import relaxation_rates
+
+COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
+
+
+def check(case: Case) -> None:
+    """Everything that a run would refuse before it computes. Raises ValueError."""
+    options = {"save": "all", "substeps": 1, "correspondence": "exact"} | case.options
+    options = {name: options[name] for name in ("save", "substeps", "correspondence")}
+    check_inputs(checked_body(case.body), case.indenter, case.control, case.times, case.grid, **options)
+
+
+def advice(case: Case) -> list[str]:
+    """One line for each thing that may spoil the result; none for a case without fault."""
+    return [*_grid_advice(case), *_time_advice(case)]
+
+
+def describe(case: Case) -> str:
+    """The size of a case in one line."""
+    nx, ny = case.grid.shape
+    wide, high = (float(width) * 1e6 for width in case.grid.width)
+    return (
+        f"{len(case.times)} times to {case.times[-1]:g} s, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um"
+    )
+
+
+def _grid_advice(case: Case) -> Iterator[str]:
+    """Of a ball: the contact at the first loaded time, in cells, and the largest, against the grid."""
+    if not isinstance(case.indenter, Sphere):
+        return
+    first, largest = first_radius(case), _radius(case, case.times)
+    dx = max(float(spacing) for spacing in case.grid.spacing)
+    width = min(float(width) for width in case.grid.width)
+    if 2.0 * first / dx < FEW_CELLS:
+        n = math.ceil(FEW_CELLS * width / (2.0 * first))
+        yield f"grid.n: about {2.0 * first / dx:.1f} {COARSE.format(few=FEW_CELLS, n=n)} or more"
+    if 2.0 * largest > width:
+        yield (
+            f"grid.width: the contact may grow to {2.0 * largest:.3g} m, found {width:.3g} m;"
+            " accepted: a wider grid, or no width at all"
+        )
+
+
+def first_radius(case: Case) -> float:
+    """About the contact radius [m] when the indenter first presses."""
+    values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
+    index = int(np.argmax(values > 0.0))
+    control = dataclasses.replace(case.control, value=values[index])  # type: ignore[type-var]
+    return case.indenter.estimated_radius(case.body, control, case.times[index : index + 1])
+
+
+def _radius(case: Case, times: np.ndarray) -> float:
+    return case.indenter.estimated_radius(case.body, case.control, times)
+
+
+def fastest_time(case: Case) -> float:
+    """The shortest relaxation time [s] of the material that is pressed on; inf for an elastic one."""
+    spectrum = case.body.surface_material().spectrum()
+    rigid_at_first = float(spectrum.instantaneous) == 0.0  # Kelvin-Voigt: only its retardation is finite
+    rates = np.asarray(spectrum.rates if rigid_at_first else relaxation_rates(spectrum))
+    return float(1.0 / np.max(rates)) if rates.size and np.max(rates) > 0.0 else math.inf
+
+
+def _time_advice(case: Case) -> Iterator[str]:
+    """Steps that begin within one relaxation time of the first contact, or over which the control moves."""
+    fastest, steps = fastest_time(case), np.diff(case.times)
+    values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
+    matters = (case.times[:-1] - case.times[0] < fastest) | (np.diff(values) != 0.0)
+    longest = float(np.max(steps[matters], initial=0.0)) / case.options.get("substeps", 1)
+    if longest > fastest:
+        yield (
+            f"times: steps of up to {longest:.3g} s where the fastest relaxation takes {fastest:.3g} s;"
+            f" accepted: shorter steps, logarithmic spacing, or solver.substeps ="
+            f" {math.ceil(longest * case.options.get('substeps', 1) / fastest)} or more"
+        )

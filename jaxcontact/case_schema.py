@@ -1,0 +1,165 @@
+"""The schema of case files: for every key what it accepts, what it means, and what holds when it is absent.
+
+``SECTIONS`` has the tables of a file, ``MATERIALS`` and ``SHAPES`` what may stand beside "material" and
+"shape". ``case_file`` reads by it, ``case_text`` writes by it, so that the two cannot differ.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from jaxcontact import geometry, materials
+
+
+@dataclass(frozen=True)
+class Accept:
+    """What a value may be: a test, and the same in words."""
+
+    test: Callable[[Any], bool]
+    words: str
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of a table: what it accepts, what it means, whether it must be there, what holds when absent."""
+
+    accept: Accept
+    meaning: str
+    required: bool = False
+    default: Any = None
+
+    @property
+    def words(self) -> str:
+        """What it accepts and means, for a message."""
+        absent = "" if self.default is None else f", {self.default} when absent"
+        return f"{self.accept.words}: {self.meaning}{absent}" if self.meaning else self.accept.words
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_whole(value: Any, low: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= low
+
+
+def _all_numbers(value: Any, low: float = -math.inf) -> bool:
+    return isinstance(value, list) and bool(value) and all(_is_number(v) and v >= low for v in value)
+
+
+def _pair(value: Any, test: Callable[[Any], bool]) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(map(test, value))
+
+
+def _is_load(value: Any) -> bool:
+    """A load, or a history of loads that is positive somewhere."""
+    values = value if isinstance(value, list) else [value]
+    return _all_numbers(values, 0.0) and max(values) > 0
+
+
+def one_of(*names: str) -> Accept:
+    """One of some words."""
+    return Accept(lambda v: v in names, " | ".join(f'"{name}"' for name in names))
+
+
+def whole(low: int) -> Accept:
+    """A whole number, not below ``low``."""
+    return Accept(lambda v: _is_whole(v, low), f"a whole number of at least {low}")
+
+
+POSITIVE = Accept(lambda v: _is_number(v) and v > 0, "a number > 0")
+NOT_NEGATIVE = Accept(lambda v: _is_number(v) and v >= 0, "a number >= 0")
+NUMBER = Accept(_is_number, "a number")
+POISSON = Accept(lambda v: _is_number(v) and -1 < v <= 0.5, "a number with -1 < nu <= 0.5")
+LOAD = Accept(_is_load, "a number > 0, or a list of numbers >= 0 that are not all zero")
+NUMBERS = Accept(lambda v: _is_number(v) or _all_numbers(v), "a number or a list of numbers")
+POSITIVE_LIST = Accept(lambda v: _all_numbers(v) and min(v) > 0, "a list of numbers > 0")
+NOT_NEGATIVE_LIST = Accept(lambda v: _all_numbers(v, 0.0), "a list of numbers >= 0")
+TIMES = Accept(
+    lambda v: _all_numbers(v) and sorted(v) == v, "a list of numbers that do not decrease, one or more"
+)
+SHAPE = Accept(lambda v: _pair(v, lambda n: _is_whole(n, 4)), "[nx, ny], whole numbers of at least 4")
+SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
+TEXT = Accept(lambda v: isinstance(v, str), "text")
+TABLE = Accept(lambda v: isinstance(v, dict), "a table")
+
+G = Key(POSITIVE, "shear modulus [Pa]", required=True)
+ETA = Key(POSITIVE, "viscosity [Pa s]", required=True)
+NU = Key(POISSON, "Poisson's ratio", default=0.3)
+
+MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
+    "elastic": (
+        materials.Elastic,
+        {"G": Key(POSITIVE, "shear modulus [Pa]"), "E": Key(POSITIVE, "Young's modulus [Pa]"), "nu": NU},
+    ),
+    "maxwell": (materials.Maxwell, {"G": G, "eta": ETA, "nu": NU}),
+    "kelvin-voigt": (materials.KelvinVoigt, {"G": G, "eta": ETA, "nu": NU}),
+    "standard-linear-solid": (materials.StandardLinearSolid, {"G1": G, "G2": G, "eta2": ETA, "nu": NU}),
+    "burgers": (materials.Burgers, {"G1": G, "G2": G, "eta1": ETA, "eta2": ETA, "nu": NU}),
+    "prony": (
+        materials.Prony,
+        {
+            "J0": Key(NOT_NEGATIVE, "instantaneous compliance [1/Pa]", required=True),
+            "J": Key(NOT_NEGATIVE_LIST, "delayed compliances [1/Pa]", required=True),
+            "tau": Key(POSITIVE_LIST, "retardation times [s]", required=True),
+            "fluidity": Key(NOT_NEGATIVE, "rate of flow [1/(Pa s)]", default=0.0),
+            "nu": NU,
+        },
+    ),
+}
+
+RADIUS = Key(POSITIVE, "radius [m]", required=True)
+
+SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
+    "sphere": (geometry.Sphere, {"radius": RADIUS}),
+    "cylinder": (
+        geometry.Cylinder,
+        {"radius": RADIUS, "length": Key(POSITIVE, "length along y [m]", required=True)},
+    ),
+    "flat-punch": (geometry.FlatPunch, {"radius": RADIUS}),
+    "height-field": (
+        geometry.HeightField,
+        {"heights": Key(TEXT, "a .npy file of heights (nx, ny) [m], relative to the case", required=True)},
+    ),
+}
+
+MATERIAL = Key(one_of(*MATERIALS), "the model, whose parameters stand beside it", required=True)
+
+SECTIONS: dict[str, dict[str, Key]] = {
+    "layer": {"material": MATERIAL, "thickness": Key(POSITIVE, "thickness [m]", required=True)},
+    "substrate": {"material": MATERIAL},
+    "indenter": {
+        "shape": Key(one_of(*SHAPES), "the shape, whose sizes stand beside it", required=True),
+        "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
+    },
+    "control": {
+        "load": Key(LOAD, "normal load [N], held or one per time"),
+        "approach": Key(NUMBERS, "approach from first touch [m], held or one per time"),
+    },
+    "times": {
+        "end": Key(POSITIVE, "the last time [s]; the first is 0"),
+        "steps": Key(whole(1), "number of steps to the end"),
+        "spacing": Key(one_of("uniform", "logarithmic"), "of the times", default="uniform"),
+        "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
+        "values": Key(TIMES, "the times themselves [s], in place of the others"),
+    },
+    "grid": {
+        "n": Key(whole(4), "cells along x and y", default=256),
+        "width": Key(POSITIVE, "width along x and y [m]; from the expected contact when absent"),
+        "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
+        "spacing": Key(SPACING, "size of a cell [m]; with shape"),
+    },
+    "solver": {
+        "tolerance": Key(POSITIVE, "dimensionless error of a step", default=1e-8),
+        "max_iterations": Key(whole(1), "most iterations of a step", default=500),
+        "substeps": Key(
+            Accept(lambda v: _is_whole(v, 1) and v <= 1000, "a whole number from 1 to 1000"),
+            "inner steps between two times",
+            default=1,
+        ),
+        "correspondence": Key(one_of("exact", "quasi-elastic"), "of layer and time", default="exact"),
+        "save": Key(one_of("all", "last"), "fields kept, of which times", default="all"),
+    },
+}
+REQUIRED_SECTIONS = ("substrate", "indenter", "control", "times")

@@ -1,0 +1,88 @@
+"""A case as text again, with every default filled in and what each value means beside it."""
+
+import json
+from typing import Any
+
+from jaxcontact.case_file import Case
+from jaxcontact.case_schema import MATERIALS, SECTIONS, SHAPES, Key
+
+Table = dict[str, Any]
+
+
+def case_text(case: Case) -> str:
+    """TOML that reads back as the same case; each line has its meaning and unit as a comment."""
+    sections = {name: _section(name, case) for name in SECTIONS}
+    blocks = [_block(name, *section) for name, section in sections.items() if section]
+    if not case.body.layers:
+        blocks.insert(0, "# no [layer]: the substrate is all there is\n")
+    if case.indenter.material is None:
+        blocks.append("# no [indenter.material]: the indenter is rigid\n")
+    else:
+        own = case.tables["indenter"]["material"]
+        blocks.insert(
+            -4, _block("indenter.material", *_filled({"material": "elastic"} | own, _elastic_keys()))
+        )
+    return "\n".join(blocks)
+
+
+def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]] | None:
+    """The values and keys of a section; None for one that the case does without."""
+    table, keys = case.tables.get(name, {}), SECTIONS[name]
+    if name in ("layer", "substrate"):
+        return _filled(table, MATERIALS[table["material"]][1] | keys) if table else None
+    if name == "indenter":
+        values = {key: value for key, value in table.items() if key != "material"}
+        return _filled(values, keys | SHAPES[table["shape"]][1])
+    if name == "times":
+        return _filled(table, {"values": keys["values"]} if "values" in table else keys)
+    if name == "grid":
+        return _grid(case, keys)
+    return _filled(table, keys)
+
+
+def _elastic_keys() -> dict[str, Key]:
+    return {"material": SECTIONS["substrate"]["material"]} | MATERIALS["elastic"][1]
+
+
+def _filled(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
+    """The table in the order of the keys, with their defaults where it has nothing."""
+    defaults = {name: key.default for name, key in keys.items() if key.default is not None}
+    values = defaults | table
+    order = ["material", "shape", *keys]
+    return {name: values[name] for name in dict.fromkeys(order) if name in values}, keys
+
+
+def _grid(case: Case, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
+    """The grid, with the width that was found from the expected contact where none is given."""
+    table = dict(case.tables.get("grid", {}))
+    if "shape" in table:
+        return _filled(table, {name: keys[name] for name in ("shape", "spacing")})
+    table.setdefault("width", float(case.grid.width[0]))
+    return _filled(table, keys)
+
+
+def _block(name: str, values: Table, keys: dict[str, Key]) -> str:
+    lines = [f"{key} = {_toml(value)}" for key, value in values.items()]
+    width = max(len(line) for line in lines if len(line) < 60)
+    meanings = [_meaning(key, value, keys[key]) for key, value in values.items()]
+    rows = [f"{line:{width}}  # {meaning}" for line, meaning in zip(lines, meanings, strict=True)]
+    return f"[{name}]\n" + "\n".join(rows) + "\n"
+
+
+def _meaning(name: str, value: Any, key: Key) -> str:
+    """What a value means; of a material or a shape, its formula."""
+    if name in ("material", "shape"):
+        return ((MATERIALS | SHAPES)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
+    return key.meaning.split("; from the expected")[0]
+
+
+def _toml(value: Any) -> str:
+    """A value of a case file: text, a number, or a list of numbers."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, list):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, int):
+        return str(value)
+    short = f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)
+    return short if any(mark in short for mark in ".e") else f"{short}.0"

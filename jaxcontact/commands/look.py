@@ -1,0 +1,61 @@
+"""The commands that compute nothing: ``cases``, ``check``, ``plot`` and ``cite``."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from jaxcontact.commands.status import FINE
+
+CASES = Path(__file__).parents[1] / "cases"
+
+
+def cases(options: argparse.Namespace) -> int:
+    """Each ready-made case file and the first line of its comment."""
+    for path in sorted(CASES.glob("*.toml")):
+        title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
+        print(f"{path}\n    {title}")
+    return FINE
+
+
+def check(options: argparse.Namespace) -> int:
+    """Validate a case without running it; what may spoil its result goes to stderr and is no error."""
+    from jaxcontact import case_advice
+    from jaxcontact.case_file import read_case
+
+    case = read_case(options.case)
+    try:
+        case_advice.check(case)
+    except ValueError as error:
+        raise ValueError(f"{options.case}: {error}") from error
+    notes = case_advice.advice(case)
+    for note in notes:
+        print(f"jaxcontact: warning: {options.case}: {note}", file=sys.stderr)
+    verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
+    print(f"{options.case}: {verdict}: {case_advice.describe(case)}")
+    return FINE
+
+
+def plot(options: argparse.Namespace) -> int:
+    """A saved result as a picture."""
+    import jaxcontact
+    from jaxcontact import saving
+
+    picture = options.picture or options.result.with_suffix(".png")
+    accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
+    if picture.suffix not in accepted:
+        raise ValueError(f"{picture}: found {picture.suffix or 'no ending'}, accepted: {', '.join(accepted)}")
+    if picture.exists() and not options.force:
+        raise ValueError(
+            f"{picture}: is there already; choose another name with -o, or --force to overwrite it"
+        )
+    saving.write_picture(picture, jaxcontact.load(options.result).plot())
+    print(picture)
+    return FINE
+
+
+def cite(options: argparse.Namespace) -> int:
+    """How to cite the package and the paper behind it."""
+    import jaxcontact
+
+    print(jaxcontact.cite())
+    return FINE

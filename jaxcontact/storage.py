@@ -1,0 +1,201 @@
+"""Results in files: npz with numpy alone, NetCDF (named dimensions, units) with the extra ``jaxcontact[io]``.
+
+Both hold the same fields under the same names. In NetCDF every field has its dimensions, its unit and its
+meaning, and the case is in the attributes; xarray, ParaView and MATLAB open it as it is.
+"""
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from jaxcontact.grid import Grid
+from jaxcontact.results import ContactHistory
+from jaxcontact.sliding.results import SlidingHistory, SteadySliding
+
+Result = ContactHistory | SteadySliding
+KINDS: dict[str, type] = {cls.__name__: cls for cls in (ContactHistory, SlidingHistory, SteadySliding)}
+KIND = "kind"  # the name of the class of a stored result
+NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function saved may be of any shape
+
+# dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
+TIME, MAP, VECTOR = ("time",), ("time", "x", "y"), ("time", "direction")
+FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "times": (TIME, "s", "time"),
+    "profile": (("x", "y"), "m", "gap at first touch"),
+    "pressure": (MAP, "Pa", "contact pressure, positive in compression"),
+    "displacement": (MAP, "m", "displacement of both surfaces towards each other"),
+    "approach": (TIME, "m", "approach of the indenter from first touch"),
+    "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
+    "load": (TIME, "N", "normal load"),
+    "contact_area": (TIME, "m2", "contact area, a count of cells"),
+    "smooth_area": (TIME, "m2", "contact area from the mean of the squared pressure"),
+    "film_strain": (TIME, "1", "shortening of the film over its thickness"),
+    "iterations": (TIME, "1", "iterations of the solver"),
+    "error": (TIME, "1", "error of the solver"),
+    "status": (TIME, "1", "0 fine, 1 not converged, 2 at the grid's edge, 3 too few cells, 4 moved too far"),
+    "velocity": (VECTOR, "m s-1", "velocity of the indenter over the body"),
+    "lateral_force": (VECTOR, "N", "force of the pressure on the indenter along the surface"),
+    "tangential_force": (TIME, "N", "force against the motion"),
+    "pressure_centre": (VECTOR, "m", "centre of pressure from the indenter's axis"),
+    "leading_peak": (TIME, "Pa", "largest pressure ahead of the axis"),
+    "power": (TIME, "W", "power dissipated in the body"),
+    "stored_energy": (TIME, "J", "energy stored in the body"),
+    "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
+}
+
+
+def save(result: Result, path: str | Path, **case: Any) -> Path:
+    """Write a result to ``path``, ``.npz`` or ``.nc`` by its ending; the path.
+
+    result: ``ContactHistory``, ``SlidingHistory`` or ``SteadySliding``. case: what the result is of, by any names
+    (``body=body, indenter=ball, control=load``); numbers, text and the objects of this package go into the
+    attributes of a NetCDF file (``body.layers.0.material.G1``) and beside the arrays of an npz file.
+    An existing file is replaced, whole or not at all. What a ``save`` function kept is left out.
+
+    Raises ValueError for another ending or another kind of result; ImportError for ``.nc`` without the extra
+    ``jaxcontact[io]``.
+    """
+    path = Path(path)
+    if type(result).__name__ not in KINDS:
+        raise ValueError(
+            f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
+        )
+    write = _format(path, {".npz": write_npz, ".nc": _write_netcdf})
+    notes = {KIND: type(result).__name__} | dict(_flat(case))
+    write_whole(path, lambda partial: write(partial, arrays_of(result), notes))
+    return path
+
+
+def load(path: str | Path) -> Any:
+    """The result in a file that ``save`` or the command line wrote, with numpy arrays for its fields.
+
+    Raises ValueError for another ending or a file that is no such result; OSError for one that cannot be read;
+    ImportError for ``.nc`` without the extra ``jaxcontact[io]``.
+    """
+    path = Path(path)
+    arrays, kind = _format(path, {".npz": _read_npz, ".nc": _read_netcdf})(path)
+    if kind not in KINDS:
+        raise ValueError(
+            f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"
+        )
+    cls = KINDS[kind]
+    names = [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
+    missing = [name for name in (*names, "x", "y") if name not in arrays]
+    if missing:
+        raise ValueError(f"{path}: {missing[0]}: missing; accepted: a file written by jaxcontact.save")
+    saved = {} if cls is SteadySliding else {"saved": None}
+    return cls(**{name: arrays[name] for name in names}, **saved, grid=_grid(arrays["x"], arrays["y"]))
+
+
+def arrays_of(result: Result) -> dict[str, np.ndarray]:
+    """The stored fields of a result, and its axes x and y [m]."""
+    x, y = result.grid.axes()
+    names = [field.name for field in dataclasses.fields(result) if field.name not in NOT_STORED]
+    return {"x": np.asarray(x), "y": np.asarray(y)} | {
+        name: np.asarray(getattr(result, name)) for name in names
+    }
+
+
+def dimensions(name: str, ndim: int) -> tuple[str, ...]:
+    """The names of the dimensions of a stored field: the last ``ndim`` of those it may have."""
+    spec = FIELDS[name][0]
+    return spec[len(spec) - ndim :]
+
+
+def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
+    """Write beside, then rename: a reader never meets half a file."""
+    partial = path.with_name(path.name + ".part")
+    write(partial)
+    os.replace(partial, path)
+
+
+def _grid(x: np.ndarray, y: np.ndarray) -> Grid:
+    """The grid whose cell centres these are."""
+    spacing = tuple(float(axis[-1] - axis[0]) / (len(axis) - 1) for axis in (x, y))
+    return Grid(shape=(len(x), len(y)), spacing=(jnp.asarray(spacing[0]), jnp.asarray(spacing[1])))
+
+
+def _format(path: Path, formats: dict[str, Any]) -> Any:
+    if path.suffix not in formats:
+        found = path.suffix or "no ending"
+        raise ValueError(f"{path}: found {found}, accepted: a file name that ends in {' or '.join(formats)}")
+    return formats[path.suffix]
+
+
+def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """Numbers and text by their dotted names: the fields of dataclasses, the items of lists and dicts."""
+    if dataclasses.is_dataclass(value):
+        yield name, type(value).__name__
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _flat(item, f"{name}.{key}" if name else str(key))
+    elif isinstance(value, list | tuple) and not all(isinstance(item, int | float) for item in value):
+        for index, item in enumerate(value):
+            yield from _flat(item, f"{name}.{index}")
+    elif isinstance(value, str) or value is None:
+        yield name, value or "none"
+    else:
+        yield name, np.asarray(value)
+
+
+def write_npz(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
+    """Arrays and notes by their names."""
+    with path.open("wb") as file:
+        np.savez(file, **arrays, **{name: np.asarray(value) for name, value in notes.items()})  # type: ignore[arg-type]
+
+
+def _read_npz(path: Path) -> tuple[dict[str, np.ndarray], str]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (ValueError, EOFError, AttributeError) as error:
+        raise ValueError(
+            f"{path}: not an npz file of arrays; accepted: a file written by jaxcontact.save"
+        ) from error
+    return arrays, str(arrays.get(KIND, ""))
+
+
+def _xarray() -> Any:
+    try:
+        import h5netcdf  # noqa: F401
+        import xarray
+    except ImportError as error:
+        raise ImportError(
+            f"NetCDF needs {error.name}; install it with: pip install 'jaxcontact[io]', or use a name in .npz"
+        ) from error
+    return xarray
+
+
+def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
+    xarray = _xarray()
+    axes = {
+        axis: (axis, arrays[axis], {"units": "m", "long_name": f"{axis} of the cell centres"})
+        for axis in "xy"
+    }
+    if "times" in arrays:
+        axes["time"] = ("time", arrays["times"], {"units": "s", "long_name": "time"})
+    fields = {
+        name: (
+            dimensions(name, values.ndim),
+            values,
+            {"units": FIELDS[name][1], "long_name": FIELDS[name][2]},
+        )
+        for name, values in arrays.items()
+        if name not in ("x", "y", "times")
+    }
+    xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes}).to_netcdf(path, engine="h5netcdf")
+
+
+def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
+    with _xarray().open_dataset(path, engine="h5netcdf", decode_times=False) as file:
+        arrays = {str(name): values.to_numpy() for name, values in file.variables.items()}
+        kind = str(file.attrs.get(KIND, ""))
+    if "time" in arrays:
+        arrays["times"] = arrays.pop("time")
+    return arrays, kind
