@@ -22,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.history import columns
+from fitting.history import columns, recursion
 
 # coordinates: logarithms of j0, j2 and j2/tau, and f, contact point, drift, machine compliance as they are
 J0, J2, FLOW, RATE, CONTACT, DRIFT, MACHINE = range(7)
@@ -106,8 +106,7 @@ def _memory(t: Array, y: Array, rates: Array) -> Array:
     gap = jnp.diff(t, prepend=t[:1])
     rise = jnp.diff(y, prepend=jnp.zeros_like(y[:1]))
     x = rates * gap[:, None]
-    terms = (jnp.exp(-x), rise[:, None] * _mean_decay(x))
-    return jax.lax.associative_scan(lambda a, b: (a[0] * b[0], b[0] * a[1] + b[1]), terms)[1]
+    return recursion(jnp.exp(-x), rise[:, None] * _mean_decay(x))
 
 
 def _mean_decay(x: Array) -> Array:

@@ -4,7 +4,7 @@
 
 For a unit step at t = 0 these are 1, 1 - exp(-t/tau) and t. Between its knots the stress is
 linear, and a repeated time is a jump, so tau D' + D = sigma has a closed form over each segment
-and the Boltzmann integral is exact; an associative scan carries it along all knots and samples.
+and the Boltzmann integral is exact; a recursion carries it along all knots and samples.
 """
 
 from typing import NamedTuple
@@ -51,10 +51,20 @@ def _delayed(basis: History, tau: Array) -> Array:
     decay, rise = jnp.exp(-ratio), -jnp.expm1(-ratio)
     forced = basis.start * rise + basis.slope * (basis.gap - tau * rise)
 
-    def join(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-        return a[0] * b[0], b[0] * a[1] + b[1]
+    return recursion(decay, forced)
 
-    return jax.lax.associative_scan(join, (decay, forced))[1]
+
+def recursion(decay: Array, forced: Array) -> Array:
+    """y_i = decay_i y_(i-1) + forced_i along the first axis, y_(-1) = 0.
+
+    One after the other: on a CPU less work, and much less to compile, than an associative scan.
+    """
+
+    def step(y: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        y = row[0] * y + row[1]
+        return y, y
+
+    return jax.lax.scan(step, jnp.zeros_like(forced[0]), (decay, forced))[1]
 
 
 def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
