@@ -164,6 +164,7 @@ def _read_npz(path: Path) -> tuple[dict[str, np.ndarray], str]:
 def _xarray() -> Any:
     try:
         import h5netcdf  # noqa: F401
+        import h5py  # noqa: F401
         import xarray
     except ImportError as error:
         raise ImportError(

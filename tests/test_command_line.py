@@ -1,14 +1,18 @@
 """The command line as a user meets it: results, refusals in one line, Ctrl-C."""
 
+import inspect
 import json
 import signal
 import warnings
+from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from jaxcontact.case_file import read_case
 
 CASE = """
 [layer]
@@ -133,3 +137,90 @@ def test_ctrl_c_keeps_the_finished_steps(case, tmp_path, monkeypatch):
     with np.load(out / "result.npz") as arrays:
         assert arrays["approach"].size == sum(finished) < 40
         assert np.all(np.diff(arrays["approach"]) >= -1e-12)
+
+
+READY_MADE = sorted((Path(jc.__file__).parent / "cases").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", READY_MADE, ids=lambda path: path.stem)
+def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
+    assert main(["run", "--show", str(path)]) == 0
+    shown = tmp_path / "shown.toml"
+    shown.write_text(capsys.readouterr().out)
+    a, b = read_case(path), read_case(shown)
+    assert jax.tree.structure((a.body, a.indenter, a.control, a.grid)) == jax.tree.structure(
+        (b.body, b.indenter, b.control, b.grid)
+    )
+    leaves = (jax.tree.leaves((c.body, c.indenter, c.control, c.times, c.grid)) for c in (a, b))
+    for x, y in zip(*leaves, strict=True):
+        np.testing.assert_allclose(x, y, rtol=1e-14)
+    signature = inspect.signature(jc.indent).parameters
+    assert b.options == {name: signature[name].default for name in b.options} and len(b.options) == 5
+    lines = [line for line in shown.read_text().splitlines() if "=" in line and not line.startswith("#")]
+    assert all("  # " in line for line in lines)
+
+
+def test_a_ready_made_case_is_checked_without_running_and_without_warning(capfd, monkeypatch):
+    monkeypatch.setattr("jaxcontact.simulation.simulate", None)
+    for path in READY_MADE:
+        assert main(["check", str(path)]) == 0
+    out, err = capfd.readouterr()
+    assert out.count("can run") == len(READY_MADE) == 3
+    assert err == ""
+
+
+CHECKED = {
+    "coarse grid": ("n = 32", "n = 8", "grid.n"),
+    "narrow grid": ("width = 300e-6", "width = 150e-6", "grid.width"),
+    "long steps": ("steps = 6", "steps = 3", "substeps = 2"),
+}
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_check_warns_and_is_not_an_error(name, case, capfd):
+    old, new, words = CHECKED[name]
+    case.write_text(CASE.replace(old, new))
+    assert main(["check", str(case)]) == 0
+    out, err = capfd.readouterr()
+    assert "1 warning" in out
+    assert err.count("\n") == 1 and words in err
+
+
+@pytest.mark.parametrize("name", ["missing key", "unknown key", "text for a number", "broken TOML"])
+def test_check_refuses_what_run_refuses(name, case, capfd):
+    old, new, words = BAD[name]
+    case.write_text(CASE.replace(old, new))
+    assert main(["check", str(case)]) == 2
+    out, err = capfd.readouterr()
+    assert words in err and out == ""
+    if name == "unknown key":
+        assert 'did you mean "thickness"?' in err
+
+
+def test_plot_draws_a_saved_result_and_overwrites_nothing(case, tmp_path, capfd):
+    out = tmp_path / "out"
+    assert main(["run", str(case), "-o", str(out)]) == 0
+    assert main(["plot", str(out / "result.npz")]) == 0
+    assert (out / "result.png").read_bytes().startswith(b"\x89PNG")
+    assert main(["plot", str(out / "result.npz")]) == 2
+    assert "--force" in capfd.readouterr().err
+    assert main(["plot", str(out / "result.npz"), "-o", str(tmp_path / "a.svg")]) == 0
+    assert "pressure [" in (tmp_path / "a.svg").read_text()
+    assert main(["plot", str(out / "summary.json")]) == 2
+    history = jc.load(out / "result.npz")
+    summary = json.loads((out / "summary.json").read_text())
+    assert history.pressure.shape == (7, 32, 32)
+    assert float(history.approach[-1]) == summary["approach_end_m"]
+    assert set(summary["arrays_in_result_npz"]) == set(np.load(out / "result.npz").files) - {"kind", "case"}
+
+
+def test_run_without_a_place_for_results_says_so(case, capfd):
+    assert main(["run", str(case)]) == 2
+    assert "-o DIR" in capfd.readouterr().err
+
+
+def test_cite_and_cases_print(capfd):
+    assert main(["cite"]) == 0
+    assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
+    assert main(["cases"]) == 0
+    assert capfd.readouterr().out.count(".toml") == 3

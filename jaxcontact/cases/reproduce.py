@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxcontact.cases import figure_4, figure_6, figure_9, figure_10, figure_11, figure_12
+from jaxcontact.cases import figure_4, figure_6, figure_9, figure_10, figure_11, figure_12, report
 from jaxcontact.cases.comparison import Case, Row, as_dict, table
 
 CASES: tuple[Case, ...] = (
@@ -27,7 +27,10 @@ N = 256  # cells along each side, as in the paper
 def main(
     names: Sequence[str], directory: Path, *, force: bool = False, n: int = N, cases: Sequence[Case] = CASES
 ) -> int:
-    """Run the named cases, or all; each writes directory/NAME/summary.json and its picture."""
+    """Run the named cases, or all; each writes directory/NAME/summary.json and its picture.
+
+    directory/report.html is written anew from all the cases that the directory then holds.
+    """
     known = {case.name: case for case in cases}
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -37,7 +40,9 @@ def main(
         summary = Path(directory) / case.name / "summary.json"
         if summary.exists() and not force:
             return _refuse(f"{summary} is there already; choose another directory, or use --force")
-    return 0 if all([run(case, Path(directory), n) for case in chosen]) else 1
+    holds = [run(case, Path(directory), n) for case in chosen]
+    print(f"\n{report.write(Path(directory))}")
+    return 0 if all(holds) else 1
 
 
 def _refuse(reason: str) -> int:
