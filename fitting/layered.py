@@ -26,7 +26,7 @@ from fitting.varpro import Problem, sides, solve
 
 CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
 FINER, STEPS_FINER = 4, 3  # cells and steps of the run that corrects a chosen grid
-LEFT = 6.0  # of a change found by it, second order leaves a fifteenth for the cells, an eighth for the steps
+LEFT = 8.0  # of a change found by it second order leaves an eighth for the steps, a fifteenth for the cells
 TIMES = 96  # march times where there are more samples
 MARGIN = 1.2  # grid over contact
 LEAST_FLOW = 1e-8  # scaled, open end

@@ -26,7 +26,7 @@ from jax import Array
 
 from fitting.history import columns
 
-COARSE, ZOOM, ROUNDS, HALVINGS, FINE = 97, 9, 5, 30, 65
+COARSE, ZOOM, ROUNDS, HALVINGS, FINE = 97, 9, 5, 20, 65
 PAIRS = np.triu_indices(3)
 PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
