@@ -29,9 +29,43 @@ from jaxcontact.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.materials import Prony as Prony  # noqa: E402
 from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
+from jaxcontact.sensitivity import Sensitivity as Sensitivity  # noqa: E402
+from jaxcontact.sensitivity import sensitivity as sensitivity  # noqa: E402
 from jaxcontact.slide import slide as slide  # noqa: E402
 from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.steady_sliding import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.storage import load as load  # noqa: E402
 from jaxcontact.storage import save as save  # noqa: E402
+
+# what the reference shows; tests/test_public_api.py holds the same names
+__all__ = [
+    "Approach",
+    "Burgers",
+    "ContactHistory",
+    "Cylinder",
+    "Elastic",
+    "FlatPunch",
+    "Grid",
+    "HeightField",
+    "KelvinVoigt",
+    "Layer",
+    "LayeredHalfSpace",
+    "Load",
+    "Maxwell",
+    "Prony",
+    "Sensitivity",
+    "SlidingHistory",
+    "Sphere",
+    "StandardLinearSolid",
+    "SteadySliding",
+    "cite",
+    "indent",
+    "kernels",
+    "load",
+    "normal_response",
+    "save",
+    "sensitivity",
+    "slide",
+    "slide_steady",
+]

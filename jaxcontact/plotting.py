@@ -188,3 +188,25 @@ def overview(history: ContactHistory) -> Figure:
     load_against_time(axes["load"], history)
     radius_against_time(axes["radius"], history)
     return figure
+
+
+def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:
+    """d log(output)/d log(parameter) over time [s], one panel for each output's table (m, nt).
+
+    Lines are told apart by colour and dashes; parameters that never reach 1 % of the largest are left out.
+    """
+    figure = Figure(figsize=(4.6 * len(tables) + 1.8, 3.8), layout="constrained")
+    axes = figure.subplots(1, len(tables), squeeze=False)[0]
+    largest = [np.nanmax(np.abs(list(t[i] for t in tables.values()))) for i in range(len(parameters))]
+    shown = [i for i, size in enumerate(largest) if size >= 0.01 * max(largest)]
+    colours = colormaps[COLOURS](np.linspace(0.0, 0.92, len(shown)))
+    for ax, (name, table) in zip(axes, tables.items(), strict=True):
+        for order, (i, colour) in enumerate(zip(shown, colours, strict=True)):
+            style = ("-", "--", ":", "-.")[order % 4]
+            ax.plot(times, table[i], style, color=colour, lw=1.8, label=parameters[i])
+        ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
+        ax.set(xlabel="time [s]", title=name)
+        ax.spines[["top", "right"]].set_visible(False)
+    axes[0].set_ylabel("d log(output) / d log(parameter)")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=9)
+    return figure

@@ -1,94 +1,236 @@
 """Derivatives through contact and time: reverse equals forward equals central differences."""
 
-import dataclasses
+import importlib
 import warnings
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.test_util import check_grads
+from tolerances import CENTRAL_DIFFERENCE, MODES, ROUND_OFF, TIGHT_SOLVER
 
 import jaxcontact as jc
+from jaxcontact import influence, materials, spectral
+from jaxcontact.contact import implicit
+from jaxcontact.contact.normal import Problem
+from jaxcontact.frf import normal
 
 STEEL = jc.Elastic.from_young(210e9)
 FILM = jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
-TIMES = jnp.linspace(0.0, 1600.0, 5)
-GRID = jc.Grid.square(32, 560e-6)
-NAMES = ("G1", "G2", "eta1", "eta2", "nu", "thickness", "substrate", "radius", "ball", "control")
-VALUES = jnp.array([0.75e9, 13.89e6, 3.1486e12, 120.9e9, 0.3, 150e-9, 80e9, 9.525e-3, 80e9, 1.0])
+VALUES = {
+    "G1": 0.75e9, "G2": 13.89e6, "eta1": 3.1486e12, "eta2": 120.9e9, "nu": 0.3, "thickness": 150e-9,
+    "substrate G": 80e9, "substrate nu": 0.3, "radius": 9.525e-3, "ball G": 80e9, "ball nu": 0.3,
+}  # fmt: skip
+NAMES = (*VALUES, "control", "history", "heights")
+OUTPUTS = ("load|approach", "half way", "smooth area", "film strain", "sum p^2", "gap")
 
 
-def outputs(log_values, control):
-    """approach or load, smooth area, film strain and sum of p^2, all of order one, from log parameters."""
-    G1, G2, eta1, eta2, nu, h, Gs, R, Gb, value = jnp.exp(log_values)
-    body = jc.LayeredHalfSpace([jc.Layer(jc.Burgers(G1, G2, eta1, eta2, nu), h)], jc.Elastic(Gs, 0.3))
-    given = jc.Load(60.0 * value) if control == "load" else jc.Approach(2.5e-6 * value)
-    r = jc.indent(body, jc.Sphere(R, jc.Elastic(Gb, 0.3)), given, TIMES, grid=GRID, tolerance=1e-12)
-    scalar = r.approach[-1] / 3e-6 if control == "load" else r.load[-1] / 60.0
+def body_and_ball(q):
+    """From the logarithms of the parameters over their values."""
+    v = {name: value * jnp.exp(q[i]) for i, (name, value) in enumerate(VALUES.items())}
+    film = jc.Burgers(v["G1"], v["G2"], v["eta1"], v["eta2"], v["nu"])
+    substrate = jc.Elastic(v["substrate G"], v["substrate nu"])
+    body = jc.LayeredHalfSpace([jc.Layer(film, v["thickness"])], substrate)
+    return body, jc.Sphere(v["radius"], jc.Elastic(v["ball G"], v["ball nu"]))
+
+
+def creep_and_relaxation(q, control, n, times):
+    """Outputs of order one. q: log parameters, then a scale and a tilt of the history, then a bump on the ball."""
+    body, ball = body_and_ball(q)
+    grid = jc.Grid.square(n, 560e-6)
+    x, y = grid.coordinates()
+    heights = -ball.profile(grid) + q[-1] * 1e-7 * jnp.cos(x * 3e4) * jnp.cos(y * 2e4)
+    history = jnp.exp(q[-3]) * (1.0 + 0.2 * jnp.sin(times / 500.0) + q[-2] * times / times[-1])
+    given = jc.Load(60.0 * history) if control == "load" else jc.Approach(2.52e-6 * history)
+    rough = jc.HeightField(heights, material=ball.material)
+    r = jc.indent(body, rough, given, times, grid=grid, tolerance=1e-12)
+    answer = r.approach / 3e-6 if control == "load" else r.load / 60.0
+    far = jnp.mean(r.gap[-1]) / 1e-6
+    squares = jnp.sum((r.pressure[-1] / 1e9) ** 2) * (32 / n) ** 2 / 100.0
     return jnp.stack(
-        [scalar, r.smooth_area[-1] / 1e-7, r.film_strain[-1], jnp.sum((r.pressure[-1] / 1e9) ** 2) / 100]
+        [answer[-1], answer[len(times) // 2], r.smooth_area[-1] / 1e-7, r.film_strain[-1], squares, far]
     )
 
 
 @pytest.mark.parametrize("control", ["load", "approach"])
-def test_reverse_forward_and_central_differences_agree(control):
-    f = jax.jit(lambda q: outputs(q, control))
-    q = jnp.log(VALUES)
-    forward, reverse = jax.jit(jax.jacfwd(f))(q), jax.jit(jax.jacrev(f))(q)
-    np.testing.assert_allclose(reverse, forward, rtol=1e-8, atol=1e-10)
-    # the least-squares images move within their error of 1e-8, which a smaller step would magnify
-    step = 1e-4
+def test_reverse_forward_and_central_differences_agree_for_every_leaf(control):
+    """64 x 64 cells, 16 steps, tolerance 1e-12, where no cell enters or leaves contact within the step.
+
+    Relative to the entry, or to a thousandth of its row's largest.
+    """
+    times = jnp.linspace(0.0, 1600.0, 17)
+    f = jax.jit(lambda q: creep_and_relaxation(q, control, 64, times))
+    q, step = jnp.zeros(len(NAMES)), 3e-4
+    forward, reverse = np.asarray(jax.jit(jax.jacfwd(f))(q)), np.asarray(jax.jit(jax.jacrev(f))(q))
+    central = np.stack([(f(q + step * e) - f(q - step * e)) / (2 * step) for e in jnp.eye(q.size)], -1)
+    size = np.maximum(np.abs(forward), 1e-3 * np.max(np.abs(forward), axis=1, keepdims=True))
+    print(f"\n{control}: reverse - forward, central - forward, relative, for {', '.join(OUTPUTS)}")
     for i, name in enumerate(NAMES):
-        central = (f(q.at[i].add(step)) - f(q.at[i].add(-step))) / (2 * step)
-        np.testing.assert_allclose(forward[:, i], central, rtol=5e-5, atol=5e-6, err_msg=name)
+        two = [f"{a:.0e} {b:.0e}" for a, b in zip(abs(reverse - forward)[:, i] / size[:, i],
+                                                  abs(central - forward)[:, i] / size[:, i], strict=True)]  # fmt: skip
+        print(f"{name:13s} " + " | ".join(two))
+    assert np.max(abs(reverse - forward) / size) < MODES
+    assert np.max(abs(central - forward) / size) < CENTRAL_DIFFERENCE
+
+
+def small_contact(q):
+    """A contact of some 60 cells: approach and sum p^2 from log modulus, log curvature, log load."""
+    grid = jc.Grid.square(16, 16.0)
+    kernel = influence.influence_coefficients(grid, influence.half_space_images(jnp.exp(q[0])[None]))[0]
+    x, y = grid.coordinates()
+    gap = 0.02 * jnp.exp(q[1]) * (x**2 + 1.3 * y**2)
+    problem = Problem(
+        spectral.kernel_spectrum(kernel), spectral.circulant_spectrum(kernel), gap, 9.0 * jnp.exp(q[2]),
+        jnp.zeros(()), True,
+    )  # fmt: skip
+    s = implicit.solve_contact(problem, jnp.zeros((16, 16)), jnp.asarray(1e-13), jnp.asarray(500))
+    return jnp.stack([s.approach, jnp.sum(s.pressure**2), s.displacement[3, 4]])
+
+
+def creep_and_modulus(q):
+    film = jc.Burgers(*(jnp.exp(q[:4]) * jnp.array([0.75e9, 13.89e6, 3.1486e12, 120.9e9])))
+    return jnp.stack([film.creep(700.0) * 1e8, film.relaxation(700.0) / 1e8])
+
+
+def responses(q):
+    body, _ = body_and_ball(jnp.pad(q, (0, 2)))
+    return jc.normal_response(body, jnp.array([1e4, 3e6]), jnp.array([900.0, 100.0])) * jnp.array(
+        [1e15, 1e16]
+    )
+
+
+def coefficients(q):
+    body, ball = body_and_ball(jnp.pad(q, (0, 2)))
+    built = importlib.import_module("jaxcontact.kernels").build(body, ball, jc.Grid.square(8, 1.6e-6))
+    first, shape = built.spectra[0, 1, 2], built.spectra[1, 1, 2] * built.mix[0, 0]
+    return jnp.stack([first, 1e2 * shape]) * built.units.compliance * 1e9
+
+
+def stopped(f):
+    return lambda *a, **k: jax.lax.stop_gradient(f(*a, **k))
+
+
+CHECKS = {
+    "materials": (creep_and_modulus, 4, materials, "relaxation_rates"),
+    "responses": (responses, 9, normal, "layer_modes"),
+    "influence coefficients": (coefficients, 9, influence, "image_coefficients"),
+    "contact": (small_contact, 3, implicit, "_symmetric"),
+}
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_derivatives_to_second_order(name, monkeypatch):
+    """In log parameters, outputs of order one; and the check fails once part of the rule is cut off."""
+    f, size, module, part = CHECKS[name]
+    q = jnp.asarray(np.random.default_rng(3).normal(size=size) * 0.05)
+
+    def check():
+        fresh = jax.jit(lambda q: f(q))
+        check_grads(fresh, (q,), order=2, modes=("fwd",), eps=1e-4, rtol=2e-5, atol=2e-5)
+        check_grads(fresh, (q,), order=1, modes=("rev",), eps=1e-4, rtol=2e-5, atol=2e-5)
+
+    check()
+    hessian = jax.jit(jax.hessian(lambda q: f(q)[0]))(q)
+    np.testing.assert_allclose(hessian, hessian.T, rtol=1e-6, atol=1e-8)
+    monkeypatch.setattr(module, part, stopped(getattr(module, part)))
+    with pytest.raises(AssertionError):
+        check()
 
 
 def test_no_contact_and_zero_load_have_zero_gradients():
+    grid, times = jc.Grid.square(32, 560e-6), jnp.linspace(0.0, 1600.0, 5)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
 
         def peak(film, control):
             body = jc.LayeredHalfSpace([jc.Layer(film, 150e-9)], STEEL)
-            return jnp.max(jc.indent(body, jc.Sphere(9.5e-3), control, TIMES, grid=GRID).pressure)
+            return jnp.max(jc.indent(body, jc.Sphere(9.5e-3), control, times, grid=grid).pressure)
 
-        gradient = jax.grad(peak)(FILM, jc.Approach(-1e-6))
+        gradient = jax.grad(peak, argnums=(0, 1))(FILM, jc.Approach(-1e-6))
         assert all(float(leaf) == 0.0 for leaf in jax.tree.leaves(gradient))
-        lifted = jax.grad(lambda v: jc.indent(
-            jc.LayeredHalfSpace([], FILM), jc.Sphere(9.5e-3), jc.Load(v), TIMES[:2], grid=GRID
-        ).pressure[-1].sum())(jnp.array([1.0, 0.0]))  # fmt: skip
+        loads = jnp.array([1.0, 0.0])
+        body, ball = jc.LayeredHalfSpace([], FILM), jc.Sphere(9.5e-3)
+        lifted = jax.grad(
+            lambda v: jc.indent(body, ball, jc.Load(v), times[:2], grid=grid).pressure[-1].sum()
+        )(loads)
         assert np.all(np.isfinite(lifted))
 
 
-def test_an_integer_load_has_a_gradient():
-    f = lambda radius: jc.indent(
-        jc.LayeredHalfSpace([], STEEL), jc.Sphere(radius), jc.Load(60), np.zeros(1), grid=jc.Grid.square(64, 330e-6)
-    ).approach[0]
-    gradient = jax.grad(f)(9.525e-3)
-    expected = -f(9.525e-3) / (3 * 9.525e-3)  # approach ~ R^(-1/3)
-    assert float(gradient) == pytest.approx(float(expected), rel=5e-3)
-
-
-def test_a_field_differentiates_with_respect_to_heights():
-    x, y = GRID.coordinates()
-    heights = -(x**2 + y**2) / 0.02
-    body = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL)
-    f = lambda h: jnp.sum(
-        (
-            jc.indent(
-                body, jc.HeightField(h), jc.Load(60.0), np.zeros(1), grid=GRID, tolerance=1e-12
-            ).pressure
-            / 1e9
-        )
-        ** 2
+def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
+    """The load at which four cells enter is bracketed; the pressure is continuous, its slope jumps."""
+    grid, body = jc.Grid.square(16, 300e-6), jc.LayeredHalfSpace([], STEEL)
+    run = jax.jit(
+        lambda w: jc.indent(
+            body, jc.Sphere(9.5e-3), jc.Load(w), jnp.zeros(1), grid=grid, tolerance=1e-13
+        ).pressure[0]
     )
+    count, corner = lambda w: int(jnp.sum(run(w) > 0.0)), lambda w: jnp.sum((run(w) / 1e9) ** 2)
+    low, high = 10.0, 20.0
+    assert count(low) < count(high)
+    start = count(low)
+    while high - low > 1e-10:
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if count(middle) == start else (low, middle)
+    slope, step = jax.jit(jax.grad(corner)), 1e-3
+    below = (corner(low) - corner(low - step)) / step
+    above = (corner(high + step) - corner(high)) / step
+    assert float(slope(low)) == pytest.approx(float(below), rel=2e-4)
+    assert float(slope(high)) == pytest.approx(float(above), rel=2e-4)
+    assert float(corner(high)) == pytest.approx(float(corner(low)), rel=1e-9)
+    assert abs(float(slope(high) / slope(low)) - 1.0) > 0.05  # a kink, on a grid this coarse
+
+
+def test_an_integer_load_has_a_gradient():
+    body, grid = jc.LayeredHalfSpace([], STEEL), jc.Grid.square(64, 330e-6)
+    f = lambda radius: jc.indent(body, jc.Sphere(radius), jc.Load(60), np.zeros(1), grid=grid).approach[0]
+    expected = -f(9.525e-3) / (3 * 9.525e-3)  # approach ~ R^(-1/3)
+    assert float(jax.grad(f)(9.525e-3)) == pytest.approx(float(expected), rel=5e-3)
+
+
+def test_many_parameter_sets_at_once_equal_the_loop():
+    times = jnp.linspace(0.0, 1600.0, 4)
+    f = jax.jit(lambda q: creep_and_relaxation(q, "load", 16, times))
+    sets = jnp.asarray(np.random.default_rng(0).normal(size=(32, len(NAMES))) * 0.05)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        direction = jnp.cos(x * 3e4) * jnp.cos(y * 2e4) * 1e-9
-        slope = float(jnp.sum(jax.grad(f)(heights) * direction))
-        central = float(f(heights + 1e-3 * direction) - f(heights - 1e-3 * direction)) / 2e-3
-    assert slope == pytest.approx(central, rel=1e-5)
+        together = jax.jit(jax.vmap(f))(sets)
+        alone = jnp.stack([f(q) for q in sets])
+    strain = OUTPUTS.index("film strain")  # of a film of 1/200 of a cell: rounding of its images shows
+    np.testing.assert_allclose(together[:, strain], alone[:, strain], rtol=10 * TIGHT_SOLVER)
+    np.testing.assert_allclose(np.delete(together, strain, 1), np.delete(alone, strain, 1), rtol=TIGHT_SOLVER)
 
 
-def test_dataclass_fields_are_leaves():
-    assert len(jax.tree.leaves(jc.LayeredHalfSpace([jc.Layer(FILM, 1.0)], STEEL))) == 8
-    assert dataclasses.is_dataclass(FILM)
+def test_what_reverse_mode_keeps_does_not_change_what_it_finds():
+    times, grid = jnp.linspace(0.0, 1600.0, 6), jc.Grid.square(16, 560e-6)
+
+    def gradient(checkpoint):
+        def load(film):
+            body = jc.LayeredHalfSpace([jc.Layer(film, 150e-9)], STEEL)
+            ball, control = jc.Sphere(9.5e-3), jc.Approach(2.5e-6)
+            return jc.indent(body, ball, control, times, grid=grid, checkpoint=checkpoint).load[-1]
+
+        return jnp.stack(jax.tree.leaves(jax.grad(load)(FILM)))
+
+    np.testing.assert_allclose(gradient("blocks"), gradient("pressures"), rtol=ROUND_OFF * 100)
+
+
+def test_sensitivities_of_hertz_are_its_exponents():
+    """approach ~ E*^(-2/3) R^(-1/3), peak pressure ~ E*^(2/3) R^(-2/3), on a grid of 64."""
+    grid = jc.Grid.square(64, 330e-6)
+
+    def outputs(pair):
+        r = jc.indent(*pair, jc.Load(60.0), np.zeros(1), grid=grid, tolerance=1e-12)
+        return {"approach": r.approach, "contact area": r.smooth_area, "load": r.load}
+
+    table = jc.sensitivity(outputs, (jc.LayeredHalfSpace([], STEEL), jc.Sphere(9.525e-3)))
+    assert table.parameters == ("[0].substrate.G", "[0].substrate.nu", "[1].radius")
+    slopes = {name: dict(zip(table.parameters, v[:, 0], strict=True)) for name, v in table.values.items()}
+    assert slopes["approach"]["[0].substrate.G"] == pytest.approx(-2 / 3, abs=5e-3)
+    assert slopes["approach"]["[0].substrate.nu"] == pytest.approx(-2 / 3 * 0.3 / 0.7, abs=5e-3)
+    assert slopes["approach"]["[1].radius"] == pytest.approx(-1 / 3, abs=5e-3)
+    assert slopes["contact area"]["[1].radius"] == pytest.approx(2 / 3, abs=2e-2)
+    assert slopes["load"]["[1].radius"] == pytest.approx(0.0, abs=1e-12)
+    assert "[1].radius" in str(table) and "+0.0000" in str(table)
+    with pytest.raises(ValueError, match="times: expected"):
+        table.plot(np.zeros(3))

@@ -74,6 +74,7 @@ def _symmetric(problem: Problem, inside: Callable[[Array], Array], right: Array,
         return jax.lax.while_loop(going, step, (x, r, z, jnp.sum(r * z), 0))[0], pair[1]
 
     operator = lambda pair: (lift(inside(pair[0])), pair[1])
+    start = start + 0.0 * right  # both or neither must be linear when it is transposed
     return jax.lax.custom_linear_solve(operator, (right, start), conjugate_gradients, symmetric=True)[0]
 
 

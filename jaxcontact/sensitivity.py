@@ -1,0 +1,89 @@
+"""Sensitivities: by how many per cent a result moves when a parameter moves by one per cent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact import _checks
+from jaxcontact._pytree import as_float64
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """d log(output)/d log(parameter), without unit.
+
+    parameters: names, (m,); values: by the output's name, (m, ...) with the output's own shape behind;
+    nan where an output is zero and has no logarithm. ``print`` it for a table of the last values.
+    """
+
+    parameters: tuple[str, ...]
+    values: dict[str, np.ndarray]
+
+    def __str__(self) -> str:
+        width = max(len(name) for name in (*self.parameters, "parameter"))
+        columns = [max(len(name), 9) for name in self.values]
+        heads = "  ".join(name.rjust(c) for name, c in zip(self.values, columns, strict=True))
+        lines = [f"{'parameter'.ljust(width)}  {heads}"]
+        for i, parameter in enumerate(self.parameters):
+            last = (float(np.ravel(table[i])[-1]) for table in self.values.values())
+            cells = "  ".join(f"{v:+.4f}".rjust(c) for v, c in zip(last, columns, strict=True))
+            lines.append(f"{parameter.ljust(width)}  {cells}")
+        return "\n".join(lines)
+
+    def plot(self, times: Array) -> Any:
+        """A figure of every output's sensitivities over times [s], (nt,), as those of the outputs.
+
+        Raises ValueError when no output has a value for each time.
+        """
+        from jaxcontact import plotting
+
+        over_time = {name: v for name, v in self.values.items() if v.shape[1:] == np.shape(times)}
+        _checks.require(
+            bool(over_time), f"times: expected the shape of an output over time, got shape {np.shape(times)}"
+        )
+        return plotting.sensitivities(np.asarray(times), self.parameters, over_time)
+
+
+def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivity:
+    """The table d log(output)/d log(parameter) of a calculation, by forward mode, one tangent a parameter.
+
+    f: takes ``body`` and returns outputs by name, each a number or an array (of one value per time, say):
+
+        f = lambda body: {"approach": jc.indent(body, ball, jc.Load(60.0), times, grid=grid).approach}
+
+    body: a ``LayeredHalfSpace``, or any pytree of numbers (a tuple of body and indenter): every number
+    in it is a parameter, named by its path. A parameter that is zero has sensitivity zero.
+
+    Raises ValueError when f does not return outputs by name.
+    """
+    leaves, structure = jax.tree_util.tree_flatten_with_path(as_float64(body))
+    values = [leaf for _, leaf in leaves]
+
+    def outputs(log_scale: Array) -> dict[str, Array]:
+        scaled = [value * jnp.exp(s) for value, s in zip(values, log_scale, strict=True)]
+        named = f(jax.tree.unflatten(structure, scaled))
+        _checks.require(
+            isinstance(named, Mapping), f"f: expected a dict of outputs by name, got {type(named).__name__}"
+        )
+        return {name: jnp.asarray(value, float) for name, value in named.items()}
+
+    def table(log_scale: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        found = outputs(log_scale)
+        return found, found
+
+    slopes, found = jax.jit(jax.jacfwd(table, has_aux=True))(jnp.zeros(len(values)))
+    relative = {
+        name: np.moveaxis(
+            np.asarray(slope / jnp.where(found[name] == 0.0, jnp.nan, found[name])[..., None]), -1, 0
+        )
+        for name, slope in slopes.items()
+    }
+    names = tuple(jax.tree_util.keystr(path).lstrip(".") for path, _ in leaves)
+    return Sensitivity(names, relative)
