@@ -1,7 +1,5 @@
 """What a simulation gives back."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax.numpy as jnp

@@ -175,12 +175,9 @@ def _xarray() -> Any:
 
 def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
     xarray = _xarray()
-    axes = {
-        axis: (axis, arrays[axis], {"units": "m", "long_name": f"{axis} of the cell centres"})
-        for axis in "xy"
-    }
+    axes = {axis: _axis(axis, arrays[axis], "m", f"{axis} of the cell centres") for axis in "xy"}
     if "times" in arrays:
-        axes["time"] = ("time", arrays["times"], {"units": "s", "long_name": "time"})
+        axes["time"] = _axis("time", arrays["times"], "s", "time")
     fields = {
         name: (
             dimensions(name, values.ndim),
@@ -190,12 +187,18 @@ def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, An
         for name, values in arrays.items()
         if name not in ("x", "y", "times")
     }
-    xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes}).to_netcdf(path, engine="h5netcdf")
+    dataset = xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes})
+    dataset.transpose(..., "y", "x").to_netcdf(path, engine="h5netcdf")  # the order that ParaView expects
+
+
+def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:
+    return name, values, {"units": unit, "long_name": meaning, "axis": name[0].upper()}
 
 
 def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
     with _xarray().open_dataset(path, engine="h5netcdf", decode_times=False) as file:
-        arrays = {str(name): values.to_numpy() for name, values in file.variables.items()}
+        ordered = file.transpose(..., "x", "y")
+        arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
         kind = str(file.attrs.get(KIND, ""))
     if "time" in arrays:
         arrays["times"] = arrays.pop("time")

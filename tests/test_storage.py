@@ -62,7 +62,8 @@ def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
     result = made_up(jc.ContactHistory)
     path = jc.save(result, tmp_path / "a.nc", body=body, indenter=ball, control=jc.Load(60.0), note="mine")
     with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
-        assert file["pressure"].dims == ("time", "x", "y")
+        assert file["pressure"].dims == ("time", "y", "x")
+        np.testing.assert_array_equal(file["pressure"].transpose("time", "x", "y"), result.pressure)
         units = {name: file[name].attrs["units"] for name in ("pressure", "approach", "load", "x", "time")}
         assert units == {"pressure": "Pa", "approach": "m", "load": "N", "x": "m", "time": "s"}
         assert all(
