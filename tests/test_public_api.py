@@ -1,0 +1,117 @@
+"""The names that users rely on: this test fails when one disappears, or when one comes without a decision."""
+
+import inspect
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+import fitting
+import jaxcontact as jc
+
+ROOT = Path(__file__).parents[1]
+
+JAXCONTACT = """
+Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField KelvinVoigt Layer LayeredHalfSpace Load
+Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
+normal_response save sensitivity slide slide_steady
+"""
+FITTING = """
+BatchFit Comparison CreepData CreepFit IndentationData IndentationFit compare fit_creep fit_creep_batch
+fit_indentation read_creep read_indentation
+"""
+
+
+def public(module):
+    """Classes and functions of a package, without its modules."""
+    return {
+        name for name, value in vars(module).items() if not name.startswith("_") and not inspect.ismodule(value)
+    }
+
+
+@pytest.mark.parametrize(("module", "names"), [(jc, JAXCONTACT), (fitting, FITTING)], ids=["jaxcontact", "fitting"])
+def test_no_public_name_disappears_or_comes_unannounced(module, names):
+    assert public(module) == set(names.split())
+    assert set(getattr(module, "__all__", names.split())) == set(names.split())
+
+
+MEMBERS = {
+    jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
+    " smooth_area film_strain iterations error status converged saved plot",
+    jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power",
+    jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
+    jc.Prony: "J0 J tau nu fluidity creep relaxation complex_modulus",
+    jc.Elastic: "G nu from_young creep relaxation",
+    jc.Grid: "shape spacing square around width axes coordinates cell_area",
+    fitting.CreepFit: "material intervals identified predict summary plot",
+    fitting.IndentationFit: "material intervals identified predict summary plot",
+}
+
+
+@pytest.mark.parametrize("cls", MEMBERS, ids=lambda cls: cls.__name__)
+def test_no_member_disappears(cls):
+    fields = set(getattr(cls, "__dataclass_fields__", {}))
+    missing = [name for name in MEMBERS[cls].split() if name not in fields and not hasattr(cls, name)]
+    assert not missing
+
+
+KEYWORDS = {
+    jc.indent: "body indenter control times grid tolerance max_iterations save substeps correspondence kernels",
+    jc.slide: "body indenter control times velocity grid",
+    jc.slide_steady: "body indenter control velocity grid",
+    jc.kernels: "body indenter grid nodes",
+    jc.save: "result path case",
+    jc.load: "path",
+    fitting.fit_creep: "model weights fixed bounds",
+    fitting.fit_indentation: "model indenter nu control layer substrate",
+}
+
+
+@pytest.mark.parametrize("function", KEYWORDS, ids=lambda function: function.__name__)
+def test_no_argument_disappears(function):
+    assert set(KEYWORDS[function].split()) <= set(inspect.signature(function).parameters)
+
+
+@pytest.mark.parametrize("module", [jc, fitting], ids=lambda module: module.__name__)
+def test_every_public_name_has_a_docstring_of_its_own(module):
+    for name in public(module):
+        doc = getattr(module, name).__doc__ or ""
+        generated = re.match(rf"{name}\(", doc)  # what dataclass writes
+        assert doc and not generated, name
+
+
+def test_both_packages_are_typed():
+    for package in ("jaxcontact", "fitting"):
+        assert resources.files(package).joinpath("py.typed").is_file()
+
+
+def test_one_version_everywhere_and_a_citation_with_the_doi():
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == jc.__version__
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert f"\nversion: {jc.__version__}\n" in citation
+    assert f"## {jc.__version__}" in (ROOT / "CHANGELOG.md").read_text()
+    for text in (citation, jc.cite()):
+        assert "10.1007/s11249-025-01990-5" in text
+        assert "Time-Dependent Contact Behaviour" in text
+    assert jc.__version__ in jc.cite()
+
+
+def test_at_most_ten_direct_dependencies():
+    assert len(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]) <= 10
+
+
+@pytest.mark.slow
+def test_the_reference_builds_from_docstrings_without_warnings(tmp_path):
+    command = re.search(r"^\S*python -m pdoc .*$", (ROOT / "README.md").read_text(), re.MULTILINE).group()
+    words = command.replace("-o api", f"-o {tmp_path}").split()[1:]
+    done = subprocess.run(
+        [sys.executable, "-W", "error", *words], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert "warn" not in (done.stdout + done.stderr).lower()
+    page = (tmp_path / "jaxcontact.html").read_text()
+    assert [name for name in JAXCONTACT.split() if f'id="{name}"' not in page] == []
+    assert 'id="fit_creep"' in (tmp_path / "fitting" / "creep.html").read_text()
