@@ -48,10 +48,6 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("names", nargs="*", metavar="NAME", help="figures and tables; all when absent")
     _add_output(command, required=True)
     command.set_defaults(command=_reproduce)
-    # its own parser reads what follows, so that only ``fit`` imports ``fitting``
-    command = commands.add_parser("fit", help="parameters from data", add_help=False, prefix_chars="\0")
-    command.add_argument("rest", nargs="*", metavar="creep | indentation ...")
-    command.set_defaults(command=_fit)
     commands.add_parser("cite", help="how to cite").set_defaults(command=look.cite)
     return parser
 
@@ -81,13 +77,6 @@ def _reproduce(options: argparse.Namespace) -> int:
     from jaxcontact.cases import reproduce
 
     return reproduce.main(options.names, options.directory, force=options.force)
-
-
-def _fit(options: argparse.Namespace) -> int:
-    """Fit a curve; the exit status."""
-    from fitting import command
-
-    return command.main(options.rest)
 
 
 if __name__ == "__main__":
