@@ -46,8 +46,8 @@ def slide_steady(
     Returns a ``SteadySliding``. Raises ValueError for what cannot be computed.
     """
     body = checked_body(body)
-    check_inputs(body, indenter, control, np.zeros(1), grid, "all", 1, "exact")
     check_steady(body, control, velocity)
+    check_inputs(body, indenter, control, np.zeros(1), grid, "all", 1, "exact")
     result, separation = _run(
         *as_float64((body, indenter, control, velocity, grid, tolerance)), jnp.asarray(max_iterations)
     )
@@ -59,7 +59,7 @@ def check_steady(body: LayeredHalfSpace, control: Control, velocity: Array | flo
     """There is a steady state."""
     shape = np.shape(velocity)
     _checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
-    name, shape = type(control).__name__, np.shape(control.value)
+    name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     _checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     if not is_concrete(body, velocity):
         return

@@ -21,7 +21,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jax.scipy.special import exp1
 
 from jaxcontact import spectral
 from jaxcontact._pytree import pytree, static
@@ -111,7 +110,7 @@ class Track:
         zero = jnp.zeros((rates.size, mx, my))
         varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
         flows = rates == 0.0
-        uniform = jnp.where(flows, 0.0, exp1(jnp.where(flows, 1.0, rates * T)) / self.speed)
+        uniform = jnp.where(flows, 0.0, exponential_integral(jnp.where(flows, 1.0, rates * T)) / self.speed)
         return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
 
     def drift(self, total: Array) -> Array:
@@ -133,6 +132,23 @@ def first_integral(z: Array) -> Array:
     safe = jnp.where(small, 1.0, z)
     series = 1.0 - z * (1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z / 5040)))))
     return jnp.where(small, series, (1.0 - jnp.exp(-safe)) / safe)
+
+
+def exponential_integral(x: Array) -> Array:
+    """E1(x) = int_x^infinity exp(-t)/t dt, x > 0: the series below 1.5, the continued fraction above.
+
+    jax.scipy.special.exp1 takes a minute for an array that holds both 1e-6 and 1 (jax 0.10).
+    """
+    small = x < 1.5
+    low, high = jnp.where(small, x, 1.5), jnp.where(small, 1.5, x)
+    series, power = -jnp.euler_gamma - jnp.log(low), jnp.ones_like(low)
+    for k in range(1, 25):
+        power = -power * low / k
+        series = series - power / k
+    tail = jnp.zeros_like(high)
+    for k in range(50, 0, -1):
+        tail = k**2 / (high + 2 * k + 1 - tail)
+    return jnp.where(small, series, jnp.exp(-high) / (high + 1.0 - tail))
 
 
 def doubled(shape: tuple[int, int]) -> tuple[int, int]:
