@@ -7,8 +7,12 @@ from fitting.creep import compare as compare
 from fitting.creep import fit_creep as fit_creep
 from fitting.data import CreepData as CreepData
 from fitting.data import IndentationData as IndentationData
+from fitting.design import Design as Design
+from fitting.design import design as design
 from fitting.indentation import fit_indentation as fit_indentation
 from fitting.indentation_result import IndentationFit as IndentationFit
+from fitting.propagate import Propagated as Propagated
+from fitting.propagate import propagate as propagate
 from fitting.readers import read_creep as read_creep
 from fitting.readers import read_indentation as read_indentation
 from fitting.result import CreepFit as CreepFit

@@ -68,7 +68,8 @@ def fit_indentation(
     if layer is None and substrate is None and grid is None:
         objective, start, notes = half_space(press, rise)
         best = nonlinear.minimise(objective, start)
-        return _finish(press, objective, best, level, started, notes(best), Film())
+        moves = lambda name: _moves(name, best, press)
+        return _finish(press, objective, best, level, started, notes(best), Film(), moves)
     if rise is not None:
         raise ValueError(f"rise: expected None with a layer, got {rise!r}")
     layered.check(press, layer, substrate)
@@ -76,11 +77,18 @@ def fit_indentation(
     found = layered.fit(press, layer, substrate, grid)
     cells = jc.Grid.square(n=found.cells, width=found.width)
     about = Film(layer, substrate, cells, layered.named(found.bias, press))
-    return _finish(press, found.objective, found.best, level, started, list(press.notes), about)
+    return _finish(press, found.objective, found.best, level, started, list(press.notes), about, found.moves)
 
 
 def _finish(
-    press: Press, objective: Objective, best: Best, level: float, started: float, notes: list, film: Film
+    press: Press,
+    objective: Objective,
+    best: Best,
+    level: float,
+    started: float,
+    notes: list,
+    film: Film,
+    moves: Any,
 ) -> IndentationFit:
     """Profile, and gather."""
     n, p, known = int(press.kept.sum()), objective.free.size, press.label == "sigma"
@@ -88,7 +96,7 @@ def _finish(
     ends = nonlinear.profile(objective, best, quality.level)
     spent = time.perf_counter() - started
     runs = (objective.residual_runs, objective.jacobian_runs)
-    return build(press, best, objective.free, ends, quality, level, runs, spent, notes, film)
+    return build(press, best, objective.free, ends, quality, level, runs, spent, notes, film, moves)
 
 
 def half_space(press: Press, rise: float | None) -> tuple[Objective, np.ndarray, Any]:
@@ -145,6 +153,14 @@ def _start(press: Press, curve: Curve, kind: str) -> np.ndarray:
 def _even(press: Press) -> np.ndarray:
     """Weights of the depth for the start: those of the fit under load control, even ones otherwise."""
     return press.weights if press.control == "load" else np.ones(press.t.size)
+
+
+def _moves(name: str, best: Best, press: Press) -> np.ndarray:
+    """Change of the coordinates with nu: on a half-space every compliance goes with 1/(1 - nu)."""
+    if name != "nu":
+        raise ValueError(f"spread: a half-space has no {name}")
+    change = np.where(np.isin(np.arange(7), LOGS), 1.0, best.theta) * (np.arange(7) < 4)
+    return change / (1.0 - press.nu)
 
 
 def _notes(best: Any, press: Press, curve: Curve, kind: str) -> list[str]:

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -77,12 +78,12 @@ class IndentationFit:
 
     def predict(self, t: Any) -> np.ndarray:
         """Shear creep compliance J(t) [1/Pa] of the material, t [s] of any shape."""
-        theta, _, press = self._state
+        theta, _, press, _ = self._state
         return np.exp(np.asarray(_log_creep(theta, jnp.asarray(t) / press.duration))) * press.unit
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
         """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
-        theta, covariance, press = self._state
+        theta, covariance, press, _ = self._state
         times = jnp.atleast_1d(jnp.asarray(t, dtype=float)) / press.duration
         slope = np.nan_to_num(np.asarray(jax.jacfwd(_log_creep)(theta, times)))
         spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, covariance, slope))
@@ -168,8 +169,10 @@ def allowed(best: Any, press: Press, p: int, rule: float) -> Quality:
 def build(
     press: Press, best: Any, free: np.ndarray, ends: np.ndarray, quality: Quality, level: float,
     runs: tuple[int, int], seconds: float, notes: list[str], film: Film,
+    moves: Callable[[str], np.ndarray],
 ) -> IndentationFit:  # fmt: skip
-    """Undo the scaling and gather everything that is said about a fit; film: thickness, substrate, grid."""
+    """Undo the scaling and gather everything that is said about a fit; moves(name) (7,): change of the
+    coordinates with a nuisance held in the fit."""
     where, unit = (
         models.PARTS[press.model],
         press.unit * np.array([1, 1, 1 / press.duration, 1 / press.duration]),
@@ -205,7 +208,7 @@ def build(
         widening=math.sqrt(quality.widening),
         r2=1.0 - float(np.sum((y[on] - fitted) ** 2)) / total if total > 0 else math.nan,
         aic=aic, bic=bic, p=free.size, runs=runs, seconds=seconds, notes=tuple(notes),
-        _state=(best.theta, _covariance(best, free, spread), press),
+        _state=(best.theta, _covariance(best, free, spread), press, moves),
     )  # fmt: skip
 
 

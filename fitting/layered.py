@@ -200,13 +200,15 @@ def _one(J: Any, indenter: Any, substrate: Any, layer: Any, nu: Any, load: Any, 
 
 
 class Fitted(NamedTuple):
-    """The optimum, its objective, the cells and width of its grid, and the bias left over standard error (7,)."""
+    """The optimum, its objective, the cells and width of its grid, and the bias left over standard error (7,);
+    moves(name) (7,): change of the coordinates with nu or thickness."""
 
     best: Best
     objective: Objective
     cells: int
     width: float
     bias: np.ndarray
+    moves: Any
 
 
 def fit(press: Press, layer: float, substrate: Any, grid: Any) -> Fitted:
@@ -240,7 +242,8 @@ def fit(press: Press, layer: float, substrate: Any, grid: Any) -> Fitted:
         if bias.max() < SMALL or grid is not None or 2 * n > MOST_CELLS:
             second.residual_runs += int(runs[0])
             second.jacobian_runs += int(runs[1])
-            return Fitted(best, second, n, width, bias)
+            moves = functools.partial(_moves, best, second.free, curve, corrected, n, press.control)
+            return Fitted(best, second, n, width, bias, moves)
         theta, n = best.theta, 2 * n
 
 
@@ -262,6 +265,25 @@ def _correction(
     return (
         difference - evaluate(best.theta, curve._replace(weights=weights), here, n, press.control)[0]
     ) / weights
+
+
+def _moves(
+    best: Best, free: np.ndarray, curve: Curve, film: Film, n: int, control: str, name: str
+) -> np.ndarray:
+    """d theta/d nuisance = -(J^T J)^-1 J^T dr/d nuisance at the optimum, (7,)."""
+    change = np.zeros(7)
+    slope = np.asarray(_nuisance_slope(best.theta, curve, film, n, control, name))
+    change[free] = -inverse(best.jacobian) @ (best.jacobian.T @ slope)
+    return change
+
+
+@functools.partial(jax.jit, static_argnames=("n", "control", "name"))
+def _nuisance_slope(theta: Array, curve: Curve, film: Film, n: int, control: str, name: str) -> Array:
+    """Of the weighted response, (n,), with nu or thickness."""
+    some = lambda x: (
+        curve.weights * response(jnp.asarray(theta), curve, film._replace(**{name: x}), n, control)[0]
+    )
+    return jax.jacfwd(some)(getattr(film, name))
 
 
 def _standard_errors(best: Best, free: np.ndarray, press: Press) -> np.ndarray:
