@@ -40,10 +40,10 @@ def test_wheel_and_sdist_build_and_the_wheel_runs_a_case(tmp_path):
     call(sys.executable, "-m", "build", "-o", tmp_path / "dist", ROOT, cwd=tmp_path)
     (sdist,) = (tmp_path / "dist").glob("*.tar.gz")
     (wheel,) = (tmp_path / "dist").glob("*.whl")
-    assert any(
-        name.endswith("jaxcontact/cases/tribofilm_creep.toml") for name in tarfile.open(sdist).getnames()
-    )
-    names = set(zipfile.ZipFile(wheel).namelist())
+    with tarfile.open(sdist) as file:
+        assert any(name.endswith("jaxcontact/cases/tribofilm_creep.toml") for name in file.getnames())
+    with zipfile.ZipFile(wheel) as file:
+        names = set(file.namelist())
     wanted = ["jaxcontact/py.typed", "fitting/py.typed", "jaxcontact/cases/tribofilm_creep.toml"]
     assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)
 
