@@ -11,6 +11,8 @@ from fitting.design import Design as Design
 from fitting.design import design as design
 from fitting.indentation import fit_indentation as fit_indentation
 from fitting.indentation_result import IndentationFit as IndentationFit
+from fitting.prony import PronyFit as PronyFit
+from fitting.prony import fit_prony as fit_prony
 from fitting.propagate import Propagated as Propagated
 from fitting.propagate import propagate as propagate
 from fitting.readers import read_creep as read_creep

@@ -21,6 +21,7 @@ import jaxcontact as jc
 from fitting import models, varpro
 from fitting.data import CreepData
 from fitting.history import Step, columns, merge
+from fitting.models import PARTS, resolve
 from fitting.result import CreepFit, build
 
 STEPS = 3  # of Gauss-Newton
@@ -74,10 +75,24 @@ def fit_creep(
 def compare(
     data: CreepData,
     models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
+    fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None,
     **options: Any,
 ) -> "Comparison":
-    """Fit each of ``models`` with the options of ``fit_creep``; print the result for the table."""
-    fits = tuple(fit_creep(data, model, **options) for model in models)
+    """Fit each of ``models`` with the options of ``fit_creep``; print the result for the table.
+
+    fixed and bounds go to every model that has the parameter; ValueError for one that no model has.
+    """
+    classes = [resolve(model) for model in models]
+    known = {name for model in classes for name in PARTS[model]}
+    for name in [*(fixed or {}), *(bounds or {})]:
+        if name not in known:
+            raise ValueError(f"fixed, bounds: expected parameters among {sorted(known)}, got {name!r}")
+    mine = lambda given, model: {name: v for name, v in (given or {}).items() if name in PARTS[model]}
+    fits = tuple(
+        fit_creep(data, model, fixed=mine(fixed, model), bounds=mine(bounds, model), **options)
+        for model in classes
+    )
     return Comparison(tuple(sorted(fits, key=lambda fit: fit.bic)))
 
 

@@ -79,18 +79,23 @@ class CreepFit:
         """Profile-likelihood limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s]."""
         from fitting.creep import profile
 
-        scaled, best, rule, known = self._state
+        scaled, best, rule, known, _ = self._state
         times = jnp.atleast_1d(jnp.asarray(t, dtype=float)) / scaled.time
         ends = np.asarray(profile(scaled.problem, best, rule, known, times).ends)[5:] * scaled.compliance
         return ends[:, 0], ends[:, 1]
 
     def compare(self, *others: type | str) -> Any:
-        """This fit's data and weights with other models too; see ``fitting.compare``."""
+        """This fit's data, weights, fixed values and bounds with other models too; see ``fitting.compare``."""
         from fitting.creep import compare
 
         sigma = 1.0 / np.asarray(self._state[0].problem.weights) * np.max(np.abs(self.data.response))
         choice = {"sigma": sigma} if self.weights == "sigma" else {"weights": self.weights}
-        return compare(self.data, [self.model, *others], level=self.level, **choice)
+        low_high = self._state[4]
+        fixed = {name: self.values[name] for name in self.fixed}
+        bounds = {name: pair for name, pair in low_high.items() if name not in fixed}
+        return compare(
+            self.data, [self.model, *others], level=self.level, fixed=fixed, bounds=bounds, **choice
+        )
 
     def summary(self) -> str:
         """The fit in words, for the terminal."""
@@ -158,7 +163,7 @@ def build(
         fitted=fitted, residuals=np.asarray(best.residual), rss=rss, noise=noise, lag1=float(shape.lag1),
         misfit=widening > 1.0, widening=widening,
         r2=1.0 - float(np.sum((data.response - fitted) ** 2)) / total if total > 0 else math.nan,
-        aic=aic, bic=bic, p=p, _state=(scaled, best, rule, known),
+        aic=aic, bic=bic, p=p, _state=(scaled, best, rule, known, table),
     )  # fmt: skip
 
 

@@ -270,6 +270,39 @@ def test_compare_prefers_the_true_model():
         np.testing.assert_allclose(fit.bic, best, rtol=1e-12)
 
 
+def test_compare_carries_fixed_values_and_bounds():
+    t, J = noisy(40000.0, 9)
+    data = fitting.CreepData(t=t, J=J)
+    fit = fitting.fit_creep(data, weights="relative", fixed={"G2": 1.4e7}, bounds={"eta1": (None, 3e12)})
+    for other in fit.compare("Maxwell").fits:
+        assert other.values.get("G2", 1.4e7) == pytest.approx(1.4e7, rel=1e-12)
+        assert other.values.get("eta1", 0.0) <= 3e12 * (1 + 1e-12)
+    with pytest.raises(ValueError, match="E2"):
+        fitting.compare(data, ["Burgers"], weights="relative", fixed={"E2": 1.0})
+
+
+def test_prony_series_is_the_nonnegative_least_squares():
+    """scipy's nnls on the same columns; intervals from its profile; a compliance of zero has no lower limit."""
+    t, J = noisy(40000.0, 3)
+    tau = [100.0, 1000.0, 8704.0, 60000.0]
+    fit = fitting.fit_prony(fitting.CreepData(t=t, J=J), tau, weights="relative")
+    A = np.column_stack([np.ones(t.size), *(1 - np.exp(-t / s) for s in tau), t]) / J[:, None]
+    scale = np.linalg.norm(A, axis=0)
+    best, cost = optimize.nnls(A / scale, np.ones(t.size))
+    np.testing.assert_allclose(
+        list(fit.values.values()), best / scale, rtol=1e-6, atol=1e-9 * best.max() / scale[0]
+    )
+    np.testing.assert_allclose(fit.rss, cost**2, rtol=1e-10)
+    np.testing.assert_allclose(fit.predict(t), fit.fitted, rtol=1e-12)
+    high = fit.intervals["J3"][1]
+    rest = np.delete(A / scale, 3, axis=1)
+    height = optimize.nnls(rest, 1 - A[:, 3] * high)[1] ** 2 / cost**2 - 1
+    np.testing.assert_allclose(height * 194 / stats.f.ppf(0.95, 1, 194), 1.0, rtol=1e-2)
+    assert fit.intervals["J1"][0] == 0.0 and "not above" in fit.summary() and not fit.misfit
+    with pytest.raises(ValueError, match="tau"):
+        fitting.fit_prony(fitting.CreepData(t=t, J=J), [-1.0], weights="relative")
+
+
 def test_equal_calls_compile_once():
     t, J = noisy(40000.0, 10)
     fitting.fit_creep(fitting.CreepData(t=t, J=J), weights="relative")
