@@ -153,7 +153,9 @@ class HeightField(Indenter):
         )
 
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
-        raise ValueError("Grid.around: a HeightField comes with its own grid; give its shape and spacing")
+        raise ValueError(
+            "Grid.around: a HeightField comes with its own grid; expected Grid(shape=heights.shape, spacing=(dx, dy))"
+        )
 
 
 def _far(grid: Grid) -> Any:

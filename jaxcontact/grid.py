@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from jaxcontact._checks import require
 from jaxcontact._pytree import pytree, static
 
 MARGIN = 1.3
@@ -36,7 +37,8 @@ class Grid:
 
     @classmethod
     def square(cls, n: int, width: Any) -> Grid:
-        """n x n cells over width x width [m]."""
+        """n x n cells over width x width [m]. Raises ValueError for fewer than 4 cells."""
+        require(n == int(n) and n >= 4, f"Grid.square: n: expected a whole number of at least 4, got {n}")
         return cls(shape=(n, n), spacing=(width / n, width / n))
 
     @classmethod
@@ -46,10 +48,21 @@ class Grid:
         Takes the indenter's estimate of its largest contact radius and leaves a margin of 30 %;
         should the contact reach the edge all the same, the result's status says so.
         """
+        given = (
+            ("body", body, "substrate"),
+            ("indenter", indenter, "profile"),
+            ("control", control, "value"),
+        )
+        for name, value, attribute in given:
+            require(
+                hasattr(value, attribute),
+                f"Grid.around: {name}: expected in the order body, indenter, control, times,"
+                f" got {type(value).__name__}",
+            )
         radius = float(indenter.estimated_radius(body, control, np.asarray(times, dtype=float)))
         if not np.isfinite(radius) or radius <= 0.0:
             raise ValueError(
-                f"Grid.around: expected a history that makes contact, got a radius of {radius} m"
+                f"Grid.around: expected a load or an approach > 0 at some time, got a contact of {radius} m"
             )
         return cls.square(n, 2.0 * MARGIN * radius)
 

@@ -34,18 +34,31 @@ class LayeredHalfSpace:
 def checked_body(body: LayeredHalfSpace) -> LayeredHalfSpace:
     """The body with its layers as a tuple; ``ValueError`` for what cannot be computed."""
     _checks.require(
-        isinstance(body, LayeredHalfSpace), f"body: expected a LayeredHalfSpace, got {type(body).__name__}"
+        isinstance(body, LayeredHalfSpace),
+        f"body: expected a LayeredHalfSpace, got {type(body).__name__};"
+        " a half-space is LayeredHalfSpace([], substrate=material)",
+    )
+    _checks.require(
+        isinstance(body.layers, list | tuple),
+        f"body.layers: expected a list of Layer, got {type(body.layers).__name__}",
     )
     layers = tuple(body.layers)
-    _checks.require(len(layers) <= 1, f"body: expected at most one layer, got {len(layers)}")
+    _checks.require(
+        len(layers) <= 1,
+        f"body: expected at most one layer, got {len(layers)}: stacks cannot be computed yet",
+    )
     check_material("substrate", body.substrate)
     for layer in layers:
-        _checks.require(isinstance(layer, Layer), f"body.layers: expected Layer, got {type(layer).__name__}")
+        _checks.require(
+            isinstance(layer, Layer),
+            f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
+        )
         check_material("layer", layer.material)
         _checks.positive("layer thickness [m]", layer.thickness)
         _checks.require(
             isinstance(body.substrate, Elastic),
-            f"substrate: expected Elastic under a layer, got {type(body.substrate).__name__}",
+            f"substrate: expected Elastic under a layer, got {type(body.substrate).__name__}:"
+            " a layer on a creeping substrate cannot be computed yet",
         )
     return replace(body, layers=layers)
 
@@ -53,7 +66,8 @@ def checked_body(body: LayeredHalfSpace) -> LayeredHalfSpace:
 def check_material(where: str, material: Material) -> None:
     """Moduli and viscosities above zero, nu in (-1, 0.5]."""
     _checks.require(
-        isinstance(material, Material), f"{where}: expected a material, got {type(material).__name__}"
+        isinstance(material, Material),
+        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}",
     )
     _checks.poisson_ratio(f"{where} nu", material.nu)
     free = ("J0", "fluidity", "J")

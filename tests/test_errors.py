@@ -1,0 +1,465 @@
+"""Every error of user input that jaxcontact can raise, in one table, read as a newcomer would.
+
+Each row is a mistake and the words that must come back. ``test_no_error_is_missing_from_the_table`` finds every place
+of the package that raises and fails for one that no row reaches.
+"""
+
+import ast
+import re
+import sys
+import traceback
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact.__main__ import main
+from jaxcontact.case_file import CaseError, read_case
+
+PACKAGE = Path(jc.__file__).parent
+STEEL, FILM = jc.Elastic.from_young(210e9), jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
+BODY = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL)
+FLOWS = jc.LayeredHalfSpace([], FILM)
+BALL, LOAD, TIMES, GRID = jc.Sphere(9.5e-3), jc.Load(60.0), np.array([0.0, 1.0]), jc.Grid.square(8, 600e-6)
+KERNELS = jc.Burgers  # never looked at
+
+
+def indent(body=BODY, indenter=BALL, control=LOAD, times=TIMES, grid=GRID, **keywords):
+    return jc.indent(body, indenter, control, times, grid=grid, **keywords)
+
+
+def slide(velocity, control=LOAD, times=TIMES, **keywords):
+    return jc.slide(BODY, BALL, control, times, velocity=velocity, grid=GRID, **keywords)
+
+
+def steady(velocity, body=BODY, control=LOAD, **keywords):
+    return jc.slide_steady(body, BALL, control, velocity=velocity, grid=GRID, **keywords)
+
+
+def on(material):
+    return jc.LayeredHalfSpace([], material)
+
+
+PYTHON = {
+    "a material for a body": (lambda: indent(body=FILM), r"body: expected a LayeredHalfSpace, got Burgers"),
+    "a layer outside a list": (
+        lambda: indent(body=jc.LayeredHalfSpace(jc.Layer(FILM, 1e-7), STEEL)),
+        r"expected a list of Layer, got Layer",
+    ),
+    "two layers": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)] * 2, STEEL)),
+        r"one layer, got 2",
+    ),
+    "a material for a layer": (
+        lambda: indent(body=jc.LayeredHalfSpace([FILM], STEEL)),
+        r"expected Layer\(.*Burgers",
+    ),
+    "a creeping substrate": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)], FILM)),
+        r"substrate: expected Elastic .*Burgers",
+    ),
+    "a number for a material": (
+        lambda: indent(body=on(210e9)),
+        r"substrate: expected a material .*got float",
+    ),
+    "a negative thickness": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, -1e-7)], STEEL)),
+        r"thickness \[m\]: .*> 0, got -1e-07",
+    ),
+    "a negative modulus": (
+        lambda: indent(body=on(jc.Elastic(-1.0))),
+        r"substrate Elastic G: expected > 0, got -1",
+    ),
+    "a negative compliance": (
+        lambda: indent(body=on(jc.Prony(-1.0, jnp.ones(1), jnp.ones(1)))),
+        r"Prony J0: expected >= 0, got -1",
+    ),
+    "nu above one half": (
+        lambda: indent(body=on(jc.Elastic(1e9, nu=0.6))),
+        r"nu: expected -1 < nu <= 0.5, got 0.6",
+    ),
+    "times of a Prony series": (
+        lambda: indent(body=on(jc.Prony(1.0, jnp.ones(2), jnp.ones(1)))),
+        r"expected J and tau of one shape",
+    ),
+    "a number for an indenter": (lambda: indent(indenter=9.5e-3), r"indenter: expected a Sphere.*got float"),
+    "a negative radius": (lambda: indent(indenter=jc.Sphere(-1.0)), r"radius \[m\]: expected > 0, got -1"),
+    "a cylinder's radius": (
+        lambda: indent(indenter=jc.Cylinder(0.0, 1.0)),
+        r"cylinder radius \[m\]: expected > 0",
+    ),
+    "a cylinder's length": (
+        lambda: indent(indenter=jc.Cylinder(1.0, 0.0)),
+        r"cylinder length \[m\]: expected > 0",
+    ),
+    "a punch's radius": (
+        lambda: indent(indenter=jc.FlatPunch(jnp.nan)),
+        r"punch radius \[m\]: expected > 0, got nan",
+    ),
+    "a creeping ball": (
+        lambda: indent(indenter=jc.Sphere(1.0, FILM)),
+        r"indenter material: expected Elastic or None",
+    ),
+    "heights of another grid": (
+        lambda: indent(indenter=jc.HeightField(jnp.zeros((4, 4)))),
+        r"expected shape \(8, 8\)",
+    ),
+    "a number for a control": (lambda: indent(control=60.0), r"control: expected Load or Approach, got 60.0"),
+    "a load of another length": (
+        lambda: indent(control=jc.Load([1.0, 2.0, 3.0])),
+        r"number or shape \(2,\) as times",
+    ),
+    "an infinite load": (lambda: indent(control=jc.Load(np.inf)), r"Load: expected finite values"),
+    "a negative load": (lambda: indent(control=jc.Load(-1.0)), r"Load \[N\]: expected >= 0, got -1"),
+    "no load at all": (lambda: indent(control=jc.Load(0.0)), r"expected > 0 at some time, got 0"),
+    "one time, not in an array": (
+        lambda: indent(times=7200.0),
+        r"times \[s\]: expected a 1-d array .* shape \(\)",
+    ),
+    "times that decrease": (
+        lambda: indent(times=[0.0, 2.0, 1.0]),
+        r"times that do not decrease, got \[0.0, 2.0, 1.0\]",
+    ),
+    "a number for a grid": (lambda: indent(grid=256), r"grid: expected a Grid, got int"),
+    "a grid of three axes": (
+        lambda: indent(grid=jc.Grid((4, 4, 4), (1.0, 1.0))),
+        r"expected two whole numbers",
+    ),
+    "one spacing": (lambda: indent(grid=jc.Grid((4, 4), (1.0,))), r"grid spacing: expected \(dx, dy\)"),
+    "a negative spacing": (
+        lambda: indent(grid=jc.Grid((4, 4), (1.0, -1.0))),
+        r"grid spacing \[m\]: expected > 0",
+    ),
+    "a word for save": (
+        lambda: indent(save="first"),
+        r"""save: expected "all", "last" or a function, got 'first'""",
+    ),
+    "no substeps": (lambda: indent(substeps=0), r"substeps: expected 1 to 1000, got 0"),
+    "a word for correspondence": (
+        lambda: indent(correspondence="fast"),
+        r"""or "quasi-elastic", got 'fast'""",
+    ),
+    "a rigid ball on Kelvin-Voigt": (
+        lambda: indent(body=on(jc.KelvinVoigt(1.0, 1.0))),
+        r"expected an elastic indenter",
+    ),
+    "kernels, quasi-elastic": (
+        lambda: indent(correspondence="quasi-elastic", kernels=KERNELS),
+        r"""kernels: expected correspondence="exact" """,
+    ),
+    "too many nodes": (lambda: jc.kernels(BODY, BALL, GRID, nodes=9), r"nodes: expected 1 to 8, got 9"),
+    "a grid without cells": (
+        lambda: jc.Grid.square(0, 1.0),
+        r"n: expected a whole number of at least 4, got 0",
+    ),
+    "a number in Grid.around": (
+        lambda: jc.Grid.around(BODY, BALL, 60.0, TIMES),
+        r"control: .*order body.*got float",
+    ),
+    "a grid around nothing": (
+        lambda: jc.Grid.around(BODY, BALL, jc.Approach(-1.0), TIMES),
+        r"approach > 0 at some time",
+    ),
+    "a grid around heights": (
+        lambda: jc.Grid.around(BODY, jc.HeightField(jnp.zeros((4, 4))), LOAD, TIMES),
+        r"expected Grid\(shape=heights.shape",
+    ),
+    "a negative wavenumber": (lambda: jc.normal_response(BODY, -1.0), r"k \[rad/m\]: expected >= 0, got -1"),
+    "a negative time": (lambda: jc.normal_response(BODY, 1.0, -1.0), r"t \[s\]: expected >= 0, got -1"),
+    "a velocity of another shape": (
+        lambda: slide(np.zeros(3)),
+        r"velocity: expected a number, shape \(2,\) or \(2, 2\)",
+    ),
+    "an infinite velocity": (lambda: slide(np.inf), r"velocity \[m/s\]: expected finite values"),
+    "a step beyond the grid": (lambda: slide(1.0), r"pass substeps=\d+ or more, or a wider grid"),
+    "a track that leaves and comes back": (
+        lambda: slide(np.array([[1e-4, 0.0]] * 6 + [[-1e-4, 0.0]] * 6), times=np.arange(12.0) * 2.0),
+        r"track that stays",
+    ),
+    "a steady velocity of another shape": (
+        lambda: steady(np.zeros(3)),
+        r"velocity: expected a number or shape \(2,\)",
+    ),
+    "a steady load over time": (
+        lambda: steady(1.0, control=jc.Load([1.0, 2.0])),
+        r"Load: expected one number",
+    ),
+    "an infinite steady velocity": (lambda: steady(np.nan), r"velocity \[m/s\]: expected finite"),
+    "a steady state at rest": (
+        lambda: steady(0.0, body=FLOWS),
+        r"expected not 0: the body flows without limit",
+    ),
+    "a steady approach on a body that flows": (
+        lambda: steady(1.0, body=FLOWS, control=jc.Approach(1e-6)),
+        r"control: expected a Load on a half-space",
+    ),
+    "an output without a name": (
+        lambda: jc.sensitivity(lambda body: 1.0, BODY),
+        r"f: expected a dict of outputs by name",
+    ),
+    "a list for a result": (lambda: jc.save([1.0], "a.npz"), r"result: expected ContactHistory.*got list"),
+    "a result as text": (
+        lambda: jc.load("result.txt"),
+        r"result.txt: found .txt, accepted: .* in .npz or .nc",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_a_mistake_in_python_is_named_with_what_was_expected_and_what_came(name):
+    mistake, words = PYTHON[name]
+    with pytest.raises(ValueError, match=words) as caught:
+        mistake()
+    assert_reads_well(str(caught.value))
+
+
+def assert_reads_well(message):
+    """One line, not long, that says what would be right; no traceback's jargon."""
+    assert "\n" not in message and len(message) < 320, message
+    assert re.search(r"expected|accepted|did you mean|overwrites|pass |install", message), message
+    assert not re.search(r"Traceback|NoneType|Tracer|object at 0x", message), message
+
+
+CASE = """
+[layer]
+material = "burgers"
+G1 = 0.75e9
+G2 = 13.89e6
+eta1 = 3.1486e12
+eta2 = 120.9e9
+thickness = 150e-9
+[substrate]
+material = "elastic"
+E = 210e9
+[indenter]
+shape = "sphere"
+radius = 9.525e-3
+[control]
+load = 10.0
+[times]
+end = 600.0
+steps = 6
+[grid]
+n = 32
+width = 300e-6
+"""
+PRONY = 'material = "prony"\nJ0 = 1.0\nJ = [1.0, 2.0]\ntau = [1.0]\n'
+LAYER = CASE[CASE.index('material = "burgers"') : CASE.index("thickness")]
+BALL_TEXT = 'shape = "sphere"\nradius = 9.525e-3'
+FILES = {
+    "not TOML": ("[grid]", "[grid", r"not TOML: "),
+    "a typo": ("thickness", "thicknes", r'layer.thicknes: unknown key; did you mean "thickness"\?'),
+    "a typo in a section": ("[grid]", "[gird]", r'\[gird\]: unknown key; did you mean "grid"\?'),
+    "text for a number": ("10.0", '"ten"', r'control.load: found "ten", accepted: a number > 0'),
+    "a missing key": (
+        "thickness = 150e-9",
+        "",
+        r"layer.thickness: missing; accepted: a number > 0: thickness \[m\]",
+    ),
+    "an unknown material": (
+        '"elastic"',
+        '"steel"',
+        r'substrate.material: found "steel", accepted: "elastic" \|',
+    ),
+    "both G and E": (
+        "E = 210e9",
+        "E = 210e9\nG = 80e9",
+        r"substrate.G: found both G and E; accepted: one of them",
+    ),
+    "neither G nor E": ("E = 210e9", "", r"found neither G and E; accepted: one of them"),
+    "a Prony series": (LAYER, PRONY, r"layer.tau: found 1 for 2 in J; accepted: as many numbers as in J"),
+    "a creeping substrate": (
+        '"elastic"\nE = 210e9',
+        '"maxwell"\nG = 1.0\neta = 1.0',
+        r'accepted: "elastic" under a layer',
+    ),
+    "no heights": (
+        BALL_TEXT,
+        'shape = "height-field"\nheights = "none.npy"',
+        r"indenter.heights: .*No such file",
+    ),
+    "heights that are no array": (
+        BALL_TEXT,
+        'shape = "height-field"\nheights = "case.toml"',
+        r"not a .npy file",
+    ),
+    "heights in a line": (
+        BALL_TEXT,
+        'shape = "height-field"\nheights = "line.npy"',
+        r"not a two-dimensional array",
+    ),
+    "heights with holes": (
+        BALL_TEXT,
+        'shape = "height-field"\nheights = "holes.npy"',
+        r"found values that are not finite",
+    ),
+    "no grid for heights": (
+        f"{BALL_TEXT}|n = 32\nwidth = 300e-6",
+        'shape = "height-field"\nheights = "good.npy"|',
+        r"grid.shape: missing",
+    ),
+    "both controls": (
+        "load = 10.0",
+        "load = 10.0\napproach = 1e-6",
+        r"\[control\]: found both load and approach",
+    ),
+    "a load of another length": (
+        "10.0",
+        "[1.0, 2.0]",
+        r"control.load: found 2 values; accepted: a number, or 7 values",
+    ),
+    "times twice": (
+        "end = 600.0",
+        "values = [0.0]\nend = 1.0",
+        r"times.values: found with end, steps; accepted: values alone",
+    ),
+    "no end": ("end = 600.0", "", r"times.end: missing"),
+    "a first time": ("end = 600.0", "end = 600.0\nfirst = 1.0", r'accepted: with spacing = "logarithmic"'),
+    "a late first time": (
+        "end = 600.0",
+        'end = 600.0\nspacing = "logarithmic"\nfirst = 1e3',
+        r"times.first: found 1000, accepted: .* end = 600",
+    ),
+    "a shape alone": (
+        "n = 32\nwidth = 300e-6",
+        "shape = [32, 32]",
+        r"grid.spacing: missing; accepted: \[dx, dy\]",
+    ),
+    "a shape and n": (
+        "width = 300e-6",
+        "shape = [8, 8]\nspacing = [1e-6, 1e-6]",
+        r"grid.n: found with shape",
+    ),
+}
+
+
+def written(name, folder):
+    for file, values in {"line": [1.0], "holes": [[np.nan]], "good": [[1.0]]}.items():
+        np.save(folder / f"{file}.npy", np.array(values))
+    text, (old, new, words) = CASE, FILES[name]
+    for a, b in zip(old.split("|"), new.split("|"), strict=True):
+        assert a in text
+        text = text.replace(a, b)
+    (folder / "case.toml").write_text(text)
+    return folder / "case.toml", words
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_mistake_in_a_case_file_is_named_with_file_and_key(name, tmp_path):
+    path, words = written(name, tmp_path)
+    with pytest.raises(CaseError, match=words) as caught:
+        read_case(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    if name != "not TOML":  # the parser's own words, with line and column
+        assert_reads_well(message.replace(str(tmp_path), ""))
+
+
+def shell(folder, *words):
+    """The mistakes that only the command line can make; the files are there."""
+    (folder / "case.toml").write_text(CASE)
+    (folder / "kelvin.toml").write_text(
+        '[substrate]\nmaterial = "kelvin-voigt"\nG = 1.0\neta = 1.0\n' + CASE[CASE.index("[indenter]") :]
+    )
+    (folder / "bad.npz").write_text("no arrays")
+    np.savez(folder / "other.npz", a=1.0)
+    np.savez(folder / "part.npz", kind="ContactHistory")
+    (folder / "full").mkdir(exist_ok=True)
+    (folder / "full" / "mine.txt").write_text("mine")
+    return main([str(folder / word[1:]) if word.startswith("@") else word for word in words])
+
+
+SHELL = {
+    "no such case": (["run", "@none.toml", "-o", "@out"], r"none.toml: No such file.*expected a TOML file"),
+    "no place for results": (["run", "@case.toml"], r"-o: missing; accepted: -o DIR"),
+    "results into a file": (
+        ["run", "@case.toml", "-o", "@case.toml"],
+        r"found a file, accepted: a directory",
+    ),
+    "results over others": (["run", "@case.toml", "-o", "@full"], r"not empty; --force overwrites it"),
+    "what a run would refuse": (["check", "@kelvin.toml"], r"kelvin.toml: .*expected an elastic indenter"),
+    "the same, run": (["run", "@kelvin.toml", "-o", "@out"], r"kelvin.toml: .*expected an elastic indenter"),
+    "a picture as text": (["plot", "@part.npz", "-o", "@a.txt"], r"found .txt, accepted: .pdf, .png, .svg"),
+    "a picture over another": (["plot", "@case.npz", "-o", "@full.png"], r"is there already"),
+    "no such result": (["plot", "@none.npz"], r"No such file.*none.npz"),
+    "a result that is none": (["plot", "@bad.npz"], r"not an npz file of arrays; accepted"),
+    "somebody else's arrays": (["plot", "@other.npz"], r"found no result of jaxcontact; accepted"),
+    "half a result": (["plot", "@part.npz"], r"times: missing; accepted"),
+    "an unknown figure": (
+        ["reproduce", "figure_99", "-o", "@out"],
+        r"unknown case 'figure_99'; expected one of figure_4",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHELL)
+def test_a_mistake_in_the_shell_is_one_line_and_status_2(name, tmp_path, capfd):
+    words, answer = SHELL[name]
+    (tmp_path / "full.png").write_text("mine")
+    assert shell(tmp_path, *words) == 2
+    out, err = capfd.readouterr()
+    assert re.search(answer, err) and out == ""
+    assert err.count("\n") == 1
+
+
+CHECKS = ("require", "positive", "non_negative", "poisson_ratio", "not_decreasing")
+ELSEWHERE = {  # reached by no row, and why
+    "_checks.py": "the checks themselves",
+    "storage.py: _xarray": "test_storage.py, without the extra",
+    "indentation.py: check_kernels": "needs kernels, which take seconds: test_indentation.py",
+    "sensitivity.py: plot": "needs a computed table: test_gradients.py",
+}
+
+
+def raising_places():
+    """(file, first line, last line, function) of everything that raises or checks, but not within the oracles."""
+    for path in PACKAGE.rglob("*.py"):
+        if "reference" in path.parts or path.name == "_checks.py":
+            continue
+        functions = [
+            node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)
+        ]
+        for function in functions:
+            for node in ast.walk(function):
+                call = (
+                    node.value.func
+                    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
+                    else None
+                )
+                checks = getattr(call, "attr", getattr(call, "id", "")) in CHECKS
+                if checks or (isinstance(node, ast.Raise) and node.exc is not None):
+                    yield path.name, node.lineno, node.end_lineno, function.name
+
+
+def test_no_error_is_missing_from_the_table(tmp_path, monkeypatch):
+    reached = set()
+
+    def note(error):
+        while error is not None:
+            frames = traceback.extract_tb(error.__traceback__)
+            reached.update((Path(frame.filename).name, frame.lineno) for frame in frames)
+            error = error.__cause__
+
+    # main complains while it handles the error
+    monkeypatch.setattr("jaxcontact.__main__.complain", lambda *_: note(sys.exc_info()[1]))
+
+    (tmp_path / "full.png").write_text("mine")
+    for mistake, _ in PYTHON.values():
+        with pytest.raises(ValueError) as caught:
+            mistake()
+        note(caught.value)
+    for name in FILES:
+        with pytest.raises(CaseError) as caught:
+            read_case(written(name, tmp_path)[0])
+        note(caught.value)
+    for words, _ in SHELL.values():
+        shell(tmp_path, *words)
+    missing = [
+        f"{file}:{first} {function}"
+        for file, first, last, function in raising_places()
+        if not any((file, line) in reached for line in range(first, last + 1))
+        and f"{file}: {function}" not in ELSEWHERE
+    ]
+    assert not missing
