@@ -20,6 +20,9 @@ CASES: tuple[Case, ...] = (
     figure_10.CASE,
     figure_11.CASE,
     figure_12.CASE,
+    figure_13.CASE,
+    figure_14.CASE,
+    figure_15.CASE,
 )
 N = 256  # cells along each side, as in the paper
 
