@@ -52,6 +52,8 @@ def draw(found: dict[str, Slid], directory: Path) -> None:
         reach = 1.6e6 * float(np.max(run.radius))
         ax.set_xlim(-reach, reach)
         pictures.finish(ax, "x in the direction of sliding [µm]", "pressure [GPa]", passes.title(name))
+    for empty in figure.axes[len(axes) :]:
+        empty.set_visible(False)
     pictures.save(figure, directory / "figure_15.png")
 
 

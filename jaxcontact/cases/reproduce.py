@@ -10,7 +10,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jaxcontact.cases import figure_4, figure_6, figure_9, figure_10, figure_11, figure_12, report
+from jaxcontact.cases import (
+    figure_4,
+    figure_6,
+    figure_9,
+    figure_10,
+    figure_11,
+    figure_12,
+    figure_13,
+    figure_14,
+    figure_15,
+)
 from jaxcontact.cases.comparison import Case, Row, as_dict, table
 
 CASES: tuple[Case, ...] = (
