@@ -26,7 +26,7 @@ from jax import Array
 
 from fitting.history import columns
 
-COARSE, ZOOM, ROUNDS, HALVINGS, FINE = 97, 9, 5, 20, 65
+COARSE, ZOOM, ROUNDS, CLOSER, FINE = 97, 9, 4, 8, 33
 PAIRS = np.triu_indices(3)
 PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
@@ -180,14 +180,28 @@ def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
     below = jnp.max(jnp.where(grid < first, grid, grid[0]))
     above = jnp.min(jnp.where(grid > last, grid, grid[-1]))
 
-    def halve(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
-        inner, outer = state
-        middle = 0.5 * (inner + outer)
-        ok = _costs(problem, middle) <= level
-        return jnp.where(ok, middle, inner), jnp.where(ok, outer, middle)
+    floor = best_at(problem, tau)[0]
+    goal = jnp.sqrt(jnp.maximum(level - floor, 1e-300))
+    height = lambda z: jnp.sqrt(jnp.maximum(_costs(problem, z) - floor, 0.0)) / goal - 1.0
+
+    def close_in(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        """The Illinois rule on the root of the rise in rss, which is nearly a straight line."""
+        inner, low, outer, high, side = state
+        share = jnp.where(jnp.isfinite(high), -low / jnp.where(high > low, high - low, 1.0), 0.5)
+        middle = inner + jnp.clip(share, 0.01, 0.99) * (outer - inner)
+        here = height(middle)
+        ok = here <= 0.0
+        return (
+            jnp.where(ok, middle, inner),
+            jnp.where(ok, here, jnp.where(side == 1, 0.5 * low, low)),
+            jnp.where(ok, outer, middle),
+            jnp.where(ok, jnp.where(side == -1, 0.5 * high, high), here),
+            jnp.where(ok, -1, 1),
+        )
 
     inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
-    inner, _ = jax.lax.fori_loop(0, HALVINGS, halve, (inner, outer))
+    start = (inner, height(inner), outer, height(outer), jnp.zeros(2, int))
+    inner = jax.lax.fori_loop(0, CLOSER, close_in, start)[0]
     open_end = jnp.stack([cost[0], cost[-1]]) <= level
     return jnp.where(open_end, grid[jnp.array([0, -1])], inner)
 
@@ -227,4 +241,16 @@ def extents(
     angle = jnp.linspace(0.0, jnp.pi, FINE)
     nodes = jnp.append(0.5 * (low + high) - 0.5 * (high - low) * jnp.cos(angle), jnp.log(tau))
     ends = jax.lax.map(lambda z: extent_at(problem, jnp.exp(z), level, functional(jnp.exp(z))), nodes)
-    return jnp.stack([jnp.min(ends[..., 0], 0), jnp.max(ends[..., 1], 0)], -1), jnp.stack([low, high])
+    most = jnp.maximum(_summit(ends[:-1] * jnp.array([-1.0, 1.0])), ends[-1] * jnp.array([-1.0, 1.0]))
+    return most * jnp.array([-1.0, 1.0]), jnp.stack([low, high])
+
+
+def _summit(y: Array) -> Array:
+    """Greatest of y (n, ...) along its first axis, by the parabola through the greatest and its neighbours."""
+    k = jnp.clip(jnp.argmax(y, 0), 1, y.shape[0] - 2)
+    before, here, after = (jnp.take_along_axis(y, (k + s)[None], 0)[0] for s in (-1, 0, 1))
+    bend = 2.0 * here - before - after
+    smooth = jnp.isfinite(bend) & (bend > 0.0)
+    gain = jnp.where(smooth, (after - before) ** 2 / (8.0 * jnp.where(smooth, bend, 1.0)), 0.0)
+    top = jnp.max(y, 0)
+    return jnp.where(here >= top, here + jnp.minimum(gain, 0.5 * jnp.where(smooth, bend, 0.0)), top)
