@@ -20,7 +20,7 @@ from scipy import stats
 import jaxcontact as jc
 from fitting import models, varpro
 from fitting.data import CreepData
-from fitting.history import Step, columns, merge
+from fitting.history import History, Step, columns, merge
 from fitting.models import PARTS, resolve
 from fitting.result import CreepFit, build
 
@@ -134,7 +134,8 @@ def scale(data: CreepData, weight: np.ndarray, model: type, table: dict) -> Scal
     y, size = data.response, float(np.max(np.abs(data.response)))
     span = float(data.t[-1])
     if data.J is not None:
-        basis, stress = Step(data.t / span), 1.0
+        basis: Step | History = Step(data.t / span)
+        stress = 1.0
     else:
         knots, values = data.stress
         stress = float(np.max(np.abs(values)))

@@ -1,6 +1,7 @@
 """Measured curves: frozen, checked once, in SI units."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class CreepData:
     t: np.ndarray
     J: np.ndarray | None = None
     strain: np.ndarray | None = None
-    stress: object = None
+    stress: Any = None
     convention: str = "J"
     notes: tuple[str, ...] = ()
 
@@ -76,7 +77,8 @@ class CreepData:
     @property
     def response(self) -> np.ndarray:
         """What is fitted: J [1/Pa], or the strain (times 2 for the convention 1/(2G))."""
-        return self.compliance if self.J is not None else self.strain * CONVENTIONS[self.convention]
+        values: Any = self.strain if self.J is None else self.J
+        return values * CONVENTIONS[self.convention]
 
 
 def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

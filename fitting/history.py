@@ -7,7 +7,7 @@ linear, and a repeated time is a jump, so tau D' + D = sigma has a closed form o
 and the Boltzmann integral is exact; a recursion carries it along all knots and samples.
 """
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -87,7 +87,9 @@ def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
     return History(*arrays)
 
 
-def _value_at(t: np.ndarray, knots: np.ndarray, values: np.ndarray, side: str) -> np.ndarray:
+def _value_at(
+    t: np.ndarray, knots: np.ndarray, values: np.ndarray, side: Literal["left", "right"]
+) -> np.ndarray:
     """Stress just after t (side "right") or just before it (side "left")."""
     k = np.searchsorted(knots, t, side=side) - 1
     i, j = np.clip(k, 0, None), np.clip(k + 1, None, len(knots) - 1)

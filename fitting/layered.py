@@ -58,7 +58,7 @@ class Film(NamedTuple):
 
 def check(press: Press, layer: float, substrate: Any) -> None:
     """ValueError unless there is a film that can be solved."""
-    if not (np.isscalar(layer) and np.isfinite(layer) and layer > 0):
+    if not (isinstance(layer, int | float | np.number) and np.isfinite(layer) and layer > 0):
         raise ValueError(f"layer: expected a thickness > 0 m, got {layer!r}")
     if not isinstance(substrate, jc.Elastic):
         raise ValueError(f"substrate: expected Elastic under a layer, got {type(substrate).__name__}")
@@ -142,8 +142,8 @@ def objective(press: Press, curve: Curve, film: Film, n: int) -> Objective:
 
 def curve_of(press: Press) -> Curve:
     """The samples; the ball's own compliance is in the solver."""
-    arrays = (jnp.asarray(a) for a in (press.t, press.load, press.depth, press.weights))
-    return Curve(*arrays, None, 0.0, 0)
+    t, load, depth, weights = (jnp.asarray(a) for a in (press.t, press.load, press.depth, press.weights))
+    return Curve(t, load, depth, weights, None, jnp.zeros(()), jnp.zeros((), int))
 
 
 def start(press: Press, layer: float, substrate: Any) -> tuple[np.ndarray, float]:
@@ -298,7 +298,7 @@ def _standard_errors(best: Best, free: np.ndarray, press: Press) -> np.ndarray:
 def named(bias: np.ndarray, press: Press) -> dict[str, float]:
     """The bias of each fitted parameter and nuisance."""
     names = {part: name for name, part in PARTS[press.model].items()} | {i: n for n, i in NUISANCES.items()}
-    return {names[i]: float(bias[i]) for i in np.flatnonzero(press.upper > press.lower)}
+    return {names[int(i)]: float(bias[i]) for i in np.flatnonzero(press.upper > press.lower)}
 
 
 def _require(status: int, n: int) -> None:

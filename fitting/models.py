@@ -41,7 +41,7 @@ def limits(
         table[name] = _pair(model, table, name, pair)
     for name, value in (fixed or {}).items():
         _known(model, table, name, "fixed")
-        if not (np.isscalar(value) and math.isfinite(float(value)) and value > 0):
+        if not (isinstance(value, int | float | np.number) and math.isfinite(value) and value > 0):
             raise ValueError(f"fixed[{name!r}]: expected a number > 0, got {value!r}")
         table[name] = (float(value), float(value))
     return table

@@ -11,7 +11,7 @@ import math
 import os
 import re
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Table(NamedTuple):
 class Column(NamedTuple):
     """Where a quantity is: position, name as shown, factor to SI, note or None."""
 
-    index: int
+    place: int
     label: str
     factor: float
     note: str | None
@@ -83,7 +83,7 @@ def read_indentation(
     return _build(table, IndentationData, notes, t=arrays[0], load=arrays[1], depth=arrays[2])
 
 
-def _build(table: Table, cls: type, notes: list[str], **fields: object) -> object:
+def _build(table: Table, cls: type, notes: list[str], **fields: object) -> Any:
     try:
         return cls(notes=tuple(notes), **fields)
     except ValueError as error:
@@ -281,12 +281,12 @@ def _values(table: Table, found: list[Column]) -> tuple[np.ndarray, list[int]]:
 
 
 def _cell(table: Table, line: int, row: list[str], column: Column) -> float:
-    if column.index >= len(row):
-        _fail(table, line, column.label, f"expected {column.index + 1} columns or more, got {len(row)}")
+    if column.place >= len(row):
+        _fail(table, line, column.label, f"expected {column.place + 1} columns or more, got {len(row)}")
     width = len(table.header) if table.header else len(table.rows[0][1])
     if len(row) > width and any(row[width:]):
         _fail(table, line, column.label, f"expected {width} columns, got {len(row)}")
-    cell = row[column.index]
+    cell = row[column.place]
     if cell.lower() in MISSING:
         return math.nan
     try:
