@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -21,19 +22,23 @@ Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySlidin
 normal_response save sensitivity slide slide_steady
 """
 FITTING = """
-BatchFit Comparison CreepData CreepFit IndentationData IndentationFit compare fit_creep fit_creep_batch
-fit_indentation read_creep read_indentation
+BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit PronyFit Propagated compare design
+fit_creep fit_creep_batch fit_indentation fit_prony propagate read_creep read_indentation
 """
 
 
 def public(module):
     """Classes and functions of a package, without its modules."""
     return {
-        name for name, value in vars(module).items() if not name.startswith("_") and not inspect.ismodule(value)
+        name
+        for name, value in vars(module).items()
+        if not name.startswith("_") and not inspect.ismodule(value)
     }
 
 
-@pytest.mark.parametrize(("module", "names"), [(jc, JAXCONTACT), (fitting, FITTING)], ids=["jaxcontact", "fitting"])
+@pytest.mark.parametrize(
+    ("module", "names"), [(jc, JAXCONTACT), (fitting, FITTING)], ids=["jaxcontact", "fitting"]
+)
 def test_no_public_name_disappears_or_comes_unannounced(module, names):
     assert public(module) == set(names.split())
     assert set(getattr(module, "__all__", names.split())) == set(names.split())
@@ -107,7 +112,7 @@ def test_at_most_ten_direct_dependencies():
 @pytest.mark.slow
 def test_the_reference_builds_from_docstrings_without_warnings(tmp_path):
     command = re.search(r"^\S*python -m pdoc .*$", (ROOT / "README.md").read_text(), re.MULTILINE).group()
-    words = command.replace("-o api", f"-o {tmp_path}").split()[1:]
+    words = shlex.split(command.replace("-o api", f"-o {tmp_path}"), comments=True)[1:]
     done = subprocess.run(
         [sys.executable, "-W", "error", *words], cwd=ROOT, capture_output=True, text=True, check=True
     )
