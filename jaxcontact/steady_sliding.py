@@ -18,7 +18,7 @@ from jaxcontact.kernels import build
 from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding
-from jaxcontact.sliding.steady import Track, doubled, on_grid
+from jaxcontact.sliding.steady import Track, doubled, extended, on_grid
 
 
 def slide_steady(
@@ -83,12 +83,15 @@ def check_steady(body: LayeredHalfSpace, control: Control, velocity: Array | flo
 @jax.jit
 def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
     """The compiled core: one trace for equal shapes and flags."""
-    wide = replace(grid, shape=doubled(grid.shape))
-    kernels = build(body, indenter, wide)
+    kernels = build(body, indenter, grid)
     units, ratio = kernels.units, grid.spacing[1] / grid.spacing[0]
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    point = None if body.layers else 1.0 - body.substrate.nu
-    track = Track(kernels, vector / units.length, ratio, point, grid.shape)
+    if body.layers:
+        point, shapes = None, extended(kernels, grid.shape)
+    else:
+        wide = replace(grid, shape=doubled(grid.shape))
+        point, shapes = 1.0 - body.substrate.nu, build(body, indenter, wide).spectra[1:]
+    track = Track(kernels, shapes, vector / units.length, ratio, point, grid.shape)
     symbols, ones = track.symbols(), jnp.ones(kernels.rates.size)
     profile = indenter.profile(grid) / units.length
     load_controlled = isinstance(control, Load)
@@ -147,5 +150,4 @@ def _film_strain(track: Track, symbols: Array, pressure: Array) -> Array:
         return jnp.zeros(())
     symbol = jnp.tensordot(film.weights[1:], symbols, 1)
     strain = film.weights[0] * pressure + spectral.convolve(on_grid(symbol, track.shape), pressure)
-    nx, ny = track.shape
-    return deepest_strain(film.coefficients[:nx, :ny], strain)
+    return deepest_strain(film.coefficients, strain)

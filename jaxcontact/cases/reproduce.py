@@ -20,6 +20,7 @@ from jaxcontact.cases import (
     figure_13,
     figure_14,
     figure_15,
+    report,
 )
 from jaxcontact.cases.comparison import Case, Row, as_dict, table
 

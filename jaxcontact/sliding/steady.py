@@ -7,7 +7,7 @@ A pressure that is steady in the indenter's frame has left, at rate lambda_k, th
 with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the
 time to cross the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T:
 finite for every rate and mode, unlimited flow included, and without wrapping around on a grid of twice
-the size, where the kernel is made, and then cut to the offsets on the grid.
+the size, where the kernel is made, and then cut to the offsets on the grid. (``doubled``.)
 
 What lies farther behind is out of a film's reach. A half-space feels it as a line of point sources,
 
@@ -34,12 +34,14 @@ FAR_REACH = 14.0  # e-folds of distance
 
 @pytree
 class Track:
-    """What the indenter leaves behind: kernels of the doubled grid; velocity (2,) [cells along x per second];
+    """What the indenter leaves behind: kernels of the grid; shapes: spectra of S_m on the doubled grid,
 
-    ratio: dy/dx; point: 1 - nu of a half-space, None for a layered body; shape: (nx, ny) of the grid.
+    (M, MY/2 + 1, MX); velocity (2,) [cells along x per second]; ratio: dy/dx; point: 1 - nu of a half-space,
+    None for a layered body; shape: (nx, ny) of the grid.
     """
 
     kernels: Kernels
+    shapes: Array
     velocity: Array
     ratio: Array
     point: Array | None
@@ -70,24 +72,22 @@ class Track:
 
     def kernel(self, weights: Array, symbols: Array) -> Array:
         """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
-        own = jnp.tensordot(self.kernels.mix.T, self.kernels.spectra[1:], 1)
-        near = jnp.sum(weights[:, None, None] * own * symbols, 0)
+        mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
+        near = jnp.sum(self.shapes * mixed, 0)
         if self.point is None:
             return on_grid(near, self.shape)
         return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
 
     def without_history(self, weights: Array) -> Array:
         """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
-        parts = jnp.append(1.0, self.kernels.mix @ weights)
-        return on_grid(jnp.tensordot(parts, self.kernels.spectra, 1) + 0j, self.shape)
+        return jnp.tensordot(jnp.append(1.0, self.kernels.mix @ weights), self.kernels.spectra, 1)
 
     def circulant(self) -> Array:
         """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
 
         The damping 1/T stands for the end of the track; each term has a real part above zero.
         """
-        kernel = spectral.inverse(self.kernels.spectra, doubled(self.shape))
-        parts = spectral.circulant_spectrum(kernel[:, : self.shape[0], : self.shape[1]])
+        parts = self.kernels.circulants
         own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
         phase, loss = along(self.shape, Shift(self.velocity[0], self.velocity[1]), self.ratio)
         damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
@@ -124,6 +124,13 @@ class Track:
         """Displacement rate at a distance of one cell from a cell of unit pressure, (K,)."""
         assert self.point is not None
         return self.kernels.mix[0] * self.ratio * self.point / (2.0 * jnp.pi)
+
+
+def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
+    """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
+    nx, ny = shape
+    kernel = spectral.inverse(kernels.spectra[1:], shape)
+    return spectral.kernel_spectrum(jnp.pad(kernel, ((0, 0), (0, nx), (0, ny))))
 
 
 def first_integral(z: Array) -> Array:
