@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxcontact.cases import (
+    claims,
     figure_4,
     figure_6,
     figure_9,
@@ -21,6 +22,7 @@ from jaxcontact.cases import (
     figure_14,
     figure_15,
     report,
+    speed_map,
 )
 from jaxcontact.cases.comparison import Case, Row, as_dict, table
 
@@ -34,6 +36,8 @@ CASES: tuple[Case, ...] = (
     figure_13.CASE,
     figure_14.CASE,
     figure_15.CASE,
+    speed_map.CASE,
+    claims.CASE,
 )
 N = 256  # cells along each side, as in the paper
 
