@@ -156,18 +156,23 @@ def solve(problem: Problem) -> tuple[Array, Array, Array, Array]:
     k = jnp.argmin(cost)
     step = (hi - lo) / (COARSE - 1)
 
-    def zoom(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
-        centre, width = state
-        points = jnp.clip(centre + jnp.linspace(-1.0, 1.0, ZOOM) * width, lo, hi)
-        return points[jnp.argmin(_costs(problem, points))], width * (2.0 / (ZOOM - 1))
+    def zoom(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        points = jnp.clip(state[0] + jnp.linspace(-1.0, 1.0, ZOOM) * state[1], lo, hi)
+        rss, x = _bests(problem, points)
+        j = jnp.argmin(rss)
+        return points[j], state[1] * (2.0 / (ZOOM - 1)), rss[j], x[j]
 
-    centre, _ = jax.lax.fori_loop(0, ROUNDS, zoom, (grid[k], step))
-    rss, x = best_at(problem, jnp.exp(centre))
+    start = (grid[k], step, cost[k], jnp.zeros(3))
+    centre, _, rss, x = jax.lax.fori_loop(0, ROUNDS, zoom, start)
     return rss, x, jnp.exp(centre), cost
 
 
 def _costs(problem: Problem, log_tau: Array) -> Array:
-    return jax.lax.map(lambda z: best_at(problem, jnp.exp(z))[0], log_tau)
+    return _bests(problem, log_tau)[0]
+
+
+def _bests(problem: Problem, log_tau: Array) -> tuple[Array, Array]:
+    return jax.lax.map(lambda z: best_at(problem, jnp.exp(z)), log_tau)
 
 
 def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
@@ -180,16 +185,17 @@ def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
     below = jnp.max(jnp.where(grid < first, grid, grid[0]))
     above = jnp.min(jnp.where(grid > last, grid, grid[-1]))
 
-    floor = best_at(problem, tau)[0]
-    goal = jnp.sqrt(jnp.maximum(level - floor, 1e-300))
-    height = lambda z: jnp.sqrt(jnp.maximum(_costs(problem, z) - floor, 0.0)) / goal - 1.0
+    inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
+    known = _costs(problem, jnp.concatenate([best[None], inner, outer]))
+    floor, goal = known[0], jnp.sqrt(jnp.maximum(level - known[0], 1e-300))
+    height = lambda rss: jnp.sqrt(jnp.maximum(rss - floor, 0.0)) / goal - 1.0
 
     def close_in(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
         """The Illinois rule on the root of the rise in rss, which is nearly a straight line."""
         inner, low, outer, high, side = state
         share = jnp.where(jnp.isfinite(high), -low / jnp.where(high > low, high - low, 1.0), 0.5)
         middle = inner + jnp.clip(share, 0.01, 0.99) * (outer - inner)
-        here = height(middle)
+        here = height(_costs(problem, middle))
         ok = here <= 0.0
         return (
             jnp.where(ok, middle, inner),
@@ -199,8 +205,7 @@ def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
             jnp.where(ok, -1, 1),
         )
 
-    inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
-    start = (inner, height(inner), outer, height(outer), jnp.zeros(2, int))
+    start = (inner, height(known[1:3]), outer, height(known[3:]), jnp.zeros(2, int))
     inner = jax.lax.fori_loop(0, CLOSER, close_in, start)[0]
     open_end = jnp.stack([cost[0], cost[-1]]) <= level
     return jnp.where(open_end, grid[jnp.array([0, -1])], inner)

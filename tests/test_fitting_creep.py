@@ -151,8 +151,8 @@ def test_batch_is_the_single_fit():
 @pytest.mark.parametrize(
     "material",
     [
-        jc.Elastic(2e9),
-        jc.Maxwell(2e9, 5e12),
+        pytest.param(jc.Elastic(2e9), marks=pytest.mark.slow),
+        pytest.param(jc.Maxwell(2e9, 5e12), marks=pytest.mark.slow),
         jc.KelvinVoigt(2e7, 1e10),
         jc.StandardLinearSolid(1e9, 2e7, 1e10),
         jc.Burgers(1e9, 2e7, 4e12, 1e10),
