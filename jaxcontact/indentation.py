@@ -158,7 +158,7 @@ def _run(
     setup, steps, units, separation = prepare(
         body, indenter, control, times, grid, tolerance, max_iterations, kernels, substeps, quasi_elastic
     )
-    _, outcomes, last = marching.march(setup, marching.start(setup), steps, save, checkpoint)
+    outcomes, last = marching.march_from_rest(setup, steps, save, checkpoint)
     return to_si(times, grid, setup, units, outcomes, last, save), separation
 
 

@@ -22,9 +22,7 @@ from jaxcontact.history import march as marching
 from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.results import ContactHistory
 
-# steps: short enough for a lively bar, long enough that calling the block costs nothing; a number that
-# ``march`` divides evenly, for the idle rows that it would add belong before the first step only
-BLOCK = 4
+BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the block costs nothing
 
 
 @dataclass(frozen=True)
@@ -113,10 +111,10 @@ def _collect(
     """March block by block until the end, the first bad step or Ctrl-C; status and interruption."""
     parts: list[Kept] = []
     carry = marching.start(setup)
-    padding = -len(steps.dt) % BLOCK
-    blocks = _blocks(steps, padding, setup.load_controlled)
+    blocks, padding = marching.in_blocks(steps, BLOCK, setup.load_controlled)
     try:
-        for index, block in enumerate(blocks):
+        for index in range(len(blocks.dt)):
+            block = jax.tree.map(lambda a, i=index: a[i], blocks)
             carry, outcomes = run_block(setup, carry, block)
             outcomes = jax.tree.map(lambda a, skip=padding * (index == 0): np.asarray(a)[skip:], outcomes)
             bad = np.flatnonzero(outcomes.status)
@@ -129,15 +127,6 @@ def _collect(
     except KeyboardInterrupt:
         return parts, 0, True
     return parts, 0, False
-
-
-def _blocks(steps: marching.Steps, padding: int, load_controlled: bool) -> list[marching.Steps]:
-    """Blocks of equal length. Padded in front, where a step without length or contact changes nothing."""
-    idle = jax.tree.map(lambda a: jnp.repeat(a[:1], padding, axis=0), steps)
-    idle = idle._replace(target=jnp.full_like(idle.target, 0.0 if load_controlled else -1.0))
-    padded = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), idle, steps)
-    count = len(padded.dt) // BLOCK
-    return [jax.tree.map(lambda a, i=i: a[i * BLOCK : (i + 1) * BLOCK], padded) for i in range(count)]
 
 
 def _keep(fine: marching.Outcome, save: str) -> Kept:

@@ -78,7 +78,7 @@ def _run(
     setup, steps, units, separation = prepare(
         body, indenter, control, times, velocity, grid, tolerance, max_iterations, kernels, substeps
     )
-    _, outcomes, last = marching.march(setup, marching.start(setup), steps, save)
+    outcomes, last = marching.march_from_rest(setup, steps, save)
     contact = to_si(times, grid, setup, units, outcomes, last, save)
     return _sliding(contact, velocity, steps.memory, units, outcomes.observed, grid), separation
 

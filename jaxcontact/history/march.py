@@ -135,20 +135,12 @@ def deepest_strain(coefficients: Array, strain: Array) -> Array:
 
 
 def march(
-    setup: Setup,
-    carry: Carry,
-    steps: Steps,
-    save: str | Callable[[Outcome], Any],
-    checkpoint: str = "pressures",
+    setup: Setup, carry: Carry, steps: Steps, save: str | Callable[[Outcome], Any]
 ) -> tuple[Carry, Outcome, Outcome]:
-    """March over steps whose leading axes are (nt, substeps); outcomes at the end of each row.
+    """March on from a carry, over steps whose leading axes are (nt, substeps).
 
-    Returns the carry, the saved outcomes stacked over nt (with the fields replaced by what ``save``
-    makes of them) and the last outcome whole.
-
-    Reverse mode goes back in blocks of about sqrt(nt) rows, of which the first carry alone is kept.
-    checkpoint: "pressures" keeps the pressures of all inner steps as well, so that no contact is solved
-    again; "blocks" keeps those of one block at a time and solves every contact twice.
+    Returns the carry, the outcomes at the end of each row, stacked over nt (with the fields replaced by
+    what ``save`` makes of them), and the last outcome whole. Reverse mode keeps each row's carry and pressure.
     """
     keep = jax.checkpoint_policies.save_only_these_names(KEPT)
 
@@ -162,21 +154,37 @@ def march(
             state = jax.lax.scan(jax.checkpoint(inner, policy=keep), state, row)[0]
         return state, saved(state[1], save)
 
+    rows = jax.checkpoint(outer, policy=keep)
+    (carry, last), outcomes = jax.lax.scan(rows, (carry, blank(setup, steps)), steps)
+    return carry, outcomes, last
+
+
+def march_from_rest(
+    setup: Setup, steps: Steps, save: str | Callable[[Outcome], Any], checkpoint: str = "pressures"
+) -> tuple[Outcome, Outcome]:
+    """The whole march, without history before it: outcomes and the last outcome, as ``march``.
+
+    Reverse mode goes back in blocks of about sqrt(nt) rows, of which the first carry alone is kept.
+    checkpoint: "pressures" keeps the pressures of all inner steps as well, so that no contact is solved
+    again; "blocks" keeps those of one block at a time and solves every contact twice.
+    """
+
     def block(state: tuple[Carry, Outcome], rows: Steps) -> tuple[tuple[Carry, Outcome], Outcome]:
-        return jax.lax.scan(jax.checkpoint(outer, policy=keep), state, rows)
+        carry, outcomes, last = march(setup, state[0], rows, save)
+        return (carry, last), outcomes
 
     length = math.isqrt(len(steps.dt) - 1) + 1
     blocks, padding = in_blocks(steps, length, setup.load_controlled)
-    whole = jax.checkpoint(block, policy=keep if checkpoint == "pressures" else None)
-    (carry, last), outcomes = jax.lax.scan(whole, (carry, blank(setup, steps)), blocks)
-    flat = lambda a: a.reshape(-1, *a.shape[2:])[padding:]
-    return carry, jax.tree.map(flat, outcomes), last
+    keep = jax.checkpoint_policies.save_only_these_names(KEPT) if checkpoint == "pressures" else None
+    first = (start(setup), blank(setup, steps))
+    (_, last), outcomes = jax.lax.scan(jax.checkpoint(block, policy=keep), first, blocks)
+    return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[padding:], outcomes), last
 
 
 def in_blocks(steps: Steps, length: int, load_controlled: bool) -> tuple[Steps, int]:
     """Rows in blocks of equal length, (blocks, length, substeps), and the number of rows put before.
 
-    A row without length or contact, put before the first, changes nothing.
+    A row without length or contact, put before the first of a march from rest, changes nothing.
     """
     padding = -len(steps.dt) % length
     idle = jax.tree.map(lambda a: jnp.repeat(a[:1], padding, axis=0), steps)
