@@ -102,7 +102,7 @@ def slide(name: str, n: int) -> Slid:
         warnings.simplefilter("ignore")
         run = jc.slide(
             body, tribofilm.BALL, row.control, times, velocity=row.speed, grid=grid,
-            tolerance=1e-6, save=middle_row, kernels=kernels,
+            tolerance=1e-7, save=middle_row, kernels=kernels,
         )  # fmt: skip
         steady = np.nan
         if row.film:

@@ -47,7 +47,7 @@ class _Krylov(NamedTuple):
     rho: Array
     size: Array
     omega: Array
-    count: Array
+    taken: Array
 
 
 def _safe(value: Array) -> Array:
@@ -65,7 +65,7 @@ def bicgstab(
     one = jnp.ones(())
 
     def going(k: _Krylov) -> Array:
-        return (jnp.sum(k.r**2) > goal) & (k.count < limit) & (k.rho != 0.0) & (k.omega != 0.0)
+        return (jnp.sum(k.r**2) > goal) & (k.taken < limit) & (k.rho != 0.0) & (k.omega != 0.0)
 
     def step(k: _Krylov) -> _Krylov:
         rho = jnp.sum(b * k.r)
@@ -78,12 +78,12 @@ def bicgstab(
         t = operator(correction)
         omega = jnp.sum(t * half) / _safe(jnp.sum(t**2))
         x = k.x + size * direction + omega * correction
-        return _Krylov(x, half - omega * t, d, v, rho, size, omega, k.count + 1)
+        return _Krylov(x, half - omega * t, d, v, rho, size, omega, k.taken + 1)
 
     zero = jnp.zeros_like(b)
     first = _Krylov(zero, b, zero, zero, one, one, one, jnp.zeros((), int))
     last = jax.lax.while_loop(going, step, first)
-    return last.x, last.count
+    return last.x, last.taken
 
 
 class _Search(NamedTuple):

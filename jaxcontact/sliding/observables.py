@@ -57,7 +57,8 @@ class Observer:
     @classmethod
     def of(cls, profile: Array, ratio: Array) -> "Observer":
         nx, ny = profile.shape
-        slopes = jnp.stack([jnp.gradient(profile, axis=0), jnp.gradient(profile, axis=1) / ratio])
+        along_x, along_y = (jnp.asarray(jnp.gradient(profile, axis=axis)) for axis in (0, 1))
+        slopes = jnp.stack([along_x, along_y / ratio])
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
         return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places)
