@@ -11,6 +11,7 @@ from tolerances import TIGHT_SOLVER
 import jaxcontact as jc
 from jaxcontact import slide_steady as public_slide_steady
 from jaxcontact import spectral
+from jaxcontact.cases import speed_map
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.normal import Problem
 from jaxcontact.kernels import Kernels, Units
@@ -251,3 +252,12 @@ def test_derivatives_reverse_forward_and_central():
     central = (plain(x + h * direction) - plain(x - h * direction)) / (2.0 * h)
     np.testing.assert_allclose(forward(direction), central, rtol=1e-5)
     assert abs(float(gradient[5])) > 1e-3 * float(jnp.max(jnp.abs(gradient)))  # the speed matters
+
+
+@pytest.mark.slow
+def test_speed_map_holds_and_a_wrong_reference_is_noticed():
+    found, right = speed_map.simulate(64), speed_map.REFERENCES
+    assert all(row.holds for row in speed_map.compare(found, right))
+    for key, value in right.items():
+        rows = speed_map.compare(found, {**right, key: 1.1 * value})
+        assert [row.quantity for row in rows if not row.holds] == [key]
