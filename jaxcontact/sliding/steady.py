@@ -7,7 +7,7 @@ A pressure that is steady in the indenter's frame has left, at rate lambda_k, th
 with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the
 time to cross the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T:
 finite for every rate and mode, unlimited flow included, and without wrapping around on a grid of twice
-the size, where the kernel is made, and then cut to the offsets on the grid. (``doubled``.)
+the size, where the kernel is made, and then cut to the offsets on the grid.
 
 What lies farther behind is out of a film's reach. A half-space feels it as a line of point sources,
 
