@@ -157,6 +157,26 @@ def test_no_contact_and_zero_load_have_zero_gradients():
         assert np.all(np.isfinite(lifted))
 
 
+@pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
+def test_a_film_that_may_flow_but_does_not_has_a_value_and_a_slope():
+    """Fluidity zero: the solid without flow, and the slope towards flow."""
+    times, grid = jnp.linspace(0.0, 1600.0, 3), jc.Grid.square(16, 560e-6)
+
+    def approach(film):
+        body, ball = jc.LayeredHalfSpace([jc.Layer(film, 150e-9)], STEEL), jc.Sphere(9.5e-3)
+        return jc.indent(body, ball, jc.Load(60.0), times, grid=grid, tolerance=1e-12).approach[-1] / 3e-6
+
+    def of_flow(fluidity):
+        return approach(jc.Prony(J0=1 / 0.75e9, J=jnp.array([1 / 13.89e6]), tau=jnp.array([8704.0]), nu=0.3,
+                                 fluidity=fluidity * 1e-13))  # fmt: skip
+
+    solid = approach(jc.StandardLinearSolid(G1=0.75e9, G2=13.89e6, eta2=13.89e6 * 8704.0, nu=0.3))
+    assert float(of_flow(0.0)) == pytest.approx(float(solid), rel=TIGHT_SOLVER)
+    forward, reverse = jax.jvp(of_flow, (0.0,), (1.0,))[1], jax.grad(of_flow)(0.0)
+    assert float(reverse) == pytest.approx(float(forward), rel=MODES)
+    assert float(forward) == pytest.approx(float(of_flow(1e-3) - of_flow(0.0)) / 1e-3, rel=1e-3)
+
+
 def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
     """The load at which four cells enter is bracketed; the pressure is continuous, its slope jumps."""
     grid, body = jc.Grid.square(16, 300e-6), jc.LayeredHalfSpace([], STEEL)

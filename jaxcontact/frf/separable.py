@@ -60,8 +60,8 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, nodes: int = DEFAULT_NOD
     start = modes.film * spectrum.instantaneous + jnp.sum(modes.amplitude * first, -1)
     shapes, rates = [modes.film], [own_rates]
     for k in range(rho.shape[-1]):
-        common, share = _band(rho[..., k], nodes)
-        shapes += list(common[:, None] * jnp.sum(modes.amplitude * amplitude[..., k] * share, -1))
+        common, flow = _band(rho[..., k], nodes)
+        shapes += list(jnp.sum(modes.amplitude * amplitude[..., k] * flow, -1))
         rates.append(common)
     bands = jnp.eye(len(shapes) - 1)
     mix = jnp.zeros((len(shapes), own_rates.size + len(shapes) - 1))
@@ -79,13 +79,20 @@ def _own(spectrum: Spectrum) -> tuple[Array, Array]:
 
 
 def _band(rho: Array, nodes: int) -> tuple[Array, Array]:
-    """Common rates, (nodes,), and the share l_m of each in exp(-rho t), (nodes, *rho.shape)."""
-    log_rho = jnp.log(rho)
+    """Common rates lambda_m, (nodes,), and lambda_m times the share l_m of each, (nodes, *rho.shape).
+
+    A material that may flow but has no fluidity has a band of zeros: it is kept as the one rate zero with
+    rho itself, so that the derivative with respect to the fluidity is there.
+    """
+    still = jnp.max(rho) == 0.0
+    log_rho = jnp.log(jnp.where(still, 1.0, rho))
     low, high = jnp.min(log_rho), jnp.max(log_rho)
     middle, half = (low + high) / 2.0, jnp.maximum((high - low) / 2.0, 1e-6)
     points = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)
     xi = (log_rho - middle) / half
-    return jnp.exp(middle + half * points), jnp.stack([_lagrange(points, m, xi) for m in range(nodes)])
+    common = jnp.exp(middle + half * points)
+    each = jnp.stack([common[m] * _lagrange(points, m, xi) for m in range(nodes)])
+    return jnp.where(still, 0.0, common), jnp.where(still, jnp.zeros_like(each).at[0].set(rho), each)
 
 
 def _lagrange(points: np.ndarray, m: int, x: Array) -> Array:
