@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import jax
 import pytest
 
 import jaxcontact as jc
@@ -29,3 +30,10 @@ def ball(steel):
 @pytest.fixture(scope="session")
 def body(film, steel):
     return jc.LayeredHalfSpace([jc.Layer(film, thickness=150e-9)], substrate=steel)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def compiled_programs_are_dropped():
+    """After each file of tests: some thousand of them exhaust the memory maps that a process may have."""
+    yield
+    jax.clear_caches()

@@ -119,7 +119,12 @@ CHECKS = {
 }
 
 
-@pytest.mark.parametrize("name", CHECKS)
+LONG = ("responses", "influence coefficients")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in CHECKS]
+)
 def test_derivatives_to_second_order(name, monkeypatch):
     """In log parameters, outputs of order one; and the check fails once part of the rule is cut off."""
     f, size, module, part = CHECKS[name]
@@ -221,6 +226,7 @@ def test_many_parameter_sets_at_once_equal_the_loop():
     np.testing.assert_allclose(np.delete(together, strain, 1), np.delete(alone, strain, 1), rtol=TIGHT_SOLVER)
 
 
+@pytest.mark.slow
 def test_what_reverse_mode_keeps_does_not_change_what_it_finds():
     times, grid = jnp.linspace(0.0, 1600.0, 6), jc.Grid.square(16, 560e-6)
 
