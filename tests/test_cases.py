@@ -72,6 +72,16 @@ def test_a_row_that_is_not_a_number_does_not_hold():
     assert not Row("x", "paper", 1.0, float("nan"), 0.1).holds
 
 
+SLIDING = ("figure_13", "figure_14", "figure_15", "speed_map", "claims")
+
+
 @pytest.mark.slow
-def test_the_whole_reproduction_at_full_size(tmp_path):
-    assert reproduce.main([], tmp_path) == 0
+def test_the_whole_reproduction_of_indentation_at_full_size(tmp_path):
+    still = [case.name for case in reproduce.CASES if case.name not in SLIDING]
+    assert reproduce.main(still, tmp_path) == 0
+
+
+@pytest.mark.slow
+def test_the_reproduction_of_sliding_on_64_cells_a_side(tmp_path):
+    """At the paper's 256 it takes a quarter of an hour: ``jaxcontact reproduce``."""
+    assert reproduce.main(list(SLIDING), tmp_path, n=64) == 0
