@@ -51,13 +51,14 @@ class Film:
 class Kernels:
     """What ``jaxcontact.indent`` takes as ``kernels=`` to skip building them again.
 
-    spectra, circulants: of C_0 and of the shapes S_m, (M + 1, ...), see ``spectral``; rates: lambda_k [1/s],
-    (K,); mix: (M, K), see ``frf.separable``; separation_error: relative error of sharing the rates between
+    spectra, circulants, window: of C_0 and of the shapes S_m, (M + 1, ...), see ``spectral``; rates: lambda_k
+    [1/s], (K,); mix: (M, K), see ``frf.separable``; separation_error: relative error of sharing the rates between
     wavenumbers, ().
     """
 
     spectra: Array
     circulants: Array
+    window: spectral.Window
     rates: Array
     mix: Array
     film: Film | None
@@ -122,6 +123,7 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
     return Kernels(
         spectra=spectral.kernel_spectrum(scaled),
         circulants=spectral.circulant_spectrum(scaled),
+        window=spectral.windowed(scaled),
         rates=response.rates,
         mix=mix,
         film=film,

@@ -99,6 +99,7 @@ def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
     problem = Problem(
         spectrum=track.without_history(0.0 * ones) + track.kernel(ones, symbols),
         circulant=track.circulant(),
+        window=None,
         gap=profile,
         target=control.value * scale,
         lowest=jnp.min(profile),

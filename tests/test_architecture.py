@@ -13,6 +13,7 @@ LAYERS = {
     "grid": 2,
     "controls": 2,
     "spectral": 2,
+    "contact.window": 1,
     "materials": 2,
     "layers": 3,
     "frf.normal": 4,

@@ -177,7 +177,13 @@ def in_the_bodys_frame(body, ball, places, times, grid, margin):
         operator, eta = memory.predict(eta, pressure, dt)
         profile = ((x[:, None] - place * dx) ** 2 + y**2) / (2.0 * 9.525e-3) / dx
         problem = Problem(
-            operator.spectrum, operator.circulant, profile + operator.earlier, target, jnp.zeros(()), True
+            spectrum=operator.spectrum,
+            circulant=operator.circulant,
+            gap=profile + operator.earlier,
+            target=target,
+            lowest=jnp.zeros(()),
+            window=None,
+            load_controlled=True,
         )
         pressure = solve(problem, pressure, jnp.asarray(1e-10), jnp.asarray(500)).pressure
         return memory.update(eta, pressure, dt), pressure

@@ -102,6 +102,7 @@ def test_line_contact_of_a_standard_solid(speed):
         gap=jnp.asarray(x**2 / (2.0 * RADIUS) / dx)[:, None],
         target=jnp.asarray(exact.load / dx),
         lowest=jnp.zeros(()),
+        window=None,
         load_controlled=True,
     )
     solution = jax.jit(nonsymmetric.solve)(problem, jnp.zeros((n, 1)), 1e-10, 500)

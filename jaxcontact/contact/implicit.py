@@ -14,7 +14,6 @@ A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outs
 that of the side on which it stays out. Without contact all derivatives are zero.
 """
 
-from collections.abc import Callable
 from functools import partial
 
 import jax
@@ -25,72 +24,71 @@ from jax.ad_checkpoint import checkpoint_name
 from jaxcontact import spectral
 from jaxcontact._pytree import replace
 from jaxcontact.contact import nonsymmetric
-from jaxcontact.contact.normal import Problem, Solution, masked_mean, preconditioner, projected, solve
+from jaxcontact.contact.nonsymmetric import Linear
+from jaxcontact.contact.normal import Problem, Solution, in_window, preconditioner, projected, solve
+from jaxcontact.contact.window import cut, paste, place
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
 KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs
 
 
-def solve_in_contact(problem: Problem, mask: Array, right: Array, start: Array) -> Array:
-    """x with P K P x = P right, P the projection onto cells of the mask (and zero mean under a load).
+def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
+    """x with P K P x = P right, P the projection onto cells of the mask (and zero mean under a load)."""
+    inside = lambda x: projected(x, mask, problem.load_controlled)
+    operator = lambda x: inside(spectral.convolve(problem.spectrum, inside(x)))
+    if problem.symmetric:
+        search = lambda _, b: _conjugate_gradients(problem, mask, b)
+        return jax.lax.custom_linear_solve(operator, right, search, symmetric=True)
+    forward, back = (partial(_bicgstab, inside, c) for c in (problem.circulant, problem.circulant.conj()))
+    return jax.lax.custom_linear_solve(operator, right, forward, transpose_solve=back)
 
-    start: where the search begins; x does not depend on it.
+
+def _conjugate_gradients(problem: Problem, mask: Array, right: Array) -> Array:
+    """In the window if it holds the mask, otherwise on the whole grid; the other search takes no step."""
+    if problem.window is None:
+        return _on_grid(problem, mask, right, TANGENT_ITERATIONS)
+    shape = spectral.window_shape(mask.shape)
+    corner, fits = place(mask, shape)
+    b = projected(right, mask, problem.load_controlled)
+    limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
+    part = _on_grid(in_window(problem, corner), cut(mask, corner, shape), cut(b, corner, shape), limits[0])
+    return paste(part, corner, mask.shape) + _on_grid(problem, mask, b, limits[1])
+
+
+def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) -> Array:
+    """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations.
+
+    From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
+    where cells have entered contact, saves no iteration, and costs a convolution.
     """
     inside = lambda x: projected(x, mask, problem.load_controlled)
-    method = _symmetric if problem.symmetric else _not_symmetric
-    return method(problem, inside, right, start)
-
-
-def _symmetric(problem: Problem, inside: Callable[[Array], Array], right: Array, start: Array) -> Array:
-    """By conjugate gradients.
-
-    To keep the start out of the transpose it goes through the linear system as a second unknown that
-    is equal to its right side; the transposed search starts from zero.
-    """
     inverse = preconditioner(problem.circulant)
-    lift = lambda x: inside(spectral.convolve(problem.spectrum, x))
     precondition = lambda r: inside(spectral.apply_circulant(inverse, r))
 
-    def conjugate_gradients(_, pair: tuple[Array, Array]) -> tuple[Array, Array]:
-        b, x = inside(pair[0]), inside(pair[1])
-        goal = TANGENT_TOLERANCE**2 * jnp.sum(b * precondition(b))
-
-        def going(state):
-            return (state[3] > goal) & (state[4] < TANGENT_ITERATIONS)
-
-        def step(state):
-            x, r, t, descent, count = state
-            lifted = lift(t)
-            curvature = jnp.sum(t * lifted)
-            length = descent / jnp.where(curvature > 0.0, curvature, 1.0)
-            x, r = x + length * t, r - length * lifted
-            z = precondition(r)
-            new = jnp.sum(r * z)
-            return x, r, z + (new / descent) * t, new, count + 1
-
-        r = b - lift(x)
+    def step(state):
+        x, r, t, descent, count = state
+        lifted = inside(spectral.convolve(problem.spectrum, t))
+        curvature = jnp.sum(t * lifted)
+        length = descent / jnp.where(curvature > 0.0, curvature, 1.0)
+        x, r = x + length * t, r - length * lifted
         z = precondition(r)
-        return jax.lax.while_loop(going, step, (x, r, z, jnp.sum(r * z), 0))[0], pair[1]
+        new = jnp.sum(r * z)
+        return x, r, z + (new / descent) * t, new, count + 1
 
-    operator = lambda pair: (lift(inside(pair[0])), pair[1])
-    start = start + 0.0 * right  # both or neither must be linear when it is transposed
-    return jax.lax.custom_linear_solve(operator, (right, start), conjugate_gradients, symmetric=True)[0]
+    r = inside(right)
+    z = precondition(r)
+    descent = jnp.sum(r * z)
+    going = lambda state: (state[3] > TANGENT_TOLERANCE**2 * descent) & (state[4] < limit)
+    return jax.lax.while_loop(going, step, (jnp.zeros_like(r), r, z, descent, 0))[0]
 
 
-def _not_symmetric(problem: Problem, inside: Callable[[Array], Array], right: Array, start: Array) -> Array:
-    """By BiCGSTAB, from zero."""
-
-    def bicgstab(circulant: Array, operator, b: Array) -> Array:
-        inverse = nonsymmetric.complex_preconditioner(circulant)
-        precondition = lambda x: inside(spectral.apply_circulant(inverse, x))
-        return nonsymmetric.bicgstab(
-            operator, precondition, inside(b), TANGENT_TOLERANCE, TANGENT_ITERATIONS
-        )[0]
-
-    operator = lambda x: inside(spectral.convolve(problem.spectrum, inside(x)))
-    forward, back = (partial(bicgstab, c) for c in (problem.circulant, problem.circulant.conj()))
-    return jax.lax.custom_linear_solve(operator, right, forward, transpose_solve=back)
+def _bicgstab(inside: Linear, circulant: Array, operator: Linear, right: Array) -> Array:
+    """For an operator that is not symmetric."""
+    inverse = nonsymmetric.complex_preconditioner(circulant)
+    precondition = lambda x: inside(spectral.apply_circulant(inverse, x))
+    b = inside(right)
+    return nonsymmetric.bicgstab(operator, precondition, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)[0]
 
 
 @jax.custom_jvp
@@ -102,24 +100,24 @@ def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iteratio
 
 @solve_contact.defjvp
 def _solve_contact_jvp(primals, tangents):
-    problem, change, start = primals[0], tangents[0], tangents[1]
+    problem, change = primals[0], tangents[0]
     solution = solve_contact(*primals)
     p = checkpoint_name(solution.pressure, KEPT)
     mask = p > 0.0
     transformed = spectral.transform(p)
     forcing = spectral.inverse(change.spectrum * transformed, p.shape)
+    total = jnp.sum(p)
+    over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
     if problem.load_controlled:
-        total = jnp.sum(p)
-        share = jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
+        share = change.target * over_total
         displacement = spectral.inverse(problem.spectrum * transformed, p.shape)
         right = -(forcing + change.gap + share * displacement)
-        dp = share * p + solve_in_contact(problem, mask, right, start - share * p)
-        du = forcing + spectral.convolve(problem.spectrum, dp)
-        d_approach = masked_mean(du + change.gap, mask)
+        dp = share * p + solve_in_contact(problem, mask, right)
+        d_approach = jnp.sum(displacement * dp + p * (forcing + change.gap)) * over_total
     else:
-        dp = solve_in_contact(problem, mask, change.target - forcing - change.gap, start)
-        du = forcing + spectral.convolve(problem.spectrum, dp)
+        dp = solve_in_contact(problem, mask, change.target - forcing - change.gap)
         d_approach = change.target
+    du = forcing + spectral.convolve(problem.spectrum, dp)
     zero_iterations = jnp.zeros((), dtype=jax.dtypes.float0)
     tangent = Solution(dp, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
     return replace(solution, pressure=p), tangent

@@ -21,7 +21,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact import spectral
-from jaxcontact._pytree import pytree, static
+from jaxcontact._pytree import pytree, replace, static
+from jaxcontact.contact.window import Corner, cut, paste, place
 
 REFRESH = 25  # iterations between full evaluations of K * p, against the drift of rounding
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
@@ -32,6 +33,7 @@ class Problem:
     """spectrum, circulant: of the kernel (``spectral``); gap: (nx, ny), with all earlier history in it;
 
     target: sum of the pressures, or the approach, (); lowest: of the profile, (). All of order one.
+    window: the same kernel on a window of the grid, where the search begins; None: it has the grid alone.
     """
 
     spectrum: Array
@@ -39,6 +41,7 @@ class Problem:
     gap: Array
     target: Array
     lowest: Array
+    window: spectral.Window | None
     load_controlled: bool = static()
 
     @property
@@ -156,14 +159,9 @@ def _iterate(problem: Problem, inverse: Array, s: _Search) -> _Search:
     return _Search(pressure, displacement, t, r, descent, error, s.iterations + 1, since)
 
 
-def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
-    """Solve from a start pressure (nx, ny); the iterations stop at the tolerance or the maximum.
-
-    A load of zero gives no pressure and the approach of first touch; so does an approach that reaches
-    nothing. The caller finds in ``error`` whether the tolerance was met.
-    """
-    p = usable_start(problem, start)
-    u = spectral.convolve(problem.spectrum, p)
+def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> _Search:
+    """Iterate from a usable start."""
+    p, u = start, spectral.convolve(problem.spectrum, start)
     approach = approach_of(problem, p, u)
     error = stopping_error(problem, p, u, u + problem.gap - approach, approach)
     if problem.load_controlled:
@@ -172,6 +170,37 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
     inverse = preconditioner(problem.circulant)
-    s = jax.lax.while_loop(going, lambda s: _iterate(problem, inverse, s), first)
+    return jax.lax.while_loop(going, lambda s: _iterate(problem, inverse, s), first)
+
+
+def in_window(problem: Problem, corner: Corner) -> Problem:
+    """The problem on a window of the grid, without the cells outside."""
+    assert problem.window is not None
+    gap = cut(problem.gap, corner, spectral.window_shape(problem.gap.shape))
+    part = problem.window
+    return replace(problem, spectrum=part.spectrum, circulant=part.circulant, gap=gap, window=None)
+
+
+def _search_in_window(
+    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
+) -> tuple[Array, Array]:
+    """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
+    shape = spectral.window_shape(start.shape)
+    corner, fits = place(start > 0.0, shape)
+    limit = jnp.where(fits, max_iterations, 0)
+    found = _search(in_window(problem, corner), cut(start, corner, shape), tolerance, limit)
+    return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
+
+
+def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve from a start pressure (nx, ny); the iterations stop at the tolerance or the maximum.
+
+    A load of zero gives no pressure and the approach of first touch; so does an approach that reaches
+    nothing. The caller finds in ``error`` whether the tolerance was met.
+    """
+    p, taken = usable_start(problem, start), jnp.zeros((), int)
+    if problem.window is not None:
+        p, taken = _search_in_window(problem, p, tolerance, max_iterations)
+    s = _search(problem, p, tolerance, max_iterations - taken)
     approach = approach_of(problem, s.pressure, s.displacement)
-    return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)
+    return Solution(s.pressure, s.displacement, approach, s.error, taken + s.iterations)

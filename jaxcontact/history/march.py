@@ -73,16 +73,17 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     problem = Problem(
         spectrum=operator.spectrum,
         circulant=operator.circulant,
+        window=operator.window,
         gap=setup.profile + operator.earlier,
         target=steps.target,
         lowest=jnp.min(setup.profile),
         load_controlled=setup.load_controlled,
     )
-    guess = carry.pressure + carry.rate * steps.dt
+    guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
     solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
     pressure = solution.pressure
     fields = setup.memory.update(fields, pressure, steps.memory)
-    rate = (pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
+    rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
     converged = solution.error <= setup.tolerance
     outcome = Outcome(
         pressure=pressure,

@@ -11,6 +11,7 @@ lambda = 0 (unlimited flow) gives a = b = 1/2; a step of no length keeps the fie
 the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
 """
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -35,10 +36,14 @@ def step_weights(rates: Array, dt: Array) -> tuple[Array, Array, Array]:
 
 @pytree
 class Operator:
-    """The kernel of the present step and the displacement (nx, ny) left by all earlier pressure."""
+    """The kernel of the present step and the displacement (nx, ny) left by all earlier pressure.
+
+    window: the kernel on a window, see ``contact.normal.Problem``.
+    """
 
     spectrum: Array
     circulant: Array
+    window: spectral.Window | None
     earlier: Array
 
 
@@ -56,19 +61,18 @@ class RecursiveMemory:
         """The operator of the coming step, and the fields before its new pressure comes in."""
         k = self.kernels
         decay, old, new = step_weights(k.rates, dt)
-        eta = decay[:, None, None] * eta + old[:, None, None] * pressure
-        shape = pressure.shape
-        if eta.shape[0] == 0:
-            return Operator(k.spectra[0], k.circulants[0], jnp.zeros(shape)), eta
-        spectrum = k.spectra[0] + jnp.tensordot(k.mix @ new, k.spectra[1:], 1)
-        circulant = k.circulants[0] + jnp.tensordot(k.mix @ new, k.circulants[1:], 1)
-        mixed = spectral.transform(jnp.tensordot(k.mix, eta, 1))
-        earlier = spectral.inverse(jnp.sum(k.spectra[1:] * mixed, 0), shape)
-        return Operator(spectrum, circulant, earlier), eta
+        eta = decay[:, None, None] * eta + jnp.tensordot(old, pressure, 0)
+        shape, weights = pressure.shape, k.mix @ new
+        mixed = jnp.tensordot(k.mix, eta, 1)
+        # term by term: at a time, all shapes and their tangents would leave the processor's cache
+        now = lambda a: sum((weights[m] * a[m + 1] for m in range(weights.size)), a[0])
+        terms = [k.spectra[m + 1] * spectral.transform(mixed[m]) for m in range(weights.size) if eta.shape[0]]
+        earlier = spectral.inverse(sum(terms), shape) if terms else jnp.zeros(shape)
+        return Operator(now(k.spectra), now(k.circulants), jax.tree.map(now, k.window), earlier), eta
 
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
         """The fields after the step, with its new pressure."""
-        return eta + step_weights(self.kernels.rates, dt)[2][:, None, None] * pressure
+        return eta + jnp.tensordot(step_weights(self.kernels.rates, dt)[2], pressure, 0)
 
     def film_shear_strain(self, eta: Array, pressure: Array, dt: Array) -> Array:
         """The hereditary integral of the film's J over the pressure, without unit, (nx, ny)."""

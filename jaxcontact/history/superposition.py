@@ -47,7 +47,7 @@ class DirectMemory:
             jnp.sum(self.images.spectra * spectral.transform(fields), 0), pressure.shape
         )
         spectrum = jnp.tensordot(now, self.images.spectra, 1)
-        operator = Operator(spectrum, jnp.tensordot(now, self.images.circulants, 1), earlier)
+        operator = Operator(spectrum, jnp.tensordot(now, self.images.circulants, 1), None, earlier)
         return operator, increments.at[row.index].set(-pressure)
 
     def update(self, increments: Array, pressure: Array, row: Row) -> Array:

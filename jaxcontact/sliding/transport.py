@@ -134,7 +134,7 @@ class MovingMemory:
         on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
         circulant = self.circulants[0] + jnp.sum(self.circulants[1:] * on_grid, 0)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
-        return Operator(spectrum, circulant, earlier), fields._replace(eta=eta, lost=lost)
+        return Operator(spectrum, circulant, None, earlier), fields._replace(eta=eta, lost=lost)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         """The fields after the step, with its new pressure."""
