@@ -26,6 +26,7 @@ from jaxcontact.influence import (
     image_depths,
     influence_coefficients,
     quantised,
+    surface_coefficients,
 )
 from jaxcontact.layers import LayeredHalfSpace, checked_body, long_wave_compliance
 
@@ -169,7 +170,8 @@ def build_superposition(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) 
     depths = jnp.zeros(1)
     if body.layers:
         depths = jnp.append(depths, body.layers[0].thickness * image_depths(stiffness_ratio(body)))
-    each = jax.lax.map(lambda z: image_coefficients(grid, z), depths) / (units.length * units.compliance)
+    images = jax.lax.map(lambda z: image_coefficients(grid, z), depths[1:])
+    each = jnp.concatenate([surface_coefficients(grid)[None], images]) / (units.length * units.compliance)
     film = film_coefficients(body, grid) if body.layers else None
     return Superposition(
         spectral.kernel_spectrum(each), spectral.circulant_spectrum(each), depths, film, units
