@@ -40,14 +40,10 @@ def apart(a, b):
 
 
 def test_speed_zero_is_indentation(body, ball):
-    """To 1e-10 once both are solved that far: at 1e-12 each is off by up to 4e-10 of the peak itself."""
-    still = slide(body, ball, velocity=0.0, tolerance=1e-14)
-    pressed = indent(body, ball, LOAD, TIMES, grid=GRID, tolerance=1e-14)
+    still = slide(body, ball, velocity=0.0)
+    pressed = indent(body, ball, LOAD, TIMES, grid=GRID, tolerance=1e-12)
     assert apart(still.pressure, pressed.pressure) < 1e-10
-    loose = slide(body, ball, velocity=0.0)
-    np.testing.assert_allclose(loose.approach, pressed.approach, rtol=1e-10)
-    total = jnp.sum(pressed.pressure, (1, 2))
-    assert float(jnp.max(jnp.sum(jnp.abs(loose.pressure - pressed.pressure), (1, 2)) / total)) < 2e-10
+    np.testing.assert_allclose(still.approach, pressed.approach, rtol=1e-10)
     np.testing.assert_array_equal(still.tangential_force, 0.0)
 
 

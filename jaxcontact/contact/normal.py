@@ -97,17 +97,23 @@ def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array
     return jnp.where(jnp.any(active), masked_mean(surface, active), jnp.min(surface))
 
 
+def over_depth(problem: Problem, pressure: Array, displacement: Array, approach: Array, worst: Array) -> Array:
+    """A gap in parts of the depth of the module's formula."""
+    total = jnp.sum(pressure)
+    mean = jnp.sum(pressure * displacement) / jnp.where(total > 0.0, total, 1.0)
+    depth = jnp.maximum(jnp.abs(approach - problem.lowest), mean)
+    # depth is zero only for a contact that just touches, where there is no gap either
+    return worst / jnp.where(depth > 0.0, depth, 1.0)
+
+
 def stopping_error(
     problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array
 ) -> Array:
     """The dimensionless error of the module's formula."""
     total = jnp.sum(pressure)
-    safe = jnp.where(total > 0.0, total, 1.0)
-    depth = jnp.maximum(jnp.abs(approach - problem.lowest), jnp.sum(pressure * displacement) / safe)
+    mean = jnp.sum(pressure * jnp.abs(residual)) / jnp.where(total > 0.0, total, 1.0)
     penetration = jnp.max(jnp.where(pressure > 0.0, 0.0, -residual))
-    worst = jnp.maximum(jnp.sum(pressure * jnp.abs(residual)) / safe, penetration)
-    # depth is zero only for a contact that just touches, where the numerator is zero as well
-    return worst / jnp.where(depth > 0.0, depth, 1.0)
+    return over_depth(problem, pressure, displacement, approach, jnp.maximum(mean, penetration))
 
 
 def first_guess(problem: Problem) -> Array:

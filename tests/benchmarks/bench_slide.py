@@ -3,7 +3,7 @@
 python tests/benchmarks/bench_slide.py [N] [STEPS] [NODES]
 
 NODES: decay rates per band in the kernels; 1 is good to 4e-8 for this film (``separation_error``, printed), and
-halves the number of fields; ``jc.slide`` without kernels takes 3.
+halves the number of fields; ``jc.slide`` without kernels takes 2.
 
 The paper: about nine hours on six cores (for each or both). Seconds are printed for each run, the cost of a
 step in convolutions (real, N x N zero-padded to 2N x 2N, timed in the same process), and the peak memory;
