@@ -59,7 +59,7 @@ class Kernels:
 
     spectra: Array
     circulants: Array
-    window: spectral.Window
+    window: spectral.Window | None
     rates: Array
     mix: Array
     film: Film | None

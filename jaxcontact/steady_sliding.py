@@ -7,6 +7,7 @@ from jax import Array
 
 from jaxcontact import _checks, spectral
 from jaxcontact._pytree import as_float64, is_concrete, replace
+from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.controls import Approach, Control, Load
@@ -105,7 +106,8 @@ def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
         lowest=jnp.min(profile),
         load_controlled=load_controlled,
     )
-    solution = solve_contact(problem, jnp.zeros_like(profile), tolerance, max_iterations)
+    start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
+    solution = solve_contact(problem, start, tolerance, max_iterations)
     result = _to_si(track, symbols, grid, profile, vector, solution, tolerance)
     return result, kernels.separation_error
 

@@ -113,7 +113,11 @@ def _solve_contact_jvp(primals, tangents):
         displacement = spectral.inverse(problem.spectrum * transformed, p.shape)
         right = -(forcing + change.gap + share * displacement)
         dp = share * p + solve_in_contact(problem, mask, right)
-        d_approach = jnp.sum(displacement * dp + p * (forcing + change.gap)) * over_total
+        # <p, K dp + dK p + dgap> = d approach sum p, with K^T p in place of the convolution of dp
+        back = displacement
+        if not problem.symmetric:
+            back = spectral.inverse(problem.spectrum.conj() * transformed, p.shape)
+        d_approach = jnp.sum(back * dp + p * (forcing + change.gap)) * over_total
     else:
         dp = solve_in_contact(problem, mask, change.target - forcing - change.gap)
         d_approach = change.target

@@ -20,6 +20,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact import spectral
+from jaxcontact._pytree import replace
+from jaxcontact.contact import normal
 from jaxcontact.contact.normal import (
     FLOOR,
     Problem,
@@ -31,6 +33,7 @@ from jaxcontact.contact.normal import (
 )
 
 REDUCTION = 0.03  # of the residual, by the linear solve on one active set
+COLD_TOLERANCE, COLD_ITERATIONS = 1e-2, 50  # of the start
 INNER = 20  # most BiCGSTAB iterations on one active set
 
 Linear = Callable[[Array], Array]
@@ -94,6 +97,17 @@ class _Search(NamedTuple):
     displacement: Array
     error: Array
     iterations: Array
+
+
+def cold_start(problem: Problem) -> Array:
+    """Where to begin without a contact nearby: roughly the contact of the even part of K, (nx, ny).
+
+    From a cruder guess, cells that are let go too early deep inside the contact of a film that flows far
+    may not come back.
+    """
+    even = replace(problem, spectrum=problem.spectrum.real, circulant=problem.circulant.real)
+    limit, nothing = jnp.asarray(COLD_ITERATIONS), jnp.zeros_like(problem.gap)
+    return normal.solve(even, nothing, jnp.asarray(COLD_TOLERANCE), limit).pressure
 
 
 def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:

@@ -61,7 +61,7 @@ def main(n: int, steps: int, nodes: int) -> None:
               f" {seconds / steps / unit:.1f} convolutions a step, {solve:.2f} iterations,"
               f" all converged {bool(np.all(np.asarray(found.status) != 1))}")  # fmt: skip
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
-    for speed in (1e-8, 4e-7, 1e-3):
+    for speed in (1e-9, 1e-8, 4e-7, 1e-3):
         run = lambda speed=speed: jc.slide_steady(
             body, ball, jc.Load(60.0), velocity=speed, grid=jc.Grid.square(n, 620e-6)
         )
