@@ -16,7 +16,8 @@ F(z) - F(0) is taken in one, with r_0 = r(z = 0) and s = r - r_0 = z^2/(r + r_0)
 
     F(z) - F(0) = (1/2 pi) [x ln(1 + s/(y + r_0)) + y ln(1 + s/(x + r_0)) - z atan(x y/(z r))],
 
-since in sums over images of a film much thinner than a cell all else cancels. The weights are a linear least-squares fit, so the coefficients are differentiable in the response, and good to 1e-9
+since in sums over images of a film much thinner than a cell all else cancels. The weights are a linear
+least-squares fit, so the coefficients are differentiable in the response, and good to 1e-9
 of the central one, whatever the film's thickness; the paper's refined grid (its Eqs. 7-10,
 ``reference.refined_grid``) has 0.2 to 2 %.
 """

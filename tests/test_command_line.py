@@ -132,7 +132,12 @@ def test_ctrl_c_keeps_the_finished_steps(case, tmp_path, monkeypatch):
             signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr("tqdm.tqdm.update", update)
-    assert main(["run", str(case), "-o", str(out)]) == 130
+    # a shell starts its background jobs with Ctrl-C ignored
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert main(["run", str(case), "-o", str(out)]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert json.loads((out / "summary.json").read_text())["interrupted"] is True
     with np.load(out / "result.npz") as arrays:
         assert arrays["approach"].size == sum(finished) < 40
