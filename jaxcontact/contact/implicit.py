@@ -5,10 +5,10 @@ given. Hence, for changes dK, dgap, dtarget,
 
     K_AA dp - d approach = -(dK p + dgap)_A,      dp = 0 off A,      sum dp = d target (load)
 
-which is linear: conjugate gradients in the same masked, zero-mean subspace and with the same
-preconditioner as the contact itself; for an operator that is not symmetric (a complex spectrum), BiCGSTAB.
-``custom_linear_solve`` transposes it, so forward and reverse mode and their compositions all follow from
-this one rule.
+which is linear: conjugate gradients in the same masked, zero-mean subspace, with the same
+preconditioner and in the same window as the contact itself; for an operator that is not symmetric (a
+complex spectrum), BiCGSTAB. ``custom_linear_solve`` transposes it, so forward and reverse mode and their
+compositions all follow from this one rule.
 
 A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside: the derivative is
 that of the side on which it stays out. Without contact all derivatives are zero.

@@ -5,7 +5,9 @@
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
 L. M. Keer, Wear 231 (1999) 206, with four changes: a circulant preconditioner; the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and u
-follows p by linearity, so that an iteration costs one convolution unless a cell left contact.
+follows p by linearity, so that an iteration costs one convolution unless a cell left contact. Where
+the contact leaves enough of the grid free, the search begins in a window around it (``contact.window``);
+it ends on the whole grid in any case.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
 
