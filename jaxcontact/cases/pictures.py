@@ -52,5 +52,6 @@ def save(figure: Figure, path: Path) -> None:
 
 def over_time(axes: Any, trace: Any, curves: Any, steps: Sequence[int]) -> None:
     """Curves (nt, n) over x [um] at the chosen steps, each labelled with its time."""
-    labels = [f"{trace.times[i] / 60.0:.3g} min" for i in steps]
+    size, unit = (60.0, "min") if trace.times[-1] > 60.0 else (1.0, "s")
+    labels = [f"{trace.times[i] / size:.3g} {unit}" for i in steps]
     profiles(axes, trace.x * 1e6, [curves[i] for i in steps], labels)
