@@ -37,7 +37,8 @@ def _register(cls: type[T]) -> type[T]:
     fixed = [field.name for field in fields if field.metadata.get("static")]
 
     def flatten(obj: T) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        return tuple(getattr(obj, name) for name in names), tuple(getattr(obj, name) for name in fixed)
+        leaves = tuple(_differentiable(getattr(obj, name)) for name in names)
+        return leaves, tuple(getattr(obj, name) for name in fixed)
 
     def flatten_with_keys(obj: T) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         leaves, aux = flatten(obj)
@@ -48,6 +49,11 @@ def _register(cls: type[T]) -> type[T]:
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
     return cls
+
+
+def _differentiable(leaf: Any) -> Any:
+    """A whole number as a float: jax.grad takes none else, and users write ``Load(60)``."""
+    return float(leaf) if type(leaf) is int else leaf
 
 
 def replace(obj: T, **changes: Any) -> T:
@@ -61,7 +67,7 @@ def is_concrete(*trees: Any) -> bool:
 
 
 def as_float64(tree: T) -> T:
-    """Every leaf as a float64 array, so that ``Load(60)`` has a gradient too."""
+    """Every leaf as a float64 array."""
     return jax.tree.map(_leaf_as_float64, tree)
 
 

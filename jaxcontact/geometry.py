@@ -87,7 +87,7 @@ class Sphere(Indenter):
 class Cylinder(Indenter):
     """A punch whose end is a cylinder along y: profile x^2/(2 R) over |y| <= length/2, no contact beyond.
 
-    radius: R [m]; length [m].
+    radius: R [m]; length [m], which cuts between cells: a derivative with respect to it is zero.
     """
 
     radius: Array | float
@@ -116,7 +116,10 @@ class Cylinder(Indenter):
 
 @pytree
 class FlatPunch(Indenter):
-    """A flat-ended circular punch: profile 0 within ``radius`` [m], no contact beyond."""
+    """A flat-ended circular punch: profile 0 within ``radius`` [m], no contact beyond.
+
+    The radius cuts between cells: a derivative with respect to it is zero.
+    """
 
     radius: Array | float
     material: Elastic | None = None

@@ -197,7 +197,7 @@ def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any
     """
     figure = Figure(figsize=(4.6 * len(tables) + 1.8, 3.8), layout="constrained")
     axes = figure.subplots(1, len(tables), squeeze=False)[0]
-    largest = [np.nanmax(np.abs(list(t[i] for t in tables.values()))) for i in range(len(parameters))]
+    largest = [np.max(np.nan_to_num(np.abs([t[i] for t in tables.values()]))) for i in range(len(parameters))]
     shown = [i for i, size in enumerate(largest) if size >= 0.01 * max(largest)]
     colours = colormaps[COLOURS](np.linspace(0.0, 0.92, len(shown)))
     for ax, (name, table) in zip(axes, tables.items(), strict=True):

@@ -54,8 +54,10 @@ class ContactHistory:
     @property
     def gap(self) -> Array:
         """profile + displacement - approach [m], of the shape of ``pressure``; zero in contact."""
-        approach = self.approach[:, None, None] if self.pressure.ndim == 3 else self.approach[-1]
-        return self.profile + self.displacement - approach
+        over_time = self.pressure.ndim == self.approach.ndim + 2  # whatever vmap has put before
+        approach = self.approach if over_time else self.approach[..., -1]
+        profile = self.profile[..., None, :, :] if over_time else self.profile
+        return profile + self.displacement - approach[..., None, None]
 
     @property
     def contact_radius(self) -> Array:

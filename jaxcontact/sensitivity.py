@@ -59,31 +59,37 @@ def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivi
         f = lambda body: {"approach": jc.indent(body, ball, jc.Load(60.0), times, grid=grid).approach}
 
     body: a ``LayeredHalfSpace``, or any pytree of numbers (a tuple of body and indenter): every number
-    in it is a parameter, named by its path. A parameter that is zero has sensitivity zero.
+    in it is a parameter, named by its path, and so is every array as a whole (all of it moves by one per
+    cent). A parameter that is zero has sensitivity zero.
 
-    Raises ValueError when f does not return outputs by name.
+    f is called once with the values themselves, so that it refuses what it refuses and warns of what it
+    warns of, and then compiled for the derivatives: not itself to be put under jit.
+
+    Raises ValueError when f does not return outputs by name, and what f raises.
     """
-    leaves, structure = jax.tree_util.tree_flatten_with_path(as_float64(body))
+    body = as_float64(body)
+    found = _by_name(f(body))
+    leaves, structure = jax.tree_util.tree_flatten_with_path(body)
     values = [leaf for _, leaf in leaves]
 
     def outputs(log_scale: Array) -> dict[str, Array]:
         scaled = [value * jnp.exp(s) for value, s in zip(values, log_scale, strict=True)]
-        named = f(jax.tree.unflatten(structure, scaled))
-        _checks.require(
-            isinstance(named, Mapping), f"f: expected a dict of outputs by name, got {type(named).__name__}"
-        )
-        return {name: jnp.asarray(value, float) for name, value in named.items()}
+        return _by_name(f(jax.tree.unflatten(structure, scaled)))
 
-    def table(log_scale: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        found = outputs(log_scale)
-        return found, found
-
-    slopes, found = jax.jit(jax.jacfwd(table, has_aux=True))(jnp.zeros(len(values)))
+    slopes = jax.jit(jax.jacfwd(outputs))(jnp.zeros(len(values)))
     relative = {
         name: np.moveaxis(
             np.asarray(slope / jnp.where(found[name] == 0.0, jnp.nan, found[name])[..., None]), -1, 0
         )
-        for name, slope in slopes.items()
+        for name, slope in ((name, slopes[name]) for name in found)
     }
-    names = tuple(jax.tree_util.keystr(path).lstrip(".") for path, _ in leaves)
+    names = tuple(jax.tree_util.keystr(path).lstrip(".") or "value" for path, _ in leaves)
     return Sensitivity(names, relative)
+
+
+def _by_name(outputs: Any) -> dict[str, Array]:
+    """What f returned, as arrays by name."""
+    _checks.require(
+        isinstance(outputs, Mapping), f"f: expected a dict of outputs by name, got {type(outputs).__name__}"
+    )
+    return {name: jnp.asarray(value, float) for name, value in outputs.items()}

@@ -111,12 +111,13 @@ def _collect(
     """March block by block until the end, the first bad step or Ctrl-C; status and interruption."""
     parts: list[Kept] = []
     carry = marching.start(setup)
-    blocks, padding = marching.in_blocks(steps, BLOCK, setup.load_controlled)
+    blocks, padding = marching.in_blocks(steps, BLOCK)
     try:
         for index in range(len(blocks.dt)):
             block = jax.tree.map(lambda a, i=index: a[i], blocks)
             carry, outcomes = run_block(setup, carry, block)
-            outcomes = jax.tree.map(lambda a, skip=padding * (index == 0): np.asarray(a)[skip:], outcomes)
+            outcomes = marching.without_padding(outcomes, padding) if index == 0 else outcomes
+            outcomes = jax.tree.map(np.asarray, outcomes)
             bad = np.flatnonzero(outcomes.status)
             fine = jax.tree.map(lambda a, end=bad[0] if bad.size else None: a[:end], outcomes)
             if fine.status.size:

@@ -137,6 +137,14 @@ PYTHON = {
         r"""save: expected "all", "last" or a function, got 'first'""",
     ),
     "no substeps": (lambda: indent(substeps=0), r"substeps: expected 1 to 1000, got 0"),
+    "a word for checkpoint": (
+        lambda: indent(checkpoint="bloks"),
+        r"""checkpoint: expected "pressures" or "blocks", got 'bloks'""",
+    ),
+    "kernels of wider cells": (
+        lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid.square(GRID.shape[0], 2 * GRID.width[0]))),
+        "kernels: expected those of cells of",
+    ),
     "a word for correspondence": (
         lambda: indent(correspondence="fast"),
         r"""or "quasi-elastic", got 'fast'""",

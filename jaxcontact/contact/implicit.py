@@ -11,7 +11,13 @@ complex spectrum), BiCGSTAB. ``custom_linear_solve`` transposes it, so forward a
 compositions all follow from this one rule.
 
 A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside: the derivative is
-that of the side on which it stays out. Without contact all derivatives are zero.
+that of the side on which it stays out. Without contact no derivative of the pressure is left; under a load of
+zero the approach goes with the place of first touch. A derivative whose linear solve fails is nan.
+
+First derivatives go over into those of the continuous problem as cells shrink. Second derivatives do not:
+they are those of the discrete problem with its area of contact held, and miss what the moving edge adds
+(under a given approach the load of an elastic body is piecewise linear: the second derivative is zero).
+Differences of gradients over steps in which many cells enter see the edge.
 """
 
 from functools import partial
@@ -57,7 +63,7 @@ def _conjugate_gradients(problem: Problem, mask: Array, right: Array) -> Array:
 
 
 def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) -> Array:
-    """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations.
+    """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations; nan if they fail.
 
     From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
     where cells have entered contact, saves no iteration, and costs a convolution.
@@ -65,6 +71,10 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
     inside = lambda x: projected(x, mask, problem.load_controlled)
     inverse = preconditioner(problem.circulant)
     precondition = lambda r: inside(spectral.apply_circulant(inverse, r))
+    r = inside(right)
+    z = precondition(r)
+    descent = jnp.sum(r * z)
+    goal = TANGENT_TOLERANCE**2 * descent
 
     def step(state):
         x, r, t, descent, count = state
@@ -76,11 +86,9 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
         new = jnp.sum(r * z)
         return x, r, z + (new / descent) * t, new, count + 1
 
-    r = inside(right)
-    z = precondition(r)
-    descent = jnp.sum(r * z)
-    going = lambda state: (state[3] > TANGENT_TOLERANCE**2 * descent) & (state[4] < limit)
-    return jax.lax.while_loop(going, step, (jnp.zeros_like(r), r, z, descent, 0))[0]
+    going = lambda state: (state[3] > goal) & (state[4] < limit)
+    x, _, _, descent, _ = jax.lax.while_loop(going, step, (jnp.zeros_like(r), r, z, descent, 0))
+    return jnp.where((descent <= goal) | (limit == 0), x, jnp.nan)
 
 
 def _bicgstab(inside: Linear, circulant: Array, operator: Linear, right: Array) -> Array:
@@ -88,7 +96,8 @@ def _bicgstab(inside: Linear, circulant: Array, operator: Linear, right: Array) 
     inverse = nonsymmetric.complex_preconditioner(circulant)
     precondition = lambda x: inside(spectral.apply_circulant(inverse, x))
     b = inside(right)
-    return nonsymmetric.bicgstab(operator, precondition, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)[0]
+    x, _, met = nonsymmetric.bicgstab(operator, precondition, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+    return jnp.where(met, x, jnp.nan)
 
 
 @jax.custom_jvp
@@ -118,6 +127,8 @@ def _solve_contact_jvp(primals, tangents):
         if not problem.symmetric:
             back = spectral.inverse(problem.spectrum.conj() * transformed, p.shape)
         d_approach = jnp.sum(back * dp + p * (forcing + change.gap)) * over_total
+        first_touch = jnp.argmin(problem.gap)
+        d_approach = jnp.where(total > 0.0, d_approach, change.gap.ravel()[first_touch])
     else:
         dp = solve_in_contact(problem, mask, change.target - forcing - change.gap)
         d_approach = change.target

@@ -62,8 +62,8 @@ def _safe(value: Array) -> Array:
 
 def bicgstab(
     operator: Linear, inverse: Linear, b: Array, reduction: Array, limit: Array
-) -> tuple[Array, Array]:
-    """x with operator(x) = b to a relative residual ``reduction``, and the iterations taken.
+) -> tuple[Array, Array, Array]:
+    """x with operator(x) = b to a relative residual ``reduction``, the iterations taken, and whether it is met.
 
     The preconditioner ``inverse`` acts from the right; an iteration costs two applications of each.
     """
@@ -89,7 +89,7 @@ def bicgstab(
     zero = jnp.zeros_like(b)
     first = _Krylov(zero, b, zero, zero, one, one, one, jnp.zeros((), int))
     last = jax.lax.while_loop(going, step, first)
-    return last.x, last.taken
+    return last.x, last.taken, jnp.sum(last.r**2) <= goal
 
 
 class _Search(NamedTuple):
@@ -132,7 +132,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
         r = s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
         work = (s.pressure > 0.0) | (r < 0.0)
         project = lambda values: projected(values, work, load)
-        change, count = bicgstab(
+        change, count, _ = bicgstab(
             lambda x: project(spectral.convolve(problem.spectrum, x)),
             lambda x: project(spectral.apply_circulant(inverse, x)),
             -project(r),

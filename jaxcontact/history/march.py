@@ -175,23 +175,29 @@ def march_from_rest(
         return (carry, last), outcomes
 
     length = math.isqrt(len(steps.dt) - 1) + 1
-    blocks, padding = in_blocks(steps, length, setup.load_controlled)
+    blocks, padding = in_blocks(steps, length)
     keep = jax.checkpoint_policies.save_only_these_names(KEPT) if checkpoint == "pressures" else None
     first = (start(setup), blank(setup, steps))
     (_, last), outcomes = jax.lax.scan(jax.checkpoint(block, policy=keep), first, blocks)
-    return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[padding:], outcomes), last
+    outcomes = jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:]), outcomes)
+    return without_padding(outcomes, padding), last
 
 
-def in_blocks(steps: Steps, length: int, load_controlled: bool) -> tuple[Steps, int]:
-    """Rows in blocks of equal length, (blocks, length, substeps), and the number of rows put before.
+def in_blocks(steps: Steps, length: int) -> tuple[Steps, int]:
+    """Rows in blocks of equal length, (blocks, length, substeps), and the number of rows added.
 
-    A row without length or contact, put before the first of a march from rest, changes nothing.
+    Added are repeats of the first row of a march from rest, which takes no time: its contact is found
+    again and nothing changes. (A row without contact would change nothing either, but what ``save``
+    makes of it need not be finite, and then its derivative is not, however little is made of it.)
     """
     padding = -len(steps.dt) % length
-    idle = jax.tree.map(lambda a: jnp.repeat(a[:1], padding, axis=0), steps)
-    idle = idle._replace(target=jnp.full_like(idle.target, 0.0 if load_controlled else -1.0))
-    padded = jax.tree.map(lambda a, b: jnp.concatenate([a, b]), idle, steps)
+    padded = jax.tree.map(lambda a: jnp.concatenate([jnp.repeat(a[:1], padding, axis=0), a]), steps)
     return jax.tree.map(lambda a: a.reshape(-1, length, *a.shape[1:]), padded), padding
+
+
+def without_padding(outcomes: Outcome, padding: int) -> Outcome:
+    """The first row as it was first found, and those after its repeats."""
+    return jax.tree.map(lambda a: jnp.delete(a, slice(1, 1 + padding), axis=0), outcomes)
 
 
 def saved(outcome: Outcome, save: str | Callable[[Outcome], Any]) -> Outcome:

@@ -39,16 +39,19 @@ class DirectMemory:
         return jnp.zeros((self.n_steps.shape[0], *shape))
 
     def predict(self, increments: Array, pressure: Array, row: Row) -> tuple[Operator, Array]:
-        """The kernel of the present step acts on the whole new pressure, so the old one is taken back."""
+        """The kernel of the present step acts on the whole new pressure, so the old one is taken back.
+
+        The present step's increment is zero so far, unless that step is taken again (``march.in_blocks``).
+        """
         now = row.weights[row.index]
-        past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] < row.index, row.weights, 0.0)
+        past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
         fields = jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
         earlier = spectral.inverse(
             jnp.sum(self.images.spectra * spectral.transform(fields), 0), pressure.shape
         )
         spectrum = jnp.tensordot(now, self.images.spectra, 1)
         operator = Operator(spectrum, jnp.tensordot(now, self.images.circulants, 1), None, earlier)
-        return operator, increments.at[row.index].set(-pressure)
+        return operator, increments.at[row.index].add(-pressure)
 
     def update(self, increments: Array, pressure: Array, row: Row) -> Array:
         return increments.at[row.index].add(pressure)
