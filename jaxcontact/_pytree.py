@@ -67,11 +67,18 @@ def is_concrete(*trees: Any) -> bool:
 
 
 def as_float64(tree: T) -> T:
-    """Every leaf as a float64 array."""
-    return jax.tree.map(_leaf_as_float64, tree)
+    """Every leaf, and every list of numbers, as a float64 array."""
+    return jax.tree.map(_leaf_as_float64, tree, is_leaf=_is_list_of_numbers)
+
+
+def _is_list_of_numbers(node: Any) -> bool:
+    return isinstance(node, list) and bool(node) and all(isinstance(item, _NUMBERS) for item in node)
+
+
+_NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 
 
 def _leaf_as_float64(leaf: Any) -> Any:
-    if isinstance(leaf, jax.core.Tracer):
-        return leaf.astype(jnp.float64)
-    return jnp.asarray(np.asarray(leaf, dtype=np.float64))
+    if is_concrete(leaf):
+        return jnp.asarray(np.asarray(leaf, dtype=np.float64))
+    return jnp.asarray(leaf, dtype=jnp.float64)

@@ -115,6 +115,11 @@ def check_inputs(body, indenter, control, times, grid, save, substeps, correspon
         "a Kelvin-Voigt surface has J(0) = 0: a rigid indenter cannot be pressed on it in a step;"
         " expected an elastic indenter or a material with an instantaneous compliance",
     )
+    _checks.require(
+        not (is_rigid_at_first(body) and body.layers and correspondence == "exact"),
+        "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
+        ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
+    )
 
 
 def check_control(control: Control, nt: int) -> None:

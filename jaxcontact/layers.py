@@ -7,7 +7,7 @@ import numpy as np
 from jax import Array
 
 from jaxcontact import _checks
-from jaxcontact._pytree import pytree, replace
+from jaxcontact._pytree import is_concrete, pytree, replace
 from jaxcontact.materials import Elastic, KelvinVoigt, Material
 
 
@@ -92,4 +92,8 @@ def long_wave_compliance(body: LayeredHalfSpace) -> Array:
 
 def is_rigid_at_first(body: LayeredHalfSpace) -> bool:
     """True for a body that a step load cannot dent at once (J(0) = 0 at its surface)."""
-    return isinstance(body.surface_material(), KelvinVoigt)
+    material = body.surface_material()
+    if isinstance(material, KelvinVoigt):
+        return True
+    instantaneous = material.spectrum().instantaneous  # under jit not even a constant's is known
+    return is_concrete(instantaneous) and float(instantaneous) == 0.0

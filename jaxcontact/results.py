@@ -14,8 +14,10 @@ STATUS_MEANING = (
     "contact at the edge of the grid: a wider grid",
     "fewer than 3 cells across the contact: a finer grid",
     "a step of sliding moved more than half the grid's width: more substeps",
+    "the indenter came back to where history has left the grid: a wider grid",
+    "there is no steady state: the body flows without limit",
 )
-MOVED_TOO_FAR = 4
+MOVED_TOO_FAR, CAME_BACK, NOT_STEADY = 4, 5, 6
 
 
 @pytree

@@ -17,9 +17,11 @@ from jaxcontact.history.march import deepest_strain, smooth_cells, status_of
 from jaxcontact.indentation import check_inputs, warn
 from jaxcontact.kernels import build
 from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.results import NOT_STEADY
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding
 from jaxcontact.sliding.steady import Track, doubled, extended, on_grid
+from jaxcontact.sliding.track import as_array
 
 
 def slide_steady(
@@ -40,13 +42,13 @@ def slide_steady(
     control with a single value. One contact problem with a kernel that is not symmetric; differentiable as
     one.
 
-    At rest a body that cannot flow is fully relaxed. Without a steady state there is a ValueError: a flowing
-    body at rest, and a flowing half-space under a fixed approach. Under a load a flowing half-space has a
-    steady pressure, while its approach drifts: see ``approach_drift`` of the result.
+    At rest a body that cannot flow is fully relaxed. Without a steady state there is a ValueError (under jit,
+    status 6): a flowing body at rest, and a flowing half-space under a fixed approach. Under a load a flowing
+    half-space has a steady pressure, while its approach drifts: see ``approach_drift`` of the result.
 
     Returns a ``SteadySliding``. Raises ValueError for what cannot be computed.
     """
-    body = checked_body(body)
+    body, velocity = checked_body(body), as_array(velocity)
     check_steady(body, control, velocity)
     check_inputs(body, indenter, control, np.zeros(1), grid, "all", 1, "exact")
     result, separation = _run(
@@ -56,18 +58,18 @@ def slide_steady(
     return result
 
 
-def check_steady(body: LayeredHalfSpace, control: Control, velocity: Array | float) -> None:
+def check_steady(body: LayeredHalfSpace, control: Control, velocity: Array) -> None:
     """There is a steady state."""
     shape = np.shape(velocity)
     _checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
     name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     _checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
-    if not is_concrete(body, velocity):
+    flowing = flows(body)
+    if not is_concrete(flowing, velocity):
         return
     speed = float(np.max(np.abs(np.asarray(velocity, dtype=float))))
     _checks.require(bool(np.isfinite(speed)), f"velocity [m/s]: expected finite, got {velocity}")
-    fluidity = body.surface_material().spectrum().fluidity
-    if fluidity is None or float(fluidity) == 0.0:
+    if not bool(flowing):
         return
     _checks.require(
         speed > 0.0,
@@ -81,6 +83,12 @@ def check_steady(body: LayeredHalfSpace, control: Control, velocity: Array | flo
     )
 
 
+def flows(body: LayeredHalfSpace) -> Array:
+    """Whether the body flows without limit, ()."""
+    fluidity = body.surface_material().spectrum().fluidity
+    return jnp.zeros((), bool) if fluidity is None else jnp.asarray(fluidity) > 0.0
+
+
 @jax.jit
 def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
     """The compiled core: one trace for equal shapes and flags."""
@@ -92,7 +100,7 @@ def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
     else:
         wide = replace(grid, shape=doubled(grid.shape))
         point, shapes = 1.0 - body.substrate.nu, build(body, indenter, wide).spectra[1:]
-    track = Track(kernels, shapes, vector / units.length, ratio, point, grid.shape)
+    track = Track(kernels, shapes, vector / units.length, ratio, point, grid.shape, velocity.ndim > 0)
     symbols, ones = track.symbols(), jnp.ones(kernels.rates.size)
     profile = indenter.profile(grid) / units.length
     load_controlled = isinstance(control, Load)
@@ -109,7 +117,9 @@ def _run(body, indenter, control, velocity, grid, tolerance, max_iterations):
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, tolerance, max_iterations)
     result = _to_si(track, symbols, grid, profile, vector, solution, tolerance)
-    return result, kernels.separation_error
+    endless = ~jnp.any(vector != 0.0) | (not body.layers and not load_controlled)
+    status = jnp.where(flows(body) & endless, NOT_STEADY, result.status)
+    return replace(result, status=status), kernels.separation_error
 
 
 def _to_si(track: Track, symbols, grid, profile, velocity, solution, tolerance) -> SteadySliding:

@@ -23,6 +23,7 @@ STEEL, FILM = jc.Elastic.from_young(210e9), jc.Burgers(0.75e9, 13.89e6, 3.1486e1
 BODY = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL)
 FLOWS = jc.LayeredHalfSpace([], FILM)
 BALL, LOAD, TIMES, GRID = jc.Sphere(9.5e-3), jc.Load(60.0), np.array([0.0, 1.0]), jc.Grid.square(8, 600e-6)
+STEEL_BALL = jc.Sphere(9.5e-3, STEEL)
 KERNELS = jc.Burgers  # never looked at
 
 
@@ -179,6 +180,11 @@ PYTHON = {
     "a velocity of another shape": (
         lambda: slide(np.zeros(3)),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\)",
+    ),
+    "a word for a velocity": (lambda: slide("fast"), "velocity: expected a number or numbers .* 'fast'"),
+    "a Kelvin-Voigt film": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(1e9, 1e9), 1e-7)], STEEL), indenter=STEEL_BALL),
+        r"layer: a material with J\(0\) = 0",
     ),
     "an infinite velocity": (lambda: slide(np.inf), r"velocity \[m/s\]: expected finite values"),
     "a step beyond the grid": (lambda: slide(1.0), r"pass substeps=\d+ or more, or a wider grid"),

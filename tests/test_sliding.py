@@ -209,6 +209,29 @@ def test_reciprocating_remembers_earlier_passes(body, ball):
     assert apart(once.pressure[-1], oracle[-1]) > 0.1
 
 
+def there_and_back(body, ball, stroke, grid):
+    """Ten minutes forth, ten back and ten forth over a stroke [m], for velocities that nothing knows beforehand."""
+    times = jnp.concatenate([600.0 * leg + jnp.linspace(0.0, 600.0, 7) for leg in range(3)])
+    signs = jnp.repeat(jnp.asarray([1.0, -1.0, 1.0]), 7)
+    velocity = jnp.stack([signs * stroke / 600.0, 0.0 * signs], -1)
+    return jax.jit(lambda v: slide(body, ball, times=times, velocity=v, grid=grid, tolerance=1e-9))(velocity)
+
+
+@pytest.mark.slow
+def test_coming_back_to_what_left_the_grid_is_marked(body, ball):
+    """Against twice the window, half the contact's width 0.34 of it: held, just held, lost, far out and back."""
+    for share, held in ((0.15, True), (0.25, True), (0.4, False), (0.5, False), (1.3, False)):
+        run = there_and_back(body, ball, share * 500e-6, SMALL)
+        wide = there_and_back(body, ball, share * 500e-6, jc.Grid(shape=(128, 32), spacing=SMALL.spacing))
+        missed = apart(run.pressure[-1], wide.pressure[-1, 48:80])
+        bound = float(run.dropped[-1] / run.approach[-1])
+        print(f"stroke {share} of the window: pressure {missed:.1e}, bound {bound:.1e}, {np.unique(run.status)}")
+        assert np.all(np.asarray(run.status) == 0) == held
+        assert missed < 1e-2 or run.status[-1] == 5
+        assert abs(float(wide.approach[-1] - run.approach[-1])) < float(run.dropped[-1]) + 1e-5 * float(run.approach[-1])
+    assert missed > 0.05  # there was something to be missed
+
+
 def test_what_is_refused(body, ball):
     with pytest.raises(ValueError, match=r"velocity: expected a number, shape \(2,\) or \(13, 2\)"):
         jc.slide(body, ball, LOAD, TIMES, velocity=jnp.zeros(3), grid=GRID)
@@ -219,6 +242,9 @@ def test_what_is_refused(body, ball):
     stroke = 1.2e-6 * np.sign(np.linspace(1.0, -1.0, 13))[:, None] * np.array([1.0, 0.0])
     with pytest.raises(ValueError, match="widths away: a grid"):
         jc.slide(body, ball, LOAD, TIMES, velocity=stroke, grid=GRID)
+    often = np.where(np.arange(6001) % 10 < 5, 1.0, -1.0)[:, None] * np.array([0.17 * 500e-6, 0.0])
+    with pytest.raises(ValueError, match="widths away: a grid"):
+        jc.slide(body, ball, LOAD, np.arange(6001.0), velocity=often, grid=GRID)
 
 
 def test_a_step_too_far_is_marked_where_values_are_unknown():

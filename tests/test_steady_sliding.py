@@ -95,6 +95,7 @@ def test_line_contact_of_a_standard_solid(speed):
         jnp.ones(()),
         None,
         (n, 1),
+        False,
     )
     x = (np.arange(n) - (n - 1) / 2) * dx
     problem = Problem(
@@ -145,7 +146,7 @@ def test_at_rest_a_solid_film_is_relaxed(ball, film, steel):
 
 
 def test_all_speeds_within_400_convolutions(body, ball):
-    """1e-9 to 10 m/s. An iteration of BiCGSTAB takes two convolutions, each linear solve two more."""
+    """1e-9 to 10 m/s. An iteration of BiCGSTAB takes two convolutions, each linear solve two more, the start 50."""
     for speed in 10.0 ** np.arange(-9.0, 2.0):
         grid = jc.Grid.square(64, 800e-6 if speed < 1e-7 else 500e-6)
         found = slide_steady(body, ball, velocity=speed, grid=grid, tolerance=1e-8)
@@ -153,7 +154,7 @@ def test_all_speeds_within_400_convolutions(body, ball):
             f"{speed:.0e} m/s: {int(found.iterations)} iterations, p0 {float(jnp.max(found.pressure)):.4e} Pa"
         )
         assert int(found.status) == 0
-        assert 4 * int(found.iterations) < 400
+        assert 4 * int(found.iterations) + nonsymmetric.COLD_ITERATIONS < 400
 
 
 def test_the_slowest_film_on_a_fine_grid_is_solved_too(body, ball):
@@ -217,8 +218,24 @@ def test_exponential_integral():
         np.testing.assert_allclose(exponential_integral(jnp.asarray(x)), exact, rtol=1e-9)
 
 
+@pytest.mark.parametrize("speed", [3.2e-8, 1e-7])
+def test_a_half_space_that_relaxes_as_the_contact_passes(ball, film, speed):
+    """The operator is far from symmetric; the sets of active cells alone cycle for ever. Also (vx, vy) as a tuple."""
+    for material in (film, jc.StandardLinearSolid(film.G1, film.G2, film.eta2)):
+        half, grid = jc.LayeredHalfSpace([], material), jc.Grid.square(64, 6e-3)
+        found = slide_steady(half, ball, velocity=(speed, 0.0), grid=grid, tolerance=1e-8)
+        assert int(found.status) == 0 and int(found.iterations) < 200
+        p, g = np.asarray(found.pressure), np.asarray(found.gap)
+        assert np.max(np.abs(g[p > 0.0])) < 1e-7 * float(found.approach)
+        assert np.min(g) > -1e-7 * float(found.approach)
+        np.testing.assert_allclose(np.sum(p) * float(grid.cell_area), 60.0, rtol=1e-9)
+
+
 def test_no_steady_state(body, ball, film):
     half = jc.LayeredHalfSpace([], film)
+    held = lambda depth: slide_steady(half, ball, jc.Approach(depth), velocity=1e-6).status
+    at_rest = lambda speed: slide_steady(body, ball, velocity=speed).status
+    assert int(jax.jit(held)(2e-6)) == int(jax.jit(at_rest)(0.0)) == 6  # where values are unknown
     with pytest.raises(ValueError, match=r"at rest .* no steady state"):
         jc.slide_steady(body, ball, LOAD, velocity=0.0, grid=GRID)
     with pytest.raises(ValueError, match="fixed approach the load falls to nothing"):

@@ -36,7 +36,7 @@ class Observed(NamedTuple):
     """force (2,): on the indenter; centre (2,): of the pressure; leading_peak: of the pressure ahead of the
 
     axis; stored, dissipated: energy and power of the body; dropped: bound on the displacement in
-    contact that the lost history could still cause, ().
+    contact that the lost history could still cause, (); overlaps: it may lie under the contact.
     """
 
     force: Array
@@ -45,6 +45,7 @@ class Observed(NamedTuple):
     stored: Array
     dissipated: Array
     dropped: Array
+    overlaps: Array
 
 
 @pytree
@@ -90,13 +91,17 @@ def energies(
     return stored, jnp.sum(inner_product(spectra[1:], square(speed), shape))
 
 
-def dropped_share(tails: Array, lost: Array, pressure: Array) -> Array:
-    """Largest displacement in contact by sums ``lost`` (K,) of history at the window's edge or beyond.
+def dropped_share(
+    tails: Array, lost: Array, pressure: Array, back: Array, ratio: Array
+) -> tuple[Array, Array]:
+    """Largest displacement in contact by sums ``lost`` (K,) of history that left the window, and whether
 
-    tails: response at offsets along x, (K, nx), falling with the distance.
+    its place may be under the contact. tails: response at offsets along x, (K, nx), falling with the distance;
+    back: how far the indenter has come back from its farthest places, see ``transport.come_back``.
     """
-    near = lambda active: jnp.argmax(active)
     rows, columns = jnp.any(pressure > 0.0, 1), jnp.any(pressure > 0.0, 0)
-    clear = [near(rows), near(rows[::-1]), near(columns), near(columns[::-1])]
-    distance = jnp.minimum(jnp.min(jnp.stack(clear)), tails.shape[1] - 1)
-    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost))
+    along_x = jnp.stack([jnp.argmax(rows), jnp.argmax(rows[::-1])])
+    along_y = jnp.stack([jnp.argmax(columns), jnp.argmax(columns[::-1])]) * ratio
+    clear = jnp.min(jnp.stack([along_x, along_y]) - back)
+    distance = jnp.clip(clear, 0, tails.shape[1] - 1).astype(int)
+    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), clear <= 0.0

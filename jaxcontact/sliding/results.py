@@ -27,7 +27,9 @@ class SlidingHistory(ContactHistory):
     tangential_force times speed plus load times rate of approach is power plus the rate of
     stored_energy, as long as nothing leaves the grid.
 
-    status 4: a step moved farther than half the grid's width, and this and later steps are wrong.
+    status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
+    contact has come back to where history had left the grid, by enough to move it (``dropped`` above 1 % of
+    the approach): the grid does not hold the track and the contact.
     """
 
     velocity: Array
@@ -54,8 +56,8 @@ class SteadySliding:
     pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``.
 
     power [W]: what the dashpots of the body take up, from their own state; it equals tangential_force
-    times speed. approach_drift [m]: a half-space that flows without limit sinks by this much for each
-    e-fold of the distance slid; ``approach`` is then that after one width of the grid. Zero otherwise.
+    times speed for a profile without walls. approach_drift [m]: a half-space that flows without limit sinks by
+    this much for each e-fold of the distance slid; ``approach`` is then that after one width of the grid. Zero otherwise.
     """
 
     grid: Grid

@@ -37,7 +37,8 @@ class Track:
     """What the indenter leaves behind: kernels of the grid; shapes: spectra of S_m on the doubled grid,
 
     (M, MY/2 + 1, MX); velocity (2,) [cells along x per second]; ratio: dy/dx; point: 1 - nu of a half-space,
-    None for a layered body; shape: (nx, ny) of the grid.
+    None for a layered body; shape: (nx, ny) of the grid; across: whether the velocity may have a y, without
+    which its modes are the same for all wavenumbers along y, with one row in place of MY/2 + 1.
     """
 
     kernels: Kernels
@@ -46,6 +47,7 @@ class Track:
     ratio: Array
     point: Array | None
     shape: tuple[int, int] = static()
+    across: bool = static()
 
     @property
     def crossing_time(self) -> Array:
@@ -64,10 +66,14 @@ class Track:
         square = jnp.sum(self.velocity**2)
         return jnp.sqrt(jnp.maximum(square, AT_REST**2))
 
+    def shift(self, time: Array | float) -> Shift:
+        """The way in a time."""
+        return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
+
     def symbols(self) -> Array:
-        """eta_k over p at each mode [s], (K, MY/2 + 1, MX) on the doubled grid."""
+        """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
         T, padded = self.crossing_time, spectral.padded_shape(doubled(self.shape))
-        phase, loss = along(padded, Shift(self.velocity[0] * T, self.velocity[1] * T), self.ratio)
+        phase, loss = along(padded, self.shift(T), self.ratio)
         return T * first_integral((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
     def kernel(self, weights: Array, symbols: Array) -> Array:
@@ -89,7 +95,7 @@ class Track:
         """
         parts = self.kernels.circulants
         own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
-        phase, loss = along(self.shape, Shift(self.velocity[0], self.velocity[1]), self.ratio)
+        phase, loss = along(self.shape, self.shift(1.0), self.ratio)
         damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
         return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
 
@@ -180,11 +186,12 @@ def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
 
 
 def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> Array:
-    """Spectrum (my/2 + 1, mx) of the operator whose symbol on the doubled grid is (MY/2 + 1, MX), with the
+    """Spectrum (my/2 + 1, mx) of the operator whose symbol on the doubled grid is (1 or MY/2 + 1, MX), with
 
-    kernel of the far part (mx, my) added.
+    the kernel of the far part (mx, my) added.
     """
-    MY, padded = spectral.padded_shape(doubled(shape))[1], spectral.padded_shape(shape)
+    (MX, MY), padded = spectral.padded_shape(doubled(shape)), spectral.padded_shape(shape)
+    symbol = jnp.broadcast_to(symbol, (MY // 2 + 1, MX))
     rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
     near = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
     return jnp.swapaxes(jnp.fft.rfft2(near + cut(far + 0.0 * near, shape, padded)), -1, -2)

@@ -1,5 +1,7 @@
 """The way of the indenter over the body, step by step."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -11,7 +13,15 @@ from jaxcontact.sliding.transport import Shift
 
 FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
 RETURN = 1 / 4  # of the grid's width: nearer than this to an old place is back at it
-SAMPLES = 1500  # places of the track at which a return is looked for
+SAMPLES = 1500  # places of the track at which a return is looked for, beside its turning points
+
+
+def as_array(velocity: Array | float) -> Any:
+    """The velocity, a tuple or list of numbers perhaps, as an array. Raises ValueError for anything else."""
+    try:
+        return np.asarray(velocity, dtype=float) if is_concrete(velocity) else jnp.asarray(velocity, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"velocity: expected a number or numbers [m/s], got {velocity!r}") from None
 
 
 def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
@@ -43,7 +53,7 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_velocity(velocity: Array | float, times: Array, grid: Grid, substeps: int) -> None:
+def check_velocity(velocity: Array, times: Array, grid: Grid, substeps: int) -> None:
     """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid."""
     shape, nt = np.shape(velocity), np.shape(times)[0]
     _checks.require(
@@ -75,7 +85,10 @@ def _check_moves(moves: np.ndarray, substeps: int) -> None:
 
 def _check_returns(places: np.ndarray) -> None:
     """places: (nt, 2) in widths of the grid, whose half is where the history leaves it."""
-    fewer = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), SAMPLES)).astype(int))]
+    moves = np.diff(places, axis=0)
+    turns = 1 + np.flatnonzero(np.any(moves[1:] * moves[:-1] < 0.0, axis=1))
+    some = np.linspace(0, len(places) - 1, min(len(places), SAMPLES)).astype(int)
+    fewer = places[np.union1d(some, turns)]
     for i, place in enumerate(fewer[:-2]):
         away = np.max(np.abs(fewer[i + 1 :] - place), axis=1)
         left = np.maximum.accumulate(away)

@@ -87,13 +87,15 @@ def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Ar
 class Fields(NamedTuple):
     """eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; moved: (2,), share of the padded
 
-    lengths since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,).
+    lengths since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); back: see
+    ``come_back``, (2, 2).
     """
 
     eta: Array
     pressure: Array
     moved: Array
     lost: Array
+    back: Array
 
 
 @pytree
@@ -120,6 +122,7 @@ class MovingMemory:
             zero,
             jnp.zeros(2),
             jnp.zeros(self.rates.size),
+            jnp.zeros((2, 2)),
         )
 
     def predict(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Operator, Fields]:
@@ -134,7 +137,8 @@ class MovingMemory:
         on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
         circulant = self.circulants[0] + jnp.sum(self.circulants[1:] * on_grid, 0)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
-        return Operator(spectrum, circulant, None, earlier), fields._replace(eta=eta, lost=lost)
+        fields = fields._replace(eta=eta, lost=lost, back=come_back(fields.back, motion.shift))
+        return Operator(spectrum, circulant, None, earlier), fields
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         """The fields after the step, with its new pressure."""
@@ -153,8 +157,8 @@ class MovingMemory:
         """See ``observables``; scaled."""
         stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, pressure.shape)
         surface = self.observer.surface(pressure, motion.direction)
-        dropped = dropped_share(self.tails, fields.lost, pressure)
-        return Observed(*surface, stored, dissipated, dropped)
+        dropped = dropped_share(self.tails, fields.lost, pressure, fields.back, self.ratio)
+        return Observed(*surface, stored, dissipated, *dropped)
 
     def film_coefficients(self) -> Array | None:
         """See ``kernels.Film``."""
@@ -197,4 +201,13 @@ def absorb(fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int])
 
     due = jnp.max(moved) >= ABSORB_AFTER
     eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
-    return Fields(eta, fields.pressure, jnp.where(due, 0.0, moved), lost)
+    return Fields(eta, fields.pressure, jnp.where(due, 0.0, moved), lost, fields.back)
+
+
+def come_back(back: Array, shift: Shift) -> Array:
+    """How far the indenter is from its farthest place along +x, -x; +y, -y, (2, 2) [cells along x], after a shift.
+
+    What left the window behind it is nearer by as much.
+    """
+    moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
+    return jnp.maximum(back - moved[:, None] * jnp.array([1.0, -1.0]), 0.0)
