@@ -209,20 +209,19 @@ def test_reciprocating_remembers_earlier_passes(body, ball):
     assert apart(once.pressure[-1], oracle[-1]) > 0.1
 
 
-def there_and_back(body, ball, stroke, grid):
-    """Ten minutes forth, ten back and ten forth over a stroke [m], for velocities that nothing knows beforehand."""
+def there_and_back(body, ball, grid):
+    """Ten minutes forth, ten back and ten forth over a stroke [m] that nothing knows beforehand."""
     times = jnp.concatenate([600.0 * leg + jnp.linspace(0.0, 600.0, 7) for leg in range(3)])
-    signs = jnp.repeat(jnp.asarray([1.0, -1.0, 1.0]), 7)
-    velocity = jnp.stack([signs * stroke / 600.0, 0.0 * signs], -1)
-    return jax.jit(lambda v: slide(body, ball, times=times, velocity=v, grid=grid, tolerance=1e-9))(velocity)
+    rate = jnp.repeat(jnp.asarray([1.0, -1.0, 1.0]), 7)[:, None] * jnp.asarray([1.0, 0.0]) / 600.0
+    return jax.jit(lambda v: slide(body, ball, times=times, velocity=v * rate, grid=grid, tolerance=1e-9))
 
 
 @pytest.mark.slow
 def test_coming_back_to_what_left_the_grid_is_marked(body, ball):
-    """Against twice the window, half the contact's width 0.34 of it: held, just held, lost, far out and back."""
+    """Against a wider window; half the contact's width is 0.34 of it: held, just held, lost, far out and back."""
+    small, large = (there_and_back(body, ball, g) for g in (SMALL, jc.Grid((128, 32), SMALL.spacing)))
     for share, held in ((0.15, True), (0.25, True), (0.4, False), (0.5, False), (1.3, False)):
-        run = there_and_back(body, ball, share * 500e-6, SMALL)
-        wide = there_and_back(body, ball, share * 500e-6, jc.Grid(shape=(128, 32), spacing=SMALL.spacing))
+        run, wide = small(share * 500e-6), large(share * 500e-6)
         missed = apart(run.pressure[-1], wide.pressure[-1, 48:80])
         bound = float(run.dropped[-1] / run.approach[-1])
         print(f"stroke {share} of the window: pressure {missed:.1e}, bound {bound:.1e}, {np.unique(run.status)}")

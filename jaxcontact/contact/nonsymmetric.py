@@ -128,7 +128,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
         u = spectral.convolve(problem.spectrum, p)
         approach = approach_of(problem, p, u)
         g = u + problem.gap - approach
-        error = over_depth(problem, p, u, approach, jnp.max(jnp.where(p > 0.0, jnp.abs(g), -g)))
+        error = over_depth(problem, p, u, approach, jnp.max(jnp.where(p > 0.0, jnp.abs(g), -g), initial=0.0))
         if load:
             error = jnp.where(problem.target > 0.0, error, 0.0)
         return _Search(p, u, error, count)

@@ -91,17 +91,20 @@ def energies(
     return stored, jnp.sum(inner_product(spectra[1:], square(speed), shape))
 
 
-def dropped_share(
-    tails: Array, lost: Array, pressure: Array, back: Array, ratio: Array
-) -> tuple[Array, Array]:
+def clearance(pressure: Array, ratio: Array) -> Array:
+    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2)."""
+    rows, columns = jnp.any(pressure > 0.0, 1), jnp.any(pressure > 0.0, 0)
+    free = lambda active: jnp.where(jnp.any(active), jnp.argmax(active), active.size)
+    along_x = jnp.stack([free(rows), free(rows[::-1])])
+    return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
+
+
+def dropped_share(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
     """Largest displacement in contact by sums ``lost`` (K,) of history that left the window, and whether
 
     its place may be under the contact. tails: response at offsets along x, (K, nx), falling with the distance;
-    back: how far the indenter has come back from its farthest places, see ``transport.come_back``.
+    clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.
     """
-    rows, columns = jnp.any(pressure > 0.0, 1), jnp.any(pressure > 0.0, 0)
-    along_x = jnp.stack([jnp.argmax(rows), jnp.argmax(rows[::-1])])
-    along_y = jnp.stack([jnp.argmax(columns), jnp.argmax(columns[::-1])]) * ratio
-    clear = jnp.min(jnp.stack([along_x, along_y]) - back)
-    distance = jnp.clip(clear, 0, tails.shape[1] - 1).astype(int)
-    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), clear <= 0.0
+    nearest = jnp.min(clear)
+    distance = jnp.clip(nearest, 0, tails.shape[1] - 1).astype(int)
+    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), nearest <= 0.0

@@ -27,11 +27,12 @@ from jaxcontact import spectral
 from jaxcontact._pytree import pytree
 from jaxcontact.history.recursive import Operator
 from jaxcontact.kernels import Kernels
-from jaxcontact.sliding.observables import Observed, Observer, dropped_share, energies
+from jaxcontact.sliding.observables import Observed, Observer, clearance, dropped_share, energies
 
 SERIES_BELOW = 0.03
 ABSORPTION = 40.0  # the layer lets exp(-40) through
 ABSORB_AFTER = 1 / 32  # of the padded length moved
+NEVER = 1e9  # cells: nothing was lost
 
 
 class Shift(NamedTuple):
@@ -84,18 +85,28 @@ def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Ar
     return 1.0 - z * phi, motion.dt * (phi - g), motion.dt * g
 
 
+class Trail(NamedTuple):
+    """Towards the sides -x, +x; -y, +y, (2, 2) [cells along x]: how far the track reaches from the indenter, and
+
+    how far inside the window's side the place is where history was lost through it, if it was.
+    """
+
+    reach: Array
+    inside: Array
+
+
 class Fields(NamedTuple):
     """eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; moved: (2,), share of the padded
 
-    lengths since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); back: see
-    ``come_back``, (2, 2).
+    lengths since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail:
+    where it lay.
     """
 
     eta: Array
     pressure: Array
     moved: Array
     lost: Array
-    back: Array
+    trail: "Trail"
 
 
 @pytree
@@ -122,7 +133,7 @@ class MovingMemory:
             zero,
             jnp.zeros(2),
             jnp.zeros(self.rates.size),
-            jnp.zeros((2, 2)),
+            Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
         )
 
     def predict(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Operator, Fields]:
@@ -137,14 +148,15 @@ class MovingMemory:
         on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
         circulant = self.circulants[0] + jnp.sum(self.circulants[1:] * on_grid, 0)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
-        fields = fields._replace(eta=eta, lost=lost, back=come_back(fields.back, motion.shift))
+        fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
         return Operator(spectrum, circulant, None, earlier), fields
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         """The fields after the step, with its new pressure."""
         new = step_weights(self.rates, motion, spectral.padded_shape(pressure.shape), self.ratio)[2]
         transformed = spectral.transform(pressure)
-        return fields._replace(eta=fields.eta + new * transformed, pressure=transformed)
+        trail = with_losses(fields.trail, clearance(pressure, self.ratio))
+        return fields._replace(eta=fields.eta + new * transformed, pressure=transformed, trail=trail)
 
     def film_shear_strain(self, fields: Fields, pressure: Array, motion: Motion) -> Array:
         """The hereditary integral of the film's J over the pressure, without unit, (nx, ny)."""
@@ -157,7 +169,8 @@ class MovingMemory:
         """See ``observables``; scaled."""
         stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, pressure.shape)
         surface = self.observer.surface(pressure, motion.direction)
-        dropped = dropped_share(self.tails, fields.lost, pressure, fields.back, self.ratio)
+        clear = clearance(pressure, self.ratio) - fields.trail.inside
+        dropped = dropped_share(self.tails, fields.lost, clear)
         return Observed(*surface, stored, dissipated, *dropped)
 
     def film_coefficients(self) -> Array | None:
@@ -201,13 +214,16 @@ def absorb(fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int])
 
     due = jnp.max(moved) >= ABSORB_AFTER
     eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
-    return Fields(eta, fields.pressure, jnp.where(due, 0.0, moved), lost, fields.back)
+    return Fields(eta, fields.pressure, jnp.where(due, 0.0, moved), lost, fields.trail)
 
 
-def come_back(back: Array, shift: Shift) -> Array:
-    """How far the indenter is from its farthest place along +x, -x; +y, -y, (2, 2) [cells along x], after a shift.
-
-    What left the window behind it is nearer by as much.
-    """
+def moved_on(trail: Trail, shift: Shift) -> Trail:
+    """The trail from the indenter's new place."""
     moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
-    return jnp.maximum(back - moved[:, None] * jnp.array([1.0, -1.0]), 0.0)
+    away = moved[:, None] * jnp.array([1.0, -1.0])
+    return Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
+
+
+def with_losses(trail: Trail, clear: Array) -> Trail:
+    """The trail, where the end of the track with the contact upon it is now beyond the window's side."""
+    return trail._replace(inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside))
