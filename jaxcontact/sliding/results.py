@@ -53,7 +53,8 @@ class SteadySliding:
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
     contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, lateral_force (2,), tangential_force [N],
-    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``.
+    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there
+    is no steady state, and the numbers mean nothing.
 
     power [W]: what the dashpots of the body take up, from their own state; it equals tangential_force
     times speed for a profile without walls. approach_drift [m]: a half-space that flows without limit sinks by
