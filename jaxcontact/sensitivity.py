@@ -79,9 +79,9 @@ def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivi
     slopes = jax.jit(jax.jacfwd(outputs))(jnp.zeros(len(values)))
     relative = {
         name: np.moveaxis(
-            np.asarray(slope / jnp.where(found[name] == 0.0, jnp.nan, found[name])[..., None]), -1, 0
+            np.asarray(slopes[name] / jnp.where(value == 0.0, jnp.nan, value)[..., None]), -1, 0
         )
-        for name, slope in ((name, slopes[name]) for name in found)
+        for name, value in found.items()
     }
     names = tuple(jax.tree_util.keystr(path).lstrip(".") or "value" for path, _ in leaves)
     return Sensitivity(names, relative)

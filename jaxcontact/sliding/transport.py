@@ -106,7 +106,7 @@ class Fields(NamedTuple):
     pressure: Array
     moved: Array
     lost: Array
-    trail: "Trail"
+    trail: Trail
 
 
 @pytree
