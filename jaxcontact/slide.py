@@ -24,6 +24,7 @@ from jaxcontact.sliding.transport import Motion, Shift, moving_memory
 
 DROPPED_LIMIT = 0.01  # of the largest approach
 
+
 def slide(
     body: LayeredHalfSpace,
     indenter: Indenter,
@@ -88,7 +89,9 @@ def _run(
     contact = to_si(times, grid, setup, units, outcomes, last, save)
     status = with_far_steps(contact.status, steps.memory.shift, grid)
     status = with_returns(status, outcomes.observed, jnp.max(jnp.abs(outcomes.approach)))
-    return _sliding(replace(contact, status=status), velocity, steps.memory, units, outcomes.observed, grid), separation
+    return _sliding(
+        replace(contact, status=status), velocity, steps.memory, units, outcomes.observed, grid
+    ), separation
 
 
 def prepare(body, indenter, control, times, velocity, grid, tolerance, max_iterations, kernels, substeps):

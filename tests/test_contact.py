@@ -124,9 +124,11 @@ def test_the_window_changes_nothing_but_the_cost(lowest, load):
     start, options = jnp.zeros(problem.gap.shape), (1e-12, 500)
 
     def solved(problem):
-        pressure = lambda load: implicit.solve_contact(
-            dataclasses.replace(problem, target=load), start, *map(jnp.asarray, options)
-        ).pressure
+        pressure = lambda load: (
+            implicit.solve_contact(
+                dataclasses.replace(problem, target=load), start, *map(jnp.asarray, options)
+            ).pressure
+        )
         return jax.jvp(jax.jit(pressure), (problem.target,), (jnp.ones(()),))
 
     for found, expected in zip(solved(problem), solved(plain), strict=True):

@@ -183,7 +183,9 @@ PYTHON = {
     ),
     "a word for a velocity": (lambda: slide("fast"), "velocity: expected a number or numbers .* 'fast'"),
     "a Kelvin-Voigt film": (
-        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(1e9, 1e9), 1e-7)], STEEL), indenter=STEEL_BALL),
+        lambda: indent(
+            body=jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(1e9, 1e9), 1e-7)], STEEL), indenter=STEEL_BALL
+        ),
         r"layer: a material with J\(0\) = 0",
     ),
     "an infinite velocity": (lambda: slide(np.inf), r"velocity \[m/s\]: expected finite values"),

@@ -242,13 +242,17 @@ def test_hessians_through_time_of_many_solids_at_once():
     grid, times = jc.Grid.square(16, 6e-3), jnp.linspace(0.0, 1600.0, 4)
 
     def approach(q):
-        half = jc.LayeredHalfSpace([], jc.Burgers(*(jnp.exp(q) * jnp.asarray([0.75e9, 13.89e6, 3.1486e12, 120.9e9]))))
+        half = jc.LayeredHalfSpace(
+            [], jc.Burgers(*(jnp.exp(q) * jnp.asarray([0.75e9, 13.89e6, 3.1486e12, 120.9e9])))
+        )
         run = jc.indent(half, jc.Sphere(9.5e-3), jc.Load(60.0), times, grid=grid, tolerance=1e-12)
         return run.approach[-1] / 1e-4
 
     solids, step = jnp.asarray(np.random.default_rng(5).normal(size=(2, 4)) * 0.05), 1e-4
     found, slope = jax.jit(jax.vmap(jax.hessian(approach)))(solids), jax.jit(jax.vmap(jax.grad(approach)))
-    central = jnp.stack([(slope(solids + step * e) - slope(solids - step * e)) / (2 * step) for e in jnp.eye(4)], 1)
+    central = jnp.stack(
+        [(slope(solids + step * e) - slope(solids - step * e)) / (2 * step) for e in jnp.eye(4)], 1
+    )
     np.testing.assert_allclose(found, central, rtol=CENTRAL_DIFFERENCE, atol=CENTRAL_DIFFERENCE)
     np.testing.assert_allclose(found, found.transpose(0, 2, 1), rtol=1e-6, atol=1e-8)
 

@@ -64,6 +64,7 @@ def test_maxwell_contact_grows_as_published_and_its_pressure_carries_the_load():
         return lee_radok.step_radius(t, maxwell_creep, 1.0, BALL, NU)
 
     assert radius(2.0) / radius(0.0) == pytest.approx(3 ** (1 / 3), rel=EXACT)
+
     def pressure(r):
         return lee_radok.pressure(r, 2.0, maxwell_relaxation, radius, BALL, NU)
 

@@ -224,10 +224,14 @@ def test_coming_back_to_what_left_the_grid_is_marked(body, ball):
         run, wide = small(share * 500e-6), large(share * 500e-6)
         missed = apart(run.pressure[-1], wide.pressure[-1, 48:80])
         bound = float(run.dropped[-1] / run.approach[-1])
-        print(f"stroke {share} of the window: pressure {missed:.1e}, bound {bound:.1e}, {np.unique(run.status)}")
+        print(
+            f"stroke {share} of the window: pressure {missed:.1e}, bound {bound:.1e}, {np.unique(run.status)}"
+        )
         assert np.all(np.asarray(run.status) == 0) == held
         assert missed < 1e-2 or run.status[-1] == 5
-        assert abs(float(wide.approach[-1] - run.approach[-1])) < float(run.dropped[-1]) + 1e-5 * float(run.approach[-1])
+        assert abs(float(wide.approach[-1] - run.approach[-1])) < float(run.dropped[-1]) + 1e-5 * float(
+            run.approach[-1]
+        )
     assert missed > 0.05  # there was something to be missed
 
 

@@ -99,7 +99,9 @@ def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array
     return jnp.where(jnp.any(active), masked_mean(surface, active), jnp.min(surface))
 
 
-def over_depth(problem: Problem, pressure: Array, displacement: Array, approach: Array, worst: Array) -> Array:
+def over_depth(
+    problem: Problem, pressure: Array, displacement: Array, approach: Array, worst: Array
+) -> Array:
     """A gap in parts of the depth of the module's formula."""
     total = jnp.sum(pressure)
     mean = jnp.sum(pressure * displacement) / jnp.where(total > 0.0, total, 1.0)

@@ -68,7 +68,9 @@ def _differences(x: Array) -> tuple[Array, Array]:
     return jnp.where(small, f3, g3), jnp.where(small, f4, g4)
 
 
-def _polynomials(x: Array, kc: Array | float, ks: Array | float) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+def _polynomials(
+    x: Array, kc: Array | float, ks: Array | float
+) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """(N0, N1, N2) and (D0, D1, D2) of the module's formula; kc, ks are the two kappas."""
     theta = jnp.exp(-2.0 * x)
     E1, E2 = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)

@@ -183,6 +183,7 @@ def talbot(transform, t):
 
 def punch_creep(t, punch_radius, body, modulus, modes=60):
     """delta(t)/W [m/N] of a flat punch under a step load; `modulus` is the layer's g(s) = 1/(s J(s)) [Pa]."""
+
     def transform(s):
         return punch_compliance(punch_radius, body._replace(layer_modulus=modulus(s)), modes) / s
 

@@ -47,12 +47,19 @@ def coefficients(
     return np.fft.ifft2(total / (dx * dy)).real[:nx, :ny]
 
 
-def _cell_transform(respond: Response, m: np.ndarray, n: np.ndarray, spacing: tuple[float, float]) -> np.ndarray:
+def _cell_transform(
+    respond: Response, m: np.ndarray, n: np.ndarray, spacing: tuple[float, float]
+) -> np.ndarray:
     """N Y, with the origin left at zero."""
     alpha = np.hypot(m, n)
     at_origin = alpha == 0.0
     safe = np.where(at_origin, 1.0, alpha)
-    Y = spacing[0] * spacing[1] * np.sinc(m * spacing[0] / (2 * np.pi)) * np.sinc(n * spacing[1] / (2 * np.pi))
+    Y = (
+        spacing[0]
+        * spacing[1]
+        * np.sinc(m * spacing[0] / (2 * np.pi))
+        * np.sinc(n * spacing[1] / (2 * np.pi))
+    )
     return np.where(at_origin, 0.0, respond(safe) / safe * Y)
 
 

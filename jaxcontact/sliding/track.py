@@ -19,7 +19,9 @@ SAMPLES = 1500  # places of the track at which a return is looked for, beside it
 def as_array(velocity: Array | float) -> Any:
     """The velocity, a tuple or list of numbers perhaps, as an array. Raises ValueError for anything else."""
     try:
-        return np.asarray(velocity, dtype=float) if is_concrete(velocity) else jnp.asarray(velocity, dtype=float)
+        return (
+            np.asarray(velocity, dtype=float) if is_concrete(velocity) else jnp.asarray(velocity, dtype=float)
+        )
     except (TypeError, ValueError):
         raise ValueError(f"velocity: expected a number or numbers [m/s], got {velocity!r}") from None
 

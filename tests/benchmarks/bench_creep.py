@@ -48,7 +48,9 @@ def main(n: int) -> None:
     print(f"N = {n}: {seconds:.2f} s for 150 steps, first call with compilation {first:.1f} s")
     print(f"one convolution {unit * 1e3:.3f} ms; {seconds / 150 / unit:.1f} convolutions a step")
     print(f"mean iterations {float(jnp.mean(result.iterations)):.2f}")
-    print(f"approach {float(result.approach[-1]) * 1e6:.4f} um, p0 {float(jnp.max(result.pressure)) / 1e9:.4f} GPa")
+    print(
+        f"approach {float(result.approach[-1]) * 1e6:.4f} um, p0 {float(jnp.max(result.pressure)) / 1e9:.4f} GPa"
+    )
     print(f"peak memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 
