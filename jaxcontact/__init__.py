@@ -8,18 +8,17 @@ import jax
 
 jax.config.update("jax_enable_x64", True)
 
+from jaxcontact._status import Status as Status  # noqa: E402
 from jaxcontact._version import __version__ as __version__  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
 from jaxcontact.controls import Load as Load  # noqa: E402
-from jaxcontact.frf.normal import normal_response as normal_response  # noqa: E402
-from jaxcontact.geometry import Cylinder as Cylinder  # noqa: E402
-from jaxcontact.geometry import FlatPunch as FlatPunch  # noqa: E402
-from jaxcontact.geometry import HeightField as HeightField  # noqa: E402
-from jaxcontact.geometry import Sphere as Sphere  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
 from jaxcontact.indentation import indent as indent  # noqa: E402
-from jaxcontact.kernels import kernels as kernels  # noqa: E402
+from jaxcontact.indenters import Cylinder as Cylinder  # noqa: E402
+from jaxcontact.indenters import FlatPunch as FlatPunch  # noqa: E402
+from jaxcontact.indenters import HeightField as HeightField  # noqa: E402
+from jaxcontact.indenters import Sphere as Sphere  # noqa: E402
 from jaxcontact.layers import Layer as Layer  # noqa: E402
 from jaxcontact.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
 from jaxcontact.materials import Burgers as Burgers  # noqa: E402
@@ -28,13 +27,15 @@ from jaxcontact.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
 from jaxcontact.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.materials import Prony as Prony  # noqa: E402
 from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
+from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
+from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
-from jaxcontact.sensitivity import Sensitivity as Sensitivity  # noqa: E402
-from jaxcontact.sensitivity import sensitivity as sensitivity  # noqa: E402
-from jaxcontact.slide import slide as slide  # noqa: E402
+from jaxcontact.sensitivities import Sensitivity as Sensitivity  # noqa: E402
+from jaxcontact.sensitivities import sensitivity as sensitivity  # noqa: E402
 from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
-from jaxcontact.steady_sliding import slide_steady as slide_steady  # noqa: E402
+from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
+from jaxcontact.sliding.transient import slide as slide  # noqa: E402
 from jaxcontact.storage import load as load  # noqa: E402
 from jaxcontact.storage import save as save  # noqa: E402
 
@@ -58,6 +59,7 @@ __all__ = [
     "SlidingHistory",
     "Sphere",
     "StandardLinearSolid",
+    "Status",
     "SteadySliding",
     "cite",
     "indent",

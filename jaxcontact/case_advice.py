@@ -6,20 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from jaxcontact._experiment import FEW_CELLS, Experiment
 from jaxcontact.case_file import Case
-from jaxcontact.geometry import Sphere
-from jaxcontact.indentation import FEW_CELLS, check_inputs
-from jaxcontact.layers import checked_body
-from jaxcontact.materials import relaxation_rates
+from jaxcontact.indenters import Sphere
+from jaxcontact.materials import relaxation_modes
 
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 
 
 def check(case: Case) -> None:
     """Everything that a run would refuse before it computes. Raises ValueError."""
-    options = {"save": "all", "substeps": 1, "correspondence": "exact"} | case.options
-    options = {name: options[name] for name in ("save", "substeps", "correspondence")}
-    check_inputs(checked_body(case.body), case.indenter, case.control, case.times, case.grid, **options)
+    Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
 
 
 def advice(case: Case) -> list[str]:
@@ -67,9 +64,10 @@ def _radius(case: Case, times: np.ndarray) -> float:
 
 def fastest_time(case: Case) -> float:
     """The shortest relaxation time [s] of the material that is pressed on; inf for an elastic one."""
-    spectrum = case.body.surface_material().spectrum()
+    surface = case.body.layers[0].material if case.body.layers else case.body.substrate
+    spectrum = surface.spectrum()
     rigid_at_first = float(spectrum.instantaneous) == 0.0  # Kelvin-Voigt: only its retardation is finite
-    rates = np.asarray(spectrum.rates if rigid_at_first else relaxation_rates(spectrum))
+    rates = np.asarray(spectrum.rates if rigid_at_first else relaxation_modes(spectrum)[0])
     return float(1.0 / np.max(rates)) if rates.size and np.max(rates) > 0.0 else math.inf
 
 

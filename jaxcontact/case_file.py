@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact import geometry, materials
+from jaxcontact import indenters, materials
 from jaxcontact.case_schema import MATERIALS, REQUIRED_SECTIONS, SECTIONS, SHAPES, TABLE, Key, one_of
 from jaxcontact.controls import Approach, Control, Load
 from jaxcontact.grid import Grid
@@ -34,7 +34,7 @@ class Case:
 
     tables: Table
     body: LayeredHalfSpace
-    indenter: geometry.Indenter
+    indenter: indenters.Indenter
     control: Control
     times: np.ndarray
     grid: Grid
@@ -138,7 +138,7 @@ def _body(tables: Table) -> LayeredHalfSpace:
     return LayeredHalfSpace(layers, substrate)
 
 
-def _indenter(table: Table, folder: Path) -> geometry.Indenter:
+def _indenter(table: Table, folder: Path) -> indenters.Indenter:
     chosen, values = _choose("indenter", table, "shape", SECTIONS["indenter"], SHAPES)
     material = None
     if "material" in table:
@@ -209,7 +209,7 @@ def _grid(table: Table, body: Any, indenter: Any, control: Control, times: np.nd
     n = table.get("n", 256)
     if "width" in table:
         return Grid.square(n, float(table["width"]))
-    if isinstance(indenter, geometry.HeightField):
+    if isinstance(indenter, indenters.HeightField):
         raise CaseError(
             "grid.shape: missing; accepted with a height field: shape and spacing, or n and width"
         )

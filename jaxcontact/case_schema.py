@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from jaxcontact import geometry, materials
+from jaxcontact import indenters, materials
 
 
 @dataclass(frozen=True)
@@ -112,14 +112,14 @@ MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
 RADIUS = Key(POSITIVE, "radius [m]", required=True)
 
 SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
-    "sphere": (geometry.Sphere, {"radius": RADIUS}),
+    "sphere": (indenters.Sphere, {"radius": RADIUS}),
     "cylinder": (
-        geometry.Cylinder,
+        indenters.Cylinder,
         {"radius": RADIUS, "length": Key(POSITIVE, "length along y [m]", required=True)},
     ),
-    "flat-punch": (geometry.FlatPunch, {"radius": RADIUS}),
+    "flat-punch": (indenters.FlatPunch, {"radius": RADIUS}),
     "height-field": (
-        geometry.HeightField,
+        indenters.HeightField,
         {"heights": Key(TEXT, "a .npy file of heights (nx, ny) [m], relative to the case", required=True)},
     ),
 }

@@ -22,7 +22,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._checks import require
+from jaxcontact import _checks
+from jaxcontact._checks import Verdict, require
 from jaxcontact._pytree import pytree, static
 
 MARGIN = 1.3
@@ -85,3 +86,14 @@ class Grid:
         """x as (nx, 1) and y as (1, ny) [m], which broadcast to the grid."""
         x, y = self.axes()
         return x[:, None], y[None, :]
+
+
+def check_grid(grid: Grid) -> Verdict:
+    """At least 4 x 4 cells, spacing above zero and no more than can be multiplied."""
+    require(isinstance(grid, Grid), f"grid: expected a Grid, got {type(grid).__name__}")
+    good = len(grid.shape) == 2 and all(isinstance(n, int) and n >= 4 for n in grid.shape)
+    require(good, f"grid shape: expected two whole numbers of at least 4, got {grid.shape}")
+    require(len(grid.spacing) == 2, f"grid spacing: expected (dx, dy), got {grid.spacing}")
+    return _checks.between(
+        "grid spacing [m]", jnp.stack([jnp.asarray(d, float) for d in grid.spacing]), 1e-30, 1e30
+    )

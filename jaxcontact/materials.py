@@ -30,6 +30,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._exponential import mean_decay
 from jaxcontact._pytree import pytree
 
 
@@ -60,49 +61,73 @@ class Spectrum:
         flow = 0.0 if self.fluidity is None else self.fluidity
         return s * self.instantaneous + flow + terms
 
-    def slope(self, s: Array) -> Array:
-        """dh/ds [1/Pa]; positive on the real axis."""
-        s = jnp.asarray(s)
-        return self.instantaneous + jnp.sum(
-            self.amplitudes * (self.rates / (s[..., None] + self.rates)) ** 2, -1
-        )
+    def mean_creep(self, start: Array, end: Array) -> Array:
+        """Mean of J(t) [1/Pa] over start <= t <= end, times of any shape."""
+        decay = mean_decay(self.rates, start[..., None], end[..., None])
+        flow = 0.0 if self.fluidity is None else self.fluidity * (start + end) / 2.0
+        return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
 
 
-def relaxation_rates(spectrum: Spectrum, extra: Array | float = 0.0) -> Array:
-    """The rates rho_k [1/s] of exp(-rho_k t) in relaxation, ascending: h(-rho) - rho extra = 0.
+def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Array, Array]:
+    """Rates rho_k [1/s] of relaxation, ascending, and weights w_k [Pa]: G(t) = G(inf) + sum w_k exp(-rho_k t).
 
     ``extra`` [1/Pa], any shape, is a compliance added to J0: that of a spring in series with the
-    material. The result has shape ``extra.shape + (m,)`` with m = n + 1 where the material can
-    flow, n where it cannot. Needs J0 + extra > 0.
+    material. Both have shape ``extra.shape + (m,)`` with m = n + 1 where the material can flow, n where it
+    cannot. The rates of the spectrum ascend; J0 + extra > 0.
 
-    The roots are eigenvalues of diag(1/tau) + v v^T/(J0 + extra), which are well conditioned but
-    whose derivative fails at zero fluidity; two Newton steps on h itself carry the derivatives.
+    With s_0 = 0 before the rho_k of a material that cannot flow, the roots interlace with the rates,
+    s_0 <= r_1 <= s_1 <= ... <= s_n, and
+
+        w_k = 1/(J0 + extra) prod_{i <= k} (s_k - r_i)/(s_k - s_{i-1}) prod_{i > k} (r_i - s_k)/(s_i - s_k),
+
+    with factors between 0 and 1: a branch that is empty, or has the time of another, has weight zero.
     """
     extra = jnp.asarray(extra, dtype=float)
-    total = spectrum.instantaneous + extra
+    total = (spectrum.instantaneous + extra)[..., None]
+    rho = _roots(spectrum, total)
+    still = jnp.zeros((*rho.shape[:-1], 1))
+    roots = rho if spectrum.fluidity is not None else jnp.concatenate([still, rho], -1)
+    n = spectrum.rates.shape[0]
+    weight = jnp.ones_like(roots)
+    for i in range(n):
+        others = jnp.where(jnp.arange(n + 1) > i, roots[..., i : i + 1], roots[..., i + 1 : i + 2])
+        gap = others - roots
+        factor = (spectrum.rates[i] - roots) / jnp.where(gap == 0.0, 1.0, gap)
+        weight = weight * jnp.where(gap == 0.0, 0.0, factor)
+    return rho, (weight if spectrum.fluidity is not None else weight[..., 1:]) / total
+
+
+def _roots(spectrum: Spectrum, total: Array) -> Array:
+    """The rho_k, as eigenvalues of diag(1/tau) + v v^T/total; Newton steps carry the derivatives."""
     rates, weights = spectrum.rates, spectrum.amplitudes * spectrum.rates
     if spectrum.fluidity is not None:
         rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
         weights = jnp.append(spectrum.fluidity, weights)
     if rates.shape[0] == 0:
-        return jnp.zeros((*extra.shape, 0))
+        return jnp.zeros((*total.shape[:-1], 0))
     v = jnp.sqrt(jax.lax.stop_gradient(weights))
-    stopped = jax.lax.stop_gradient(total)[..., None, None]
-    matrix = jnp.diag(jax.lax.stop_gradient(rates)) + v[:, None] * v / stopped
+    matrix = jnp.diag(jax.lax.stop_gradient(rates)) + v[:, None] * v / jax.lax.stop_gradient(total)[..., None]
     rho = jnp.maximum(jax.lax.stop_gradient(jnp.linalg.eigvalsh(matrix)), 0.0)
     for _ in range(2):
-        rho = rho + _newton_step(spectrum, extra[..., None], rho)
+        value, slope = jax.jvp(
+            lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),)
+        )
+        rho = rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
     return rho
 
 
-def _newton_step(spectrum: Spectrum, extra: Array, rho: Array) -> Array:
-    """The Newton correction to rho for h(-rho) - rho extra = 0, relative to the terms' own size."""
-    gap = spectrum.rates - rho[..., None]
-    ratio = jnp.where(gap == 0.0, 0.0, spectrum.rates / jnp.where(gap == 0.0, 1.0, gap))
-    flow = 0.0 if spectrum.fluidity is None else spectrum.fluidity
-    value = flow - rho * (spectrum.instantaneous + extra + jnp.sum(spectrum.amplitudes * ratio, -1))
-    slope = spectrum.instantaneous + extra + jnp.sum(spectrum.amplitudes * ratio**2, -1)
-    return value / slope
+def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
+    """(total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho), in parts of each r_i + rho, of rho (..., m).
+
+    Multiplied out: nothing is divided by r_i - rho, which is zero for an empty branch.
+    """
+    size = jax.lax.stop_gradient(rates + rho[..., None])
+    size = jnp.where(size == 0.0, 1.0, size)
+    factors = (rates - rho[..., None]) / size
+    value = total * jnp.prod(factors, -1)
+    for i in range(rates.shape[0]):
+        value = value + weights[i] / size[..., i] * jnp.prod(jnp.delete(factors, i, axis=-1), -1)
+    return value
 
 
 class Material(abc.ABC):
@@ -121,10 +146,9 @@ class Material(abc.ABC):
     def relaxation(self, t: Array | float) -> Array:
         """Shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
-        rho = relaxation_rates(spectrum)
-        t = jnp.asarray(t, dtype=float)
-        solid = self._elastic_part(spectrum)
-        return solid + jnp.exp(-t[..., None] * rho) @ (1.0 / spectrum.slope(-rho))
+        rho, weights = relaxation_modes(spectrum)
+        decay = jnp.exp(-jnp.asarray(t, dtype=float)[..., None] * rho)
+        return self._elastic_part(spectrum) + decay @ weights
 
     def complex_modulus(self, omega: Array | float) -> Array:
         """G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a fluid."""
@@ -236,7 +260,7 @@ class Burgers(Material):
 class Prony(Material):
     """J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t.
 
-    J0 [1/Pa]; J [1/Pa] and tau [s] of shape (n,); fluidity [1/(Pa s)]. The tau must differ.
+    J0 [1/Pa]; J [1/Pa] and tau [s] of shape (n,); fluidity [1/(Pa s)]. Times may be equal, and J_i zero.
     """
 
     J0: Array | float

@@ -2,22 +2,33 @@
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, replace
+from jaxcontact._status import Status
 from jaxcontact.grid import Grid
 
-STATUS_MEANING = (
-    "converged",
-    "not converged: more iterations (max_iterations) or a looser tolerance",
-    "contact at the edge of the grid: a wider grid",
-    "fewer than 3 cells across the contact: a finer grid",
-    "a step of sliding moved more than half the grid's width: more substeps",
-    "the indenter came back to where history has left the grid: a wider grid",
-    "there is no steady state: the body flows without limit",
-)
-MOVED_TOO_FAR, CAME_BACK, NOT_STEADY = 4, 5, 6
+
+@pytree
+class ContactStep:
+    """One step as a ``save`` function sees it, in SI units, by the names of ``ContactHistory``.
+
+    pressure, displacement, gap: (nx, ny); the others: numbers.
+    """
+
+    pressure: Array
+    displacement: Array
+    gap: Array
+    approach: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    iterations: Array
+    error: Array
+    status: Array
 
 
 @pytree
@@ -35,7 +46,7 @@ class ContactHistory:
     film_strain is the film's shortening over its thickness at its deepest point (as on a rigid base; 0
     without a film). Above 0.2 the linear theory is stretched.
 
-    status: 0 fine, 1 not converged, 2 contact at the grid's edge, 3 fewer than 3 cells across.
+    status: an integer of ``Status``, with its meaning there.
     """
 
     times: Array
@@ -68,11 +79,20 @@ class ContactHistory:
 
     @property
     def converged(self) -> Array:
-        """(nt,) bool: the solver met its tolerance."""
-        return self.status != 1
+        """(nt,) bool: the step can be trusted, its status is ``Status.FINE``."""
+        return self.status == Status.FINE
 
     def plot(self) -> Any:
         """A figure with pressure profiles, approach, load and contact radius over time."""
         from jaxcontact import plotting
 
         return plotting.overview(self)
+
+
+def marked(result: Any, valid: Array | None) -> Any:
+    """The result; nan throughout, with its status, where values were out of range. None: they were not."""
+    if valid is None:
+        return result
+    spoilt = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
+    status = jnp.where(valid, result.status, int(Status.OUT_OF_RANGE))
+    return replace(jax.tree.map(spoilt, result), status=status)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from jaxcontact import plotting, storage
+from jaxcontact._status import Status
 from jaxcontact._version import __version__
 from jaxcontact.case_file import Case
 from jaxcontact.case_text import case_text
-from jaxcontact.results import STATUS_MEANING, ContactHistory
+from jaxcontact.results import ContactHistory
 from jaxcontact.simulation import Simulation
 from jaxcontact.storage import write_whole
 
@@ -111,7 +112,7 @@ def _state(run: Simulation, history: ContactHistory) -> dict[str, Any]:
     return {
         "jaxcontact_version": __version__,
         "status": run.status,
-        "status_meaning": STATUS_MEANING[run.status],
+        "status_meaning": Status(run.status).message,
         "interrupted": run.interrupted,
         "steps_requested_count": run.requested,
         "steps_finished_count": len(history.times),

@@ -10,16 +10,15 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from jaxcontact import indentation
-from jaxcontact._pytree import as_float64
+from jaxcontact._experiment import Experiment, Plan, reported
 from jaxcontact.controls import Control
-from jaxcontact.geometry import Indenter
 from jaxcontact.grid import Grid
 from jaxcontact.history import march as marching
-from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.indentation import planned
+from jaxcontact.indenters import Indenter
+from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.results import ContactHistory
 
 BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the block costs nothing
@@ -75,21 +74,20 @@ def simulate(
 
     Raises ValueError as ``indent`` does, before anything is computed; warns as it does.
     """
-    body = checked_body(body)
-    indentation.check_inputs(body, indenter, control, times, grid, save, substeps, correspondence)
-    arguments = as_float64((body, indenter, control, times, grid, tolerance))
-    setup, steps, units, separation = _prepare(
-        *arguments, jnp.asarray(max_iterations), None, substeps, correspondence == "quasi-elastic"
-    )
-    parts, status, interrupted = _collect(setup, steps, save, progress or _silent)
-    history = _history(parts, save, arguments, setup, units)
+    experiment = Experiment.of(
+        body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
+        save=save, substeps=substeps, correspondence=correspondence,
+    )  # fmt: skip
+    plan = _plan(experiment)
+    parts, status, interrupted = _collect(plan, save, progress or _silent)
+    history = _history(parts, plan, experiment)
     if history is not None:
-        indentation.warn(history, separation)
-    lines = _lines(parts, grid.shape[0], float(units.compliance), float(units.length))
-    return Simulation(history, *lines, len(steps.dt), status, interrupted)
+        reported(history, plan.separation, None)
+    lines = _lines(parts, grid.shape[0], float(plan.scale.compliance), float(plan.scale.length))
+    return Simulation(history, *lines, len(plan.steps.dt), status, interrupted)
 
 
-_prepare = jax.jit(indentation.prepare, static_argnames=("substeps", "quasi_elastic"))
+_plan = jax.jit(planned)
 
 
 @jax.jit
@@ -97,7 +95,7 @@ def run_block(
     setup: marching.Setup, carry: marching.Carry, steps: marching.Steps
 ) -> tuple[marching.Carry, marching.Outcome]:
     """One compiled block: leading axes of ``steps`` (BLOCK, substeps)."""
-    carry, outcomes, _ = marching.march(setup, carry, steps, "all")
+    carry, outcomes, _ = marching.march(setup, carry, steps, lambda outcome: outcome)
     return carry, outcomes
 
 
@@ -105,17 +103,15 @@ def _silent(count: int) -> None:
     """No progress wanted."""
 
 
-def _collect(
-    setup: marching.Setup, steps: marching.Steps, save: str, progress: Callable[[int], Any]
-) -> tuple[list[Kept], int, bool]:
+def _collect(plan: Plan, save: str, progress: Callable[[int], Any]) -> tuple[list[Kept], int, bool]:
     """March block by block until the end, the first bad step or Ctrl-C; status and interruption."""
     parts: list[Kept] = []
-    carry = marching.start(setup)
-    blocks, padding = marching.in_blocks(steps, BLOCK)
+    carry = marching.start(plan.setup)
+    blocks, padding = marching.in_blocks(plan.steps, BLOCK)
     try:
         for index in range(len(blocks.dt)):
             block = jax.tree.map(lambda a, i=index: a[i], blocks)
-            carry, outcomes = run_block(setup, carry, block)
+            carry, outcomes = run_block(plan.setup, carry, block)
             outcomes = marching.without_padding(outcomes, padding) if index == 0 else outcomes
             outcomes = jax.tree.map(np.asarray, outcomes)
             bad = np.flatnonzero(outcomes.status)
@@ -138,13 +134,13 @@ def _keep(fine: marching.Outcome, save: str) -> Kept:
     return Kept(kept, last, *lines, np.max(fine.pressure, axis=(1, 2)))
 
 
-def _history(parts: list[Kept], save: str, arguments: Any, setup: marching.Setup, units: Any) -> Any:
+def _history(parts: list[Kept], plan: Plan, experiment: Experiment) -> ContactHistory | None:
     """The finished steps in SI units, or None when there are none."""
     if not parts:
         return None
     outcomes = jax.tree.map(lambda *a: np.concatenate(a), *[part.outcomes for part in parts])
-    times, grid = arguments[3][: outcomes.status.size], arguments[4]
-    return indentation.to_si(times, grid, setup, units, outcomes, parts[-1].last, save)
+    times = experiment.times[: outcomes.status.size]
+    return ContactHistory(**plan.history(experiment.grid, times, outcomes, parts[-1].last))
 
 
 def _lines(

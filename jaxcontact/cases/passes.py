@@ -108,7 +108,7 @@ def slide(name: str, n: int) -> Slid:
         if row.film:
             found = jc.slide_steady(body, tribofilm.BALL, row.control, velocity=row.speed, grid=grid)
             steady = float(jnp.max(found.pressure))
-    profile, peak = (np.asarray(a) / float(kernels.units.compliance) for a in run.saved)
+    profile, peak = (np.asarray(a) for a in run.saved)
     return Slid(
         times=np.asarray(times),
         x=np.asarray(grid.axes()[0]),

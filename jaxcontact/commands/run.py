@@ -75,7 +75,7 @@ def _exit_status(result: "Simulation") -> int:
 
 def _finish(result: "Simulation", case: Path) -> int:
     """Say why a run ended early; the exit status."""
-    from jaxcontact.results import STATUS_MEANING
+    from jaxcontact._status import Status
 
     done = 0 if result.history is None else len(result.history.times)
     status = _exit_status(result)
@@ -85,7 +85,7 @@ def _finish(result: "Simulation", case: Path) -> int:
         return complain(f"{case}: interrupted: {done} of {result.requested} steps are finished", status)
     key = {1: "solver", 2: "grid.width", 3: "grid.n"}[result.status]
     return complain(
-        f"{case}: {key}: step {done + 1} of {result.requested}: {STATUS_MEANING[result.status]}", status
+        f"{case}: {key}: step {done + 1} of {result.requested}: {Status(result.status).message}", status
     )
 
 

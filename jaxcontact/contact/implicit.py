@@ -5,10 +5,10 @@ given. Hence, for changes dK, dgap, dtarget,
 
     K_AA dp - d approach = -(dK p + dgap)_A,      dp = 0 off A,      sum dp = d target (load)
 
-which is linear: conjugate gradients in the same masked, zero-mean subspace, with the same
-preconditioner and in the same window as the contact itself; for an operator that is not symmetric (a
-complex spectrum), BiCGSTAB. ``custom_linear_solve`` transposes it, so forward and reverse mode and their
-compositions all follow from this one rule.
+which is linear: conjugate gradients in the same masked, zero-mean subspace, with the same preconditioner and
+in the same window as the contact itself; for an operator that is not symmetric, BiCGSTAB. An operator is
+linear in its leaves, so that dK p is the operator of the tangent. ``custom_linear_solve`` transposes the
+solve, so forward and reverse mode and their compositions all follow from this one rule.
 
 A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside: the derivative is
 that of the side on which it stays out. Without contact no derivative of the pressure is left; under a load of
@@ -27,12 +27,11 @@ import jax.numpy as jnp
 from jax import Array
 from jax.ad_checkpoint import checkpoint_name
 
-from jaxcontact import spectral
 from jaxcontact._pytree import replace
 from jaxcontact.contact import nonsymmetric
-from jaxcontact.contact.nonsymmetric import Linear
-from jaxcontact.contact.normal import Problem, Solution, in_window, preconditioner, projected, solve
+from jaxcontact.contact.normal import Problem, Solution, in_window, projected, solve
 from jaxcontact.contact.window import cut, paste, place
+from jaxcontact.operators.base import Linear, Operator
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
@@ -42,23 +41,24 @@ KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solv
 def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
     """x with P K P x = P right, P the projection onto cells of the mask (and zero mean under a load)."""
     inside = lambda x: projected(x, mask, problem.load_controlled)
-    operator = lambda x: inside(spectral.convolve(problem.spectrum, inside(x)))
-    if problem.symmetric:
+    operator = lambda x: inside(problem.operator(inside(x)))
+    if problem.operator.symmetric:
         search = lambda _, b: _conjugate_gradients(problem, mask, b)
         return jax.lax.custom_linear_solve(operator, right, search, symmetric=True)
-    forward, back = (partial(_bicgstab, inside, c) for c in (problem.circulant, problem.circulant.conj()))
-    return jax.lax.custom_linear_solve(operator, right, forward, transpose_solve=back)
+    there, back = (partial(_bicgstab, inside, k) for k in (problem.operator, problem.operator.transpose()))
+    return jax.lax.custom_linear_solve(operator, right, there, transpose_solve=back)
 
 
 def _conjugate_gradients(problem: Problem, mask: Array, right: Array) -> Array:
     """In the window if it holds the mask, otherwise on the whole grid; the other search takes no step."""
-    if problem.window is None:
+    shape = problem.operator.window_shape(mask.shape)
+    if shape is None:
         return _on_grid(problem, mask, right, TANGENT_ITERATIONS)
-    shape = spectral.window_shape(mask.shape)
     corner, fits = place(mask, shape)
     b = projected(right, mask, problem.load_controlled)
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
-    part = _on_grid(in_window(problem, corner), cut(mask, corner, shape), cut(b, corner, shape), limits[0])
+    inner = in_window(problem, corner, shape)
+    part = _on_grid(inner, cut(mask, corner, shape), cut(b, corner, shape), limits[0])
     return paste(part, corner, mask.shape) + _on_grid(problem, mask, b, limits[1])
 
 
@@ -69,8 +69,8 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
     where cells have entered contact, saves no iteration, and costs a convolution.
     """
     inside = lambda x: projected(x, mask, problem.load_controlled)
-    inverse = preconditioner(problem.circulant)
-    precondition = lambda r: inside(spectral.apply_circulant(inverse, r))
+    inverse = problem.operator.preconditioner()
+    precondition = lambda r: inside(inverse(r))
     r = inside(right)
     z = precondition(r)
     descent = jnp.sum(r * z)
@@ -78,7 +78,7 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
 
     def step(state):
         x, r, t, descent, count = state
-        lifted = inside(spectral.convolve(problem.spectrum, t))
+        lifted = inside(problem.operator(t))
         curvature = jnp.sum(t * lifted)
         length = descent / jnp.where(curvature > 0.0, curvature, 1.0)
         x, r = x + length * t, r - length * lifted
@@ -91,19 +91,20 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
     return jnp.where((descent <= goal) | (limit == 0), x, jnp.nan)
 
 
-def _bicgstab(inside: Linear, circulant: Array, operator: Linear, right: Array) -> Array:
-    """For an operator that is not symmetric."""
-    inverse = nonsymmetric.complex_preconditioner(circulant)
-    precondition = lambda x: inside(spectral.apply_circulant(inverse, x))
+def _bicgstab(inside: Linear, preconditioned: Operator, operator: Linear, right: Array) -> Array:
+    """For an operator that is not symmetric; nan if it fails."""
+    inverse = preconditioned.preconditioner()
     b = inside(right)
-    x, _, met = nonsymmetric.bicgstab(operator, precondition, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+    x, _, met = nonsymmetric.bicgstab(
+        operator, lambda x: inside(inverse(x)), b, TANGENT_TOLERANCE, TANGENT_ITERATIONS
+    )
     return jnp.where(met, x, jnp.nan)
 
 
 @jax.custom_jvp
 def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
     """``solve`` of contact.normal or .nonsymmetric, differentiable in everything in ``problem``."""
-    method = solve if problem.symmetric else nonsymmetric.solve
+    method = solve if problem.operator.symmetric else nonsymmetric.solve
     return method(problem, start, tolerance, max_iterations)
 
 
@@ -113,26 +114,27 @@ def _solve_contact_jvp(primals, tangents):
     solution = solve_contact(*primals)
     p = checkpoint_name(solution.pressure, KEPT)
     mask = p > 0.0
-    transformed = spectral.transform(p)
-    forcing = spectral.inverse(change.spectrum * transformed, p.shape)
-    total = jnp.sum(p)
-    over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
+    forcing = change.operator(p) + change.gap
     if problem.load_controlled:
-        share = change.target * over_total
-        displacement = spectral.inverse(problem.spectrum * transformed, p.shape)
-        right = -(forcing + change.gap + share * displacement)
-        dp = share * p + solve_in_contact(problem, mask, right)
-        # <p, K dp + dK p + dgap> = d approach sum p, with K^T p in place of the convolution of dp
-        back = displacement
-        if not problem.symmetric:
-            back = spectral.inverse(problem.spectrum.conj() * transformed, p.shape)
-        d_approach = jnp.sum(back * dp + p * (forcing + change.gap)) * over_total
-        first_touch = jnp.argmin(problem.gap)
-        d_approach = jnp.where(total > 0.0, d_approach, change.gap.ravel()[first_touch])
+        dp, d_approach = _under_load(problem, change, p, mask, forcing)
     else:
-        dp = solve_in_contact(problem, mask, change.target - forcing - change.gap)
-        d_approach = change.target
-    du = forcing + spectral.convolve(problem.spectrum, dp)
+        dp, d_approach = solve_in_contact(problem, mask, change.target - forcing), change.target
+    du = forcing - change.gap + problem.operator(dp)
     zero_iterations = jnp.zeros((), dtype=jax.dtypes.float0)
     tangent = Solution(dp, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
     return replace(solution, pressure=p), tangent
+
+
+def _under_load(
+    problem: Problem, change: Problem, p: Array, mask: Array, forcing: Array
+) -> tuple[Array, Array]:
+    """The tangents of pressure and approach; the load's own change scales the pressure."""
+    total = jnp.sum(p)
+    over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
+    share = change.target * over_total
+    dp = share * p + solve_in_contact(problem, mask, -(forcing + share * problem.operator(p)))
+    # <p, K dp + dK p + dgap> = d approach sum p, with K^T p in place of the convolution of dp
+    back = problem.operator.transpose()(p)
+    d_approach = jnp.sum(back * dp + p * forcing) * over_total
+    first_touch = jnp.argmin(problem.gap)
+    return dp, jnp.where(total > 0.0, d_approach, change.gap.ravel()[first_touch])

@@ -17,38 +17,21 @@ The stopping error is the largest |g| in contact or -g outside over the depth: s
 only the mean over the load must be small, because these steps leave their errors at the rim.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import spectral
 from jaxcontact._pytree import replace
 from jaxcontact.contact import normal
-from jaxcontact.contact.normal import (
-    FLOOR,
-    Problem,
-    Solution,
-    approach_of,
-    over_depth,
-    projected,
-    usable_start,
-)
+from jaxcontact.contact.normal import Problem, Solution, approach_of, over_depth, projected, usable_start
+from jaxcontact.operators.base import Linear
 
 REDUCTION = 0.03  # of the residual, by the linear solve on one active set
 COLD_TOLERANCE, COLD_ITERATIONS = 1e-2, 50  # of the start
 INNER = 20  # most BiCGSTAB iterations on one active set
 PATIENCE, PROXIMAL_REDUCTION = 20, 0.3  # iterations without the proximal term, and its ``REDUCTION``
-
-Linear = Callable[[Array], Array]
-
-
-def complex_preconditioner(circulant: Array) -> Array:
-    """Spectrum of the inverse of a complex circulant, its real part raised to a floor above zero."""
-    floor = FLOOR * jnp.mean(jnp.abs(circulant))
-    return 1.0 / jax.lax.complex(jnp.maximum(circulant.real, floor), circulant.imag)
 
 
 class _Krylov(NamedTuple):
@@ -111,7 +94,7 @@ def cold_start(problem: Problem) -> Array:
     From a cruder guess, cells that are let go too early deep inside the contact of a film that flows far
     may not come back.
     """
-    even = replace(problem, spectrum=problem.spectrum.real, circulant=problem.circulant.real)
+    even = replace(problem, operator=problem.operator.even())
     limit, nothing = jnp.asarray(COLD_ITERATIONS), jnp.zeros_like(problem.gap)
     return normal.solve(even, nothing, jnp.asarray(COLD_TOLERANCE), limit).pressure
 
@@ -125,7 +108,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     load = problem.load_controlled
 
     def assessed(p: Array, count: Array) -> _Search:
-        u = spectral.convolve(problem.spectrum, p)
+        u = problem.operator(p)
         approach = approach_of(problem, p, u)
         g = u + problem.gap - approach
         error = over_depth(problem, p, u, approach, jnp.max(jnp.where(p > 0.0, jnp.abs(g), -g), initial=0.0))
@@ -138,11 +121,11 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
         work = (s.pressure > 0.0) | (r < 0.0)
         project = lambda values: projected(values, work, load)
         patient = s.iterations < PATIENCE
-        with_even = lambda a: a + jnp.where(patient, 0.0, a.real)
-        spectrum, inverse = with_even(problem.spectrum), complex_preconditioner(with_even(problem.circulant))
+        operator = problem.operator.plus_even(jnp.where(patient, 0.0, 1.0))
+        inverse = operator.preconditioner()
         change, count, _ = bicgstab(
-            lambda x: project(spectral.convolve(spectrum, x)),
-            lambda x: project(spectral.apply_circulant(inverse, x)),
+            lambda x: project(operator(x)),
+            lambda x: project(inverse(x)),
             -project(r),
             jnp.where(patient, REDUCTION, PROXIMAL_REDUCTION),
             jnp.minimum(INNER, max_iterations - s.iterations),

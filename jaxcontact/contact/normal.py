@@ -22,34 +22,26 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import spectral
 from jaxcontact._pytree import pytree, replace, static
 from jaxcontact.contact.window import Corner, cut, paste, place
+from jaxcontact.operators.base import Linear, Operator
 
 REFRESH = 25  # iterations between full evaluations of K * p, against the drift of rounding
-FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 
 
 @pytree
 class Problem:
-    """spectrum, circulant: of the kernel (``spectral``); gap: (nx, ny), with all earlier history in it;
+    """A contact to be solved, all of order one.
 
-    target: sum of the pressures, or the approach, (); lowest: of the profile, (). All of order one.
-    window: the same kernel on a window of the grid, where the search begins; None: it has the grid alone.
+    operator: p -> K p; gap: (nx, ny), with all earlier history in it; target: sum of the pressures, or the
+    approach, (); lowest: of the profile, ().
     """
 
-    spectrum: Array
-    circulant: Array
+    operator: Operator
     gap: Array
     target: Array
     lowest: Array
-    window: spectral.Window | None
     load_controlled: bool = static()
-
-    @property
-    def symmetric(self) -> bool:
-        """False for a complex spectrum, which is that of a kernel that is not even."""
-        return not jnp.iscomplexobj(self.spectrum)
 
 
 @pytree
@@ -84,11 +76,6 @@ def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
     if load_controlled:
         values = values - masked_mean(values, mask)
     return jnp.where(mask, values, 0.0)
-
-
-def preconditioner(circulant: Array) -> Array:
-    """Spectrum of the inverse of the circulant, its small and negative eigenvalues raised."""
-    return 1.0 / jnp.maximum(circulant, FLOOR * jnp.mean(jnp.abs(circulant)))
 
 
 def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array:
@@ -127,7 +114,7 @@ def first_guess(problem: Problem) -> Array:
         overlap = jnp.where(jnp.any(overlap > 0.0), overlap, 1.0)
         return overlap * (problem.target / jnp.sum(overlap))
     overlap = jnp.maximum(problem.target - problem.gap, 0.0)
-    lifted = spectral.convolve(problem.spectrum, overlap)
+    lifted = problem.operator(overlap)
     energy = jnp.sum(overlap * lifted)
     return overlap * jnp.sum(overlap**2) / jnp.where(energy > 0.0, energy, 1.0)
 
@@ -142,17 +129,17 @@ def usable_start(problem: Problem, start: Array) -> Array:
     return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
 
 
-def _iterate(problem: Problem, inverse: Array, s: _Search) -> _Search:
+def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     load = problem.load_controlled
     p, u = s.pressure, s.displacement
     r = u + problem.gap - approach_of(problem, p, u)
     work = (p > 0.0) | (r < 0.0)
-    z = projected(spectral.apply_circulant(inverse, projected(r, work, load)), work, load)
+    z = projected(precondition(projected(r, work, load)), work, load)
     descent = jnp.sum(z * r)
     beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
     beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
     t = projected(z + beta * s.direction, work, load)
-    lifted = spectral.convolve(problem.spectrum, t)
+    lifted = problem.operator(t)
     curvature = jnp.sum(t * lifted)
     step = jnp.sum(t * r) / jnp.where(curvature > 0.0, curvature, 1.0)
     free = p - step * t
@@ -160,9 +147,7 @@ def _iterate(problem: Problem, inverse: Array, s: _Search) -> _Search:
     if load:
         pressure = pressure * (problem.target / jnp.sum(pressure))
     changed = jnp.any(free < 0.0) | (s.since_refresh >= REFRESH)
-    displacement = jax.lax.cond(
-        changed, lambda: spectral.convolve(problem.spectrum, pressure), lambda: u - step * lifted
-    )
+    displacement = jax.lax.cond(changed, lambda: problem.operator(pressure), lambda: u - step * lifted)
     approach = approach_of(problem, pressure, displacement)
     error = stopping_error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
     since = jnp.where(changed, 0, s.since_refresh + 1)
@@ -171,7 +156,7 @@ def _iterate(problem: Problem, inverse: Array, s: _Search) -> _Search:
 
 def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> _Search:
     """Iterate from a usable start."""
-    p, u = start, spectral.convolve(problem.spectrum, start)
+    p, u = start, problem.operator(start)
     approach = approach_of(problem, p, u)
     error = stopping_error(problem, p, u, u + problem.gap - approach, approach)
     if problem.load_controlled:
@@ -179,26 +164,22 @@ def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Ar
     zero = jnp.zeros_like(p)
     first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
-    inverse = preconditioner(problem.circulant)
-    return jax.lax.while_loop(going, lambda s: _iterate(problem, inverse, s), first)
+    precondition = problem.operator.preconditioner()
+    return jax.lax.while_loop(going, lambda s: _iterate(problem, precondition, s), first)
 
 
-def in_window(problem: Problem, corner: Corner) -> Problem:
+def in_window(problem: Problem, corner: Corner, shape: tuple[int, int]) -> Problem:
     """The problem on a window of the grid, without the cells outside."""
-    assert problem.window is not None
-    gap = cut(problem.gap, corner, spectral.window_shape(problem.gap.shape))
-    part = problem.window
-    return replace(problem, spectrum=part.spectrum, circulant=part.circulant, gap=gap, window=None)
+    return replace(problem, operator=problem.operator.restricted(), gap=cut(problem.gap, corner, shape))
 
 
 def _search_in_window(
-    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
+    problem: Problem, shape: tuple[int, int], start: Array, tolerance: Array, max_iterations: Array
 ) -> tuple[Array, Array]:
     """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
-    shape = spectral.window_shape(start.shape)
     corner, fits = place(start > 0.0, shape)
     limit = jnp.where(fits, max_iterations, 0)
-    found = _search(in_window(problem, corner), cut(start, corner, shape), tolerance, limit)
+    found = _search(in_window(problem, corner, shape), cut(start, corner, shape), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 
@@ -209,8 +190,9 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     nothing. The caller finds in ``error`` whether the tolerance was met.
     """
     p, taken = usable_start(problem, start), jnp.zeros((), int)
-    if problem.window is not None:
-        p, taken = _search_in_window(problem, p, tolerance, max_iterations)
+    window = problem.operator.window_shape(p.shape)
+    if window is not None:
+        p, taken = _search_in_window(problem, window, p, tolerance, max_iterations)
     s = _search(problem, p, tolerance, max_iterations - taken)
     approach = approach_of(problem, s.pressure, s.displacement)
     return Solution(s.pressure, s.displacement, approach, s.error, taken + s.iterations)

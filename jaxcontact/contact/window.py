@@ -1,7 +1,7 @@
 """A window of the grid that holds the contact.
 
 Most contacts leave a good part of the grid free, so that the search for the pressure may run on a
-smaller grid: the window of ``spectral.window_shape``, put around the contact. What it finds is exact
+smaller grid: the window of the operator, put around the contact. What it finds is exact
 there; the whole grid has the last word, and the search goes on there where the window was too small.
 """
 

@@ -1,6 +1,7 @@
 """The march in time: at each step the memory predicts, the contact is solved, the memory is updated.
 
-State is an explicit carry: a march may stop after any step and go on from its carry.
+State is an explicit carry: a march may stop after any step and go on from its carry. What the memory is made
+of, and what the kernels are, the march does not know.
 """
 
 import math
@@ -12,17 +13,20 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, static
+from jaxcontact._status import Status, first_of
 from jaxcontact.contact.implicit import KEPT, solve_contact
-from jaxcontact.contact.normal import Problem
+from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.history.memory import Memory
 
-NOT_CONVERGED, AT_EDGE, TOO_COARSE = 1, 2, 3
+LEAST_CELLS = 0.25 * math.pi * 3.0**2  # in a contact three cells across
+LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solution
 
 
 @pytree
 class Setup:
-    """All that stays the same during a march, scaled (``kernels.Units``)."""
+    """All that stays the same during a march, scaled (``_scale``)."""
 
-    memory: Any
+    memory: Memory
     profile: Array
     tolerance: Array
     max_iterations: Array
@@ -46,19 +50,23 @@ class Carry(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """One step, scaled: fields (nx, ny) and scalars; see ``results.ContactHistory``."""
+    """One step, scaled: fields (nx, ny) and scalars by the names of a result; more: of the memory's own."""
 
     pressure: Any
     displacement: Any
+    saved: Any
     approach: Array
-    total: Array
-    cells: Array
-    smooth_cells: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
     film_strain: Array
     iterations: Array
     error: Array
     status: Array
-    observed: Any  # by the memory, see its ``observe``
+    more: Any
+
+
+Keep = Callable[[Outcome], Outcome]
 
 
 def start(setup: Setup) -> Carry:
@@ -69,36 +77,38 @@ def start(setup: Setup) -> Carry:
 
 def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     """One inner step."""
-    operator, fields = setup.memory.predict(carry.memory, carry.pressure, steps.memory)
-    problem = Problem(
-        spectrum=operator.spectrum,
-        circulant=operator.circulant,
-        window=operator.window,
-        gap=setup.profile + operator.earlier,
-        target=steps.target,
-        lowest=jnp.min(setup.profile),
-        load_controlled=setup.load_controlled,
-    )
+    operator, earlier, fields = setup.memory.predict(carry.memory, carry.pressure, steps.memory)
+    lowest = jnp.min(setup.profile)
+    problem = Problem(operator, setup.profile + earlier, steps.target, lowest, setup.load_controlled)
     guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
     solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
     pressure = solution.pressure
     fields = setup.memory.update(fields, pressure, steps.memory)
     rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
-    converged = solution.error <= setup.tolerance
+    observed = setup.memory.observe(fields, pressure, steps.memory)
     outcome = Outcome(
-        pressure=pressure,
-        displacement=operator.earlier + solution.displacement,
-        approach=solution.approach,
-        total=jnp.sum(pressure),
-        cells=jnp.sum(pressure > 0.0).astype(float),
-        smooth_cells=smooth_cells(pressure),
-        film_strain=film_strain(setup.memory, fields, pressure, steps.memory),
-        iterations=solution.iterations,
-        error=solution.error,
-        status=status_of(pressure, converged),
-        observed=setup.memory.observe(fields, pressure, steps.memory),
+        displacement=earlier + solution.displacement,
+        saved=None,
+        film_strain=observed.film_strain,
+        status=status_of(problem, solution, setup.tolerance),
+        more=observed.more,
+        **contact_outcome(solution),
     )
     return Carry(fields, pressure, rate), outcome
+
+
+def contact_outcome(solution: Solution) -> dict[str, Array]:
+    """What a solved contact says by itself, scaled, by the names of a result."""
+    p = solution.pressure
+    return {
+        "pressure": p,
+        "approach": solution.approach,
+        "load": jnp.sum(p),
+        "contact_area": jnp.sum(p > 0.0).astype(float),
+        "smooth_area": smooth_cells(p),
+        "iterations": solution.iterations,
+        "error": solution.error,
+    }
 
 
 def smooth_cells(pressure: Array) -> Array:
@@ -107,41 +117,24 @@ def smooth_cells(pressure: Array) -> Array:
     return 9.0 / 8.0 * jnp.sum(pressure) ** 2 / jnp.where(squares > 0.0, squares, 1.0)
 
 
-def status_of(pressure: Array, converged: Array) -> Array:
-    """0 fine, 1 not converged, 2 contact at the grid's edge, 3 fewer than three cells across."""
-    active = pressure > 0.0
+def status_of(problem: Problem, solution: Solution, tolerance: Array) -> Array:
+    """Not converged before all else, then contact at the grid's edge, then too few cells in it."""
+    pressed, active = problem.target > 0.0, solution.pressure > 0.0
     edge = jnp.any(active[0]) | jnp.any(active[-1]) | jnp.any(active[:, 0]) | jnp.any(active[:, -1])
-    cells = jnp.sum(active)
-    coarse = (cells > 0) & (cells < 0.25 * jnp.pi * 3.0**2)
-    status = jnp.where(coarse, TOO_COARSE, 0)
-    status = jnp.where(edge, AT_EDGE, status)
-    return jnp.where(converged, status, NOT_CONVERGED)
+    cells, met = jnp.sum(active), solution.error <= tolerance
+    some = cells > 0
+    if problem.load_controlled:
+        some = some | pressed
+        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * problem.target)
+    coarse = some & (cells < LEAST_CELLS)
+    return first_of((~met, Status.NOT_CONVERGED), (edge, Status.AT_EDGE), (coarse, Status.TOO_COARSE))
 
 
-def film_strain(memory: Any, fields: Any, pressure: Array, step: Any) -> Array:
-    """Shortening of the film over its thickness at its deepest point, the film on a rigid base."""
-    coefficients = memory.film_coefficients()
-    if coefficients is None:
-        return jnp.zeros(())
-    return deepest_strain(coefficients, memory.film_shear_strain(fields, pressure, step))
-
-
-def deepest_strain(coefficients: Array, strain: Array) -> Array:
-    """The film on a rigid base at the deepest point of the hereditary integral, both (nx, ny)."""
-    nx, ny = strain.shape
-    deepest = jnp.unravel_index(jnp.argmax(strain), strain.shape)
-    row = jnp.abs(jnp.arange(nx) - deepest[0])
-    column = jnp.abs(jnp.arange(ny) - deepest[1])
-    return jnp.sum(coefficients[row][:, column] * strain)
-
-
-def march(
-    setup: Setup, carry: Carry, steps: Steps, save: str | Callable[[Outcome], Any]
-) -> tuple[Carry, Outcome, Outcome]:
+def march(setup: Setup, carry: Carry, steps: Steps, kept: Keep) -> tuple[Carry, Outcome, Outcome]:
     """March on from a carry, over steps whose leading axes are (nt, substeps).
 
-    Returns the carry, the outcomes at the end of each row, stacked over nt (with the fields replaced by
-    what ``save`` makes of them), and the last outcome whole. Reverse mode keeps each row's carry and pressure.
+    Returns the carry, what ``kept`` keeps of the outcome at the end of each row, stacked over nt, and the last
+    outcome whole. Reverse mode keeps each row's carry and pressure.
     """
     keep = jax.checkpoint_policies.save_only_these_names(KEPT)
 
@@ -153,7 +146,7 @@ def march(
             state = advance(setup, state[0], jax.tree.map(lambda a: a[0], row))
         else:
             state = jax.lax.scan(jax.checkpoint(inner, policy=keep), state, row)[0]
-        return state, saved(state[1], save)
+        return state, kept(state[1])
 
     rows = jax.checkpoint(outer, policy=keep)
     (carry, last), outcomes = jax.lax.scan(rows, (carry, blank(setup, steps)), steps)
@@ -161,7 +154,7 @@ def march(
 
 
 def march_from_rest(
-    setup: Setup, steps: Steps, save: str | Callable[[Outcome], Any], checkpoint: str = "pressures"
+    setup: Setup, steps: Steps, kept: Keep, checkpoint: str = "pressures"
 ) -> tuple[Outcome, Outcome]:
     """The whole march, without history before it: outcomes and the last outcome, as ``march``.
 
@@ -171,7 +164,7 @@ def march_from_rest(
     """
 
     def block(state: tuple[Carry, Outcome], rows: Steps) -> tuple[tuple[Carry, Outcome], Outcome]:
-        carry, outcomes, last = march(setup, state[0], rows, save)
+        carry, outcomes, last = march(setup, state[0], rows, kept)
         return (carry, last), outcomes
 
     length = math.isqrt(len(steps.dt) - 1) + 1
@@ -200,19 +193,10 @@ def without_padding(outcomes: Outcome, padding: int) -> Outcome:
     return jax.tree.map(lambda a: jnp.delete(a, slice(1, 1 + padding), axis=0), outcomes)
 
 
-def saved(outcome: Outcome, save: str | Callable[[Outcome], Any]) -> Outcome:
-    """The outcome with only the fields that are to be kept."""
-    if save == "all":
-        return outcome
-    kept = None if isinstance(save, str) else save(outcome)
-    return outcome._replace(pressure=kept, displacement=None)
-
-
 def blank(setup: Setup, steps: Steps) -> Outcome:
     """An outcome of the right shapes to start the march with."""
-    zero, one = jnp.zeros_like(setup.profile), jnp.zeros(())
-    integer = jnp.zeros((), int)
+    zero, one, whole = jnp.zeros_like(setup.profile), jnp.zeros(()), jnp.zeros((), int)
     first = jax.tree.map(lambda a: a[(0,) * 2], steps.memory)
     observed = jax.eval_shape(setup.memory.observe, setup.memory.start(zero.shape), zero, first)
-    observed = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), observed)
-    return Outcome(zero, zero, one, one, one, one, one, integer, one, integer, observed)
+    more = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), observed.more)
+    return Outcome(zero, zero, None, one, one, one, one, one, whole, one, whole, more)

@@ -26,17 +26,18 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import spectral
 from jaxcontact._pytree import pytree
+from jaxcontact.operators import spectral
 
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
 
 
-class Observed(NamedTuple):
-    """force (2,): on the indenter; centre (2,): of the pressure; leading_peak: of the pressure ahead of the
+class Slid(NamedTuple):
+    """What a step of sliding shows.
 
-    axis; stored, dissipated: energy and power of the body; dropped: bound on the displacement in
-    contact that the lost history could still cause, (); overlaps: it may lie under the contact.
+    force (2,): on the indenter; centre (2,): of the pressure; leading_peak: of the pressure ahead of the axis;
+    stored, dissipated: energy and power of the body; dropped: bound on the displacement in contact that
+    the lost history could still cause, (); overlaps: it may lie under the contact.
     """
 
     force: Array

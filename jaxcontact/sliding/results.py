@@ -4,6 +4,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
+from jaxcontact._status import Status
 from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
 
@@ -93,8 +94,8 @@ class SteadySliding:
 
     @property
     def converged(self) -> Array:
-        """The solver met its tolerance."""
-        return self.status != 1
+        """Whether the state can be trusted: its status is ``Status.FINE``, () bool."""
+        return self.status == Status.FINE
 
     @property
     def friction_coefficient(self) -> Array:

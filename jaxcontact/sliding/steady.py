@@ -1,197 +1,165 @@
-"""The steady state of sliding as one contact problem.
+"""Steady sliding: the limit of a long run, as one contact problem."""
 
-A pressure that is steady in the indenter's frame has left, at rate lambda_k, the history
-
-    eta_k(x) = int_0^T exp(-lambda_k s) p(x + v s) ds,      u = C_0 * p + sum_k lambda_k C_k * eta_k,
-
-with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the
-time to cross the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T:
-finite for every rate and mode, unlimited flow included, and without wrapping around on a grid of twice
-the size, where the kernel is made, and then cut to the offsets on the grid.
-
-What lies farther behind is out of a film's reach. A half-space feels it as a line of point sources,
-
-    C_far(x) = (1 - nu) fluidity_k/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
-
-For lambda = 0 this grows with the logarithm of the length of the track, the same everywhere: the
-pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
-"""
+from __future__ import annotations
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact import spectral
-from jaxcontact._pytree import pytree, static
-from jaxcontact.kernels import Kernels
-from jaxcontact.sliding.transport import SERIES_BELOW, Shift, along
+from jaxcontact import _checks
+from jaxcontact._checks import Verdict
+from jaxcontact._experiment import Experiment, reported
+from jaxcontact._pytree import as_float64, is_concrete, replace
+from jaxcontact._scale import Scale
+from jaxcontact._status import Status
+from jaxcontact.contact import nonsymmetric
+from jaxcontact.contact.implicit import solve_contact
+from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.controls import Approach, Control
+from jaxcontact.grid import Grid
+from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.indenters import Indenter
+from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators.kernels import Kernels, build
+from jaxcontact.response.body import response_of
+from jaxcontact.sliding.observables import Observer
+from jaxcontact.sliding.results import SteadySliding
+from jaxcontact.sliding.track import as_array
+from jaxcontact.sliding.wake import Wake, doubled, extended
 
-AT_REST = 1e-30  # cells per second: slower is this
-FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)
-FAR_REACH = 14.0  # e-folds of distance
 
+def slide_steady(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    *,
+    velocity: Array | float,
+    grid: Grid,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    kernels: Kernels | None = None,
+) -> SteadySliding:
+    """The contact of an indenter that has slid for ever at one velocity.
 
-@pytree
-class Track:
-    """What the indenter leaves behind: kernels of the grid; shapes: spectra of S_m on the doubled grid,
+        u(x) = int_0^infinity dK/ds * p(x + v s) ds,   g = profile + u - approach >= 0,   p >= 0,   p g = 0
 
-    (M, MY/2 + 1, MX); velocity (2,) [cells along x per second]; ratio: dy/dx; point: 1 - nu of a half-space,
-    None for a layered body; shape: (nx, ny) of the grid; across: whether the velocity may have a y, without
-    which its modes are the same for all wavenumbers along y, with one row in place of MY/2 + 1.
+    One contact problem with a kernel that is not symmetric; differentiable as one. At rest a body that cannot
+    flow is fully relaxed. Under a load a flowing half-space has a steady pressure, while its approach drifts:
+    see ``approach_drift`` of the result.
+
+    Args:
+        velocity: of the indenter over the body [m/s]: a number (along x) or (2,), of any size.
+        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``; kernels of a half-space
+            save little, since its wake is built on a larger grid.
+        control: as in ``indent``, with a single value.
+
+    There is one state and no march to it, hence no ``times``, ``save``, ``substeps`` or ``checkpoint``.
+
+    Returns:
+        A ``SteadySliding``; under jit, status 6 where there is no steady state. Warnings as in ``indent``.
+
+    Raises:
+        ValueError: what cannot be computed; no steady state: a flowing body at rest, and a flowing half-space
+            under a fixed approach.
+
+    Example:
+        >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
+        >>> grid = jc.Grid.square(n=24, width=4e-3)
+        >>> steady = jc.slide_steady(rubber, jc.Sphere(5e-3), jc.Load(0.1), velocity=5e-4, grid=grid)
+        >>> bool(steady.friction_coefficient > 0.0)
+        True
     """
-
-    kernels: Kernels
-    shapes: Array
-    velocity: Array
-    ratio: Array
-    point: Array | None
-    shape: tuple[int, int] = static()
-    across: bool = static()
-
-    @property
-    def crossing_time(self) -> Array:
-        """T [s] to cross the grid along the velocity."""
-        sides = jnp.stack([self.shape[0] * jnp.ones(()), self.shape[1] * self.ratio])
-        return 1.0 / jnp.maximum(jnp.max(jnp.abs(self.velocity) / sides), AT_REST)
-
-    @property
-    def length(self) -> Array:
-        """Of the track within the grid, [cells along x]."""
-        return self.speed * self.crossing_time
-
-    @property
-    def speed(self) -> Array:
-        """[cells along x per second], never quite zero."""
-        square = jnp.sum(self.velocity**2)
-        return jnp.sqrt(jnp.maximum(square, AT_REST**2))
-
-    def shift(self, time: Array | float) -> Shift:
-        """The way in a time."""
-        return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
-
-    def symbols(self) -> Array:
-        """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
-        T, padded = self.crossing_time, spectral.padded_shape(doubled(self.shape))
-        phase, loss = along(padded, self.shift(T), self.ratio)
-        return T * first_integral((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
-
-    def kernel(self, weights: Array, symbols: Array) -> Array:
-        """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
-        mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
-        near = jnp.sum(self.shapes * mixed, 0)
-        if self.point is None:
-            return on_grid(near, self.shape)
-        return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
-
-    def without_history(self, weights: Array) -> Array:
-        """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
-        return jnp.tensordot(jnp.append(1.0, self.kernels.mix @ weights), self.kernels.spectra, 1)
-
-    def circulant(self) -> Array:
-        """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
-
-        The damping 1/T stands for the end of the track; each term has a real part above zero.
-        """
-        parts = self.kernels.circulants
-        own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
-        phase, loss = along(self.shape, self.shift(1.0), self.ratio)
-        damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
-        return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
-
-    def far(self) -> Array:
-        """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
-        mx, my = spectral.padded_shape(self.shape)
-        x = offsets(mx)[:, None] + jnp.zeros(my)
-        y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
-        rates, T, (vx, vy) = self.kernels.rates, self.crossing_time, self.velocity
-
-        def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
-            s = T * jnp.exp(node[0])
-            distance = jnp.sqrt((x + vx * s) ** 2 + (y + vy * s) ** 2)
-            varying = 1.0 / jnp.maximum(distance, 1.0) - 1.0 / (self.speed * s)
-            return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
-
-        nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
-        zero = jnp.zeros((rates.size, mx, my))
-        varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
-        flows = rates == 0.0
-        uniform = jnp.where(flows, 0.0, exponential_integral(jnp.where(flows, 1.0, rates * T)) / self.speed)
-        return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
-
-    def drift(self, total: Array) -> Array:
-        """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
-        if self.point is None:
-            return jnp.zeros(())
-        flows = self.kernels.rates == 0.0
-        return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
-
-    def _point_strength(self) -> Array:
-        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,)."""
-        assert self.point is not None
-        return self.kernels.mix[0] * self.ratio * self.point / (2.0 * jnp.pi)
+    given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
+    velocity = as_array(velocity)
+    experiment = experiment.also(_checked_steady(experiment, velocity))
+    result, separation = _run(experiment, as_float64(velocity))
+    return reported(result, separation, experiment.valid)
 
 
-def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
-    """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
-    nx, ny = shape
-    kernel = spectral.inverse(kernels.spectra[1:], shape)
-    return spectral.kernel_spectrum(jnp.pad(kernel, ((0, 0), (0, nx), (0, ny))))
+def _checked_steady(experiment: Experiment, velocity: Array) -> Verdict:
+    """A finite velocity and one value of the control; ValueError where there is no steady state."""
+    shape, control = np.shape(velocity), experiment.control
+    _checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    name, shape = type(control).__name__, np.shape(control.value)
+    _checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
+    finite = _checks.finite("velocity [m/s]", velocity)
+    response = response_of(experiment.body)
+    flows = response.flows()
+    if not is_concrete(flows, velocity) or not bool(flows):
+        return finite
+    _checks.require(
+        bool(np.any(np.asarray(velocity) != 0.0)),
+        "velocity [m/s]: expected not 0: the body flows without limit, so that at rest the contact grows"
+        " for ever and there is no steady state",
+    )
+    _checks.require(
+        response.far_strength() is None or not isinstance(control, Approach),
+        "control: expected a Load on a half-space that flows without limit: its surface sinks for ever, so"
+        " that under a fixed approach the load falls to nothing and there is no steady state",
+    )
+    return finite
 
 
-def first_integral(z: Array) -> Array:
-    """phi(z) = (1 - exp(-z))/z = 1 - z/2 + ..., complex z."""
-    small = jnp.abs(z.real) + jnp.abs(z.imag) < SERIES_BELOW
-    safe = jnp.where(small, 1.0, z)
-    series = 1.0 - z * (1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z / 5040)))))
-    return jnp.where(small, series, (1.0 - jnp.exp(-safe)) / safe)
+@jax.jit
+def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Array]:
+    """The compiled core: one trace for equal shapes and flags."""
+    kernels = experiment.ready_kernels()
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    wake = _wake(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
+    symbols = wake.symbols()
+    profile = experiment.indenter.profile(experiment.grid) / kernels.scale.length
+    lowest, target = jnp.min(profile), experiment.target(kernels.scale)
+    problem = Problem(wake.operator(symbols), profile, target, lowest, experiment.load_controlled)
+    start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
+    solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
+    status = _with_no_steady_state(status_of(problem, solution, experiment.tolerance), experiment, vector)
+    fields = _fields(wake, symbols, problem, solution, vector)
+    return _result(
+        experiment.grid, kernels.scale, vector, fields | {"status": status}
+    ), kernels.separation_error
 
 
-def exponential_integral(x: Array) -> Array:
-    """E1(x) = int_x^infinity exp(-t)/t dt, x > 0: the series below 1.5, the continued fraction above.
-
-    jax.scipy.special.exp1 takes a minute for an array that holds both 1e-6 and 1 (jax 0.10).
-    """
-    small = x < 1.5
-    low, high = jnp.where(small, x, 1.5), jnp.where(small, 1.5, x)
-    series, power = -jnp.euler_gamma - jnp.log(low), jnp.ones_like(low)
-    for k in range(1, 25):
-        power = -power * low / k
-        series = series - power / k
-    tail = jnp.zeros_like(high)
-    for k in range(50, 0, -1):
-        tail = k**2 / (high + 2 * k + 1 - tail)
-    return jnp.where(small, series, jnp.exp(-high) / (high + 1.0 - tail))
+def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
+    """The wake in cells per second; that of a half-space reaches beyond the grid."""
+    grid, point = experiment.grid, response_of(experiment.body).far_strength()
+    if point is None:
+        shapes = extended(kernels, grid.shape)
+    else:
+        wide = replace(grid, shape=doubled(grid.shape))
+        shapes = build(experiment.body, experiment.indenter, wide).family.members.spectrum[1:]
+    return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], point, grid.shape, across)
 
 
-def doubled(shape: tuple[int, int]) -> tuple[int, int]:
-    """Twice as many cells each way."""
-    return 2 * shape[0], 2 * shape[1]
+def _with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
+    response = response_of(experiment.body)
+    sinks = response.far_strength() is not None and not experiment.load_controlled
+    endless = ~jnp.any(velocity != 0.0) | sinks
+    return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
 
 
-def offsets(length: int) -> np.ndarray:
-    """The offsets of a kernel in wrap-around order, (length,)."""
-    i = np.arange(length)
-    return np.where(i < (length + 1) // 2, i, i - length)
+def _fields(
+    wake: Wake, symbols: Array, problem: Problem, solution: Solution, velocity: Array
+) -> dict[str, Array]:
+    """All that a steady contact shows, scaled, by the names of the result."""
+    p = solution.pressure
+    speed = jnp.sum(velocity**2)
+    direction = velocity / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
+    pushed, centre, leading = Observer.of(problem.gap, wake.ratio).surface(p, direction)
+    return contact_outcome(solution) | {
+        "profile": problem.gap,
+        "displacement": solution.displacement,
+        "approach_drift": wake.drift(jnp.sum(p)),
+        "film_strain": wake.film_strain(symbols, p),
+        "lateral_force": pushed,
+        "tangential_force": -jnp.sum(pushed * direction),
+        "pressure_centre": centre,
+        "leading_peak": leading,
+        "power": wake.lost_power(symbols, p),
+    }
 
 
-def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
-    """A wrapped kernel as a smaller wrapped one of shape ``target``, zero where no two cells of shape are."""
-    for axis in (0, 1):
-        at = offsets(target[axis])
-        kept = jnp.asarray(np.abs(at) < shape[axis])
-        taken = jnp.take(wide, jnp.asarray(at % wide.shape[axis]), axis=axis)
-        wide = taken * (kept[:, None] if axis == 0 else kept[None, :])
-    return wide
-
-
-def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> Array:
-    """Spectrum (my/2 + 1, mx) of the operator whose symbol on the doubled grid is (1 or MY/2 + 1, MX), with
-
-    the kernel of the far part (mx, my) added.
-    """
-    (MX, MY), padded = spectral.padded_shape(doubled(shape)), spectral.padded_shape(shape)
-    symbol = jnp.broadcast_to(symbol, (MY // 2 + 1, MX))
-    rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
-    near = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
-    return jnp.swapaxes(jnp.fft.rfft2(near + cut(far + 0.0 * near, shape, padded)), -1, -2)
+def _result(grid: Grid, scale: Scale, velocity: Array, fields: dict[str, Array]) -> SteadySliding:
+    """The result in the user's units."""
+    return SteadySliding(grid=grid, velocity=velocity, **scale.to_si(**fields))

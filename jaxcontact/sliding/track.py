@@ -7,9 +7,10 @@ import numpy as np
 from jax import Array
 
 from jaxcontact import _checks
+from jaxcontact._checks import Verdict
 from jaxcontact._pytree import is_concrete
 from jaxcontact.grid import Grid
-from jaxcontact.sliding.transport import Shift
+from jaxcontact.history.moving import Shift
 
 FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
 RETURN = 1 / 4  # of the grid's width: nearer than this to an old place is back at it
@@ -55,23 +56,24 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_velocity(velocity: Array, times: Array, grid: Grid, substeps: int) -> None:
+def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:
     """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid."""
     shape, nt = np.shape(velocity), np.shape(times)[0]
     _checks.require(
         shape in ((), (2,), (nt, 2)),
         f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
     )
+    finite = _checks.finite("velocity [m/s]", velocity)
     if not is_concrete(velocity, times, grid):
-        return
+        return finite
     values = np.asarray(velocity, dtype=float)
-    _checks.require(bool(np.all(np.isfinite(values))), "velocity [m/s]: expected finite values")
     vector = np.array([values, 0.0]) if values.ndim == 0 else values
     vector = np.broadcast_to(vector, (nt, 2))
     dt = np.diff(np.asarray(times, dtype=float))[:, None]
     moves = (vector[1:] + vector[:-1]) / 2.0 * dt / np.asarray(grid.width, dtype=float)
     _check_moves(moves, substeps)
     _check_returns(np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)]))
+    return True
 
 
 def _check_moves(moves: np.ndarray, substeps: int) -> None:

@@ -5,9 +5,9 @@ Fields are kept in the indenter's frame. Over a body that the indenter crosses w
     u = C_0 * p + sum_k lambda_k C_k * eta_k,      d eta_k/dt - v . grad eta_k = p - lambda_k eta_k,
 
 so that the Fourier mode k of eta_k decays at the complex rate lambda_k - i k . v. For a pressure linear
-over a step dt the update is exact: with z = (lambda - i k . v) dt and g = (exp(-z) - 1 + z)/z^2,
+over a step dt the update is exact: with z = (lambda - i k . v) dt and the integrals of the exponential,
 
-    eta(t + dt) = (1 - z phi) eta + dt (phi - g) p(t) + dt g p(t + dt),      phi = 1 - z g,
+    eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt),
 
 for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
 integrator of ``history.recursive`` along the characteristics, in Fourier space.)
@@ -23,13 +23,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import spectral
+from jaxcontact._exponential import ramps
 from jaxcontact._pytree import pytree
-from jaxcontact.history.recursive import Operator
-from jaxcontact.kernels import Kernels
-from jaxcontact.sliding.observables import Observed, Observer, clearance, dropped_share, energies
+from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.operators import spectral
+from jaxcontact.operators.kernels import Kernels
+from jaxcontact.operators.moving import Moving
+from jaxcontact.sliding.observables import Observer, Slid, clearance, dropped_share, energies
 
-SERIES_BELOW = 0.03
 ABSORPTION = 40.0  # the layer lets exp(-40) through
 ABSORB_AFTER = 1 / 32  # of the padded length moved
 NEVER = 1e9  # cells: nothing was lost
@@ -68,27 +69,18 @@ def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[A
     return phase, loss + jnp.where(highest, jnp.abs(n * shift.y), 0.0)[:, None]
 
 
-def second_integral(z: Array) -> Array:
-    """g(z) = (exp(-z) - 1 + z)/z^2 = 1/2 - z/6 + ..., complex z."""
-    small = jnp.abs(z.real) + jnp.abs(z.imag) < SERIES_BELOW
-    safe = jnp.where(small, 1.0, z)
-    series = 1 / 2 - z * (1 / 6 - z * (1 / 24 - z * (1 / 120 - z * (1 / 720 - z / 5040))))
-    return jnp.where(small, series, (jnp.exp(-safe) - 1.0 + safe) / safe**2)
-
-
 def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
     """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
     phase, loss = along(shape, motion.shift, ratio)
-    z = (rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase)
-    g = second_integral(z)
-    phi = 1.0 - z * g
-    return 1.0 - z * phi, motion.dt * (phi - g), motion.dt * g
+    decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
+    return decay, motion.dt * old, motion.dt * new
 
 
 class Trail(NamedTuple):
-    """Towards the sides -x, +x; -y, +y, (2, 2) [cells along x]: how far the track reaches from the indenter, and
+    """Where the track lies, towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
 
-    how far inside the window's side the place is where history was lost through it, if it was.
+    reach: how far the track reaches from the indenter; inside: how far inside the window's side the place
+    is where history was lost through it, if it was.
     """
 
     reach: Array
@@ -96,10 +88,11 @@ class Trail(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; moved: (2,), share of the padded
+    """What a moving memory keeps.
 
-    lengths since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail:
-    where it lay.
+    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; moved: (2,), share of the padded lengths
+    since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
+    it lay.
     """
 
     eta: Array
@@ -110,10 +103,11 @@ class Fields(NamedTuple):
 
 
 @pytree
-class MovingMemory:
-    """spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx); circulants likewise; rates [1/s], (K,);
+class MovingMemory(Memory):
+    """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
 
-    tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx); circulants likewise; rates [1/s], (K,); tails:
+    lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
     """
 
     spectra: Array
@@ -125,7 +119,6 @@ class MovingMemory:
     observer: Observer
 
     def start(self, shape: tuple[int, int]) -> Fields:
-        """No history."""
         mx, my = spectral.padded_shape(shape)
         zero = jnp.zeros((my // 2 + 1, mx), complex)
         return Fields(
@@ -136,56 +129,55 @@ class MovingMemory:
             Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
         )
 
-    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Operator, Fields]:
-        """The operator of the coming step, and the fields before its new pressure comes in."""
+    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
         shape = pressure.shape
         fields = absorb(fields, motion, self.ratio, shape)
-        padded = spectral.padded_shape(shape)
-        decay, old, new = step_weights(self.rates, motion, padded, self.ratio)
+        decay, old, new = step_weights(self.rates, motion, spectral.padded_shape(shape), self.ratio)
         eta = decay * fields.eta + old * fields.pressure
         earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape)
-        spectrum = self.spectra[0] + jnp.sum(self.spectra[1:] * new, 0)
         on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
-        circulant = self.circulants[0] + jnp.sum(self.circulants[1:] * on_grid, 0)
+        now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
+        operator = Moving(now(self.spectra, new), now(self.circulants, on_grid))
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
-        return Operator(spectrum, circulant, None, earlier), fields
+        return Prediction(operator, earlier, fields)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
-        """The fields after the step, with its new pressure."""
         new = step_weights(self.rates, motion, spectral.padded_shape(pressure.shape), self.ratio)[2]
         transformed = spectral.transform(pressure)
         trail = with_losses(fields.trail, clearance(pressure, self.ratio))
         return fields._replace(eta=fields.eta + new * transformed, pressure=transformed, trail=trail)
 
-    def film_shear_strain(self, fields: Fields, pressure: Array, motion: Motion) -> Array:
-        """The hereditary integral of the film's J over the pressure, without unit, (nx, ny)."""
-        assert self.kernels.film is not None
-        weights = self.kernels.film.weights
-        history = spectral.inverse(jnp.tensordot(weights[1:], fields.eta, 1), pressure.shape)
-        return weights[0] * pressure + history
-
     def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
-        """See ``observables``; scaled."""
+        """With what sliding shows, see ``sliding.observables``."""
         stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, pressure.shape)
         surface = self.observer.surface(pressure, motion.direction)
         clear = clearance(pressure, self.ratio) - fields.trail.inside
         dropped = dropped_share(self.tails, fields.lost, clear)
-        return Observed(*surface, stored, dissipated, *dropped)
+        return Observed(self._film_strain(fields, pressure), Slid(*surface, stored, dissipated, *dropped))
 
-    def film_coefficients(self) -> Array | None:
-        """See ``kernels.Film``."""
-        return None if self.kernels.film is None else self.kernels.film.coefficients
+    def _film_strain(self, fields: Fields, pressure: Array) -> Array:
+        film = self.kernels.film
+        if film is None:
+            return jnp.zeros(())
+        history = spectral.inverse(jnp.tensordot(film.weights[1:], fields.eta, 1), pressure.shape)
+        return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
 
 
 def moving_memory(kernels: Kernels, profile: Array, ratio: Array) -> MovingMemory:
     """The memory with one spectrum for each rate; profile: (nx, ny), scaled."""
     shape = profile.shape
     own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
-    spectra = own(kernels.spectra)
+    spectra = own(kernels.family.members.spectrum)
     tails = spectral.inverse(spectra[1:], shape)[:, :, 0]
     return MovingMemory(
-        spectra, own(kernels.circulants), kernels.rates, tails, ratio, kernels, Observer.of(profile, ratio)
+        spectra,
+        own(kernels.family.members.circulant),
+        kernels.rates,
+        tails,
+        ratio,
+        kernels,
+        Observer.of(profile, ratio),
     )
 
 

@@ -7,12 +7,9 @@ Spectra are stored with the axes swapped, (..., my/2 + 1, mx), so that every tra
 last axis. Source: S. B. Liu, Q. Wang, G. Liu, Wear 243 (2000) 101, the DC-FFT.
 """
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 from scipy.fft import next_fast_len
-
-from jaxcontact._pytree import pytree
 
 
 def padded_shape(shape: tuple[int, ...]) -> tuple[int, int]:
@@ -77,22 +74,7 @@ def apply_circulant(spectrum: Array, field: Array) -> Array:
     return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)
 
 
-@pytree
-class Window:
-    """spectrum, circulant: of kernels on a window of the grid, as ``kernel_spectrum``, ``circulant_spectrum``."""
-
-    spectrum: Array
-    circulant: Array
-
-
 def window_shape(shape: tuple[int, ...]) -> tuple[int, int]:
     """About three quarters of a grid: what holds the contact in most runs, at half the cost."""
     nx, ny = (min(n, 2 * next_fast_len(-(-3 * n // 8))) for n in shape)
     return nx, ny
-
-
-def windowed(kernel: Array) -> Window:
-    """Kernels (..., nx, ny) for use in a window; without derivative, since only searches use them."""
-    nx, ny = window_shape(kernel.shape[-2:])
-    part = jax.lax.stop_gradient(kernel[..., :nx, :ny])
-    return Window(kernel_spectrum(part), circulant_spectrum(part))

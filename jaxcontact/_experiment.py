@@ -1,0 +1,226 @@
+"""What all verbs share: one check of what is given, one preparation, one way back to SI.
+
+A verb makes an ``Experiment`` of its arguments, brings it to a ``Plan`` with the memory of its own kind, and
+marches; or solves one contact with the pieces. Options are named here, once.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact import _checks
+from jaxcontact._checks import Verdict
+from jaxcontact._pytree import as_float64, is_concrete, pytree, replace, static
+from jaxcontact._scale import Scale
+from jaxcontact._status import Status
+from jaxcontact.controls import Control, Load, check_control
+from jaxcontact.grid import Grid, check_grid
+from jaxcontact.history import march as marching
+from jaxcontact.history.march import Outcome, Setup, Steps
+from jaxcontact.history.memory import Memory
+from jaxcontact.indenters import Indenter, checked_indenter
+from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.operators.kernels import Kernels, build, check_kernels
+from jaxcontact.response.body import response_of
+from jaxcontact.results import ContactStep, marked
+
+Save = str | Callable[[ContactStep], Any]
+STRAIN_LIMIT = 0.2
+SEPARATION_LIMIT = 1e-3
+FEW_CELLS = 10
+LOOSEST = 1e-2  # tolerance
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is static in a run; the meaning of each stands in ``indent``."""
+
+    save: Save = "all"
+    substeps: int = 1
+    correspondence: str = "exact"
+    checkpoint: str = "pressures"
+
+    def check(self) -> None:
+        """Raises ValueError for an option that is not there."""
+        known = self.save in ("all", "last") or callable(self.save)
+        _checks.require(known, f'save: expected "all", "last" or a function, got {self.save!r}')
+        _checks.whole("substeps", self.substeps, 1, 1000)
+        _checks.one_of("correspondence", self.correspondence, "exact", "quasi-elastic")
+        _checks.one_of("checkpoint", self.checkpoint, "pressures", "blocks")
+
+
+@pytree
+class Experiment:
+    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range."""
+
+    body: LayeredHalfSpace
+    indenter: Indenter
+    control: Control
+    times: Array
+    grid: Grid
+    tolerance: Array
+    max_iterations: Array
+    kernels: Kernels | None
+    valid: Array | None
+    options: Options = static()
+
+    @classmethod
+    def of(
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        *,
+        grid: Grid,
+        tolerance: Any = 1e-8,
+        max_iterations: Any = 500,
+        kernels: Kernels | None = None,
+        **options: Any,
+    ) -> Experiment:
+        """Check all that verbs have in common; ValueError for what cannot be computed."""
+        body, valid = checked_body(body)
+        valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
+        valid = (
+            valid & _checks.not_decreasing("times [s]", times) & check_control(control, np.shape(times)[0])
+        )
+        valid = valid & _checks.between("tolerance", tolerance, 0.0, LOOSEST)
+        if is_concrete(max_iterations):
+            _checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
+        static_options = Options(**options)
+        static_options.check()
+        if kernels is not None:
+            exact = static_options.correspondence == "exact"
+            _checks.require(exact, 'kernels: expected correspondence="exact" with them')
+            valid = valid & check_kernels(kernels, grid)
+        valid = valid & _can_be_dented(body, indenter, static_options.correspondence)
+        given = as_float64((body, indenter, control, times, grid, tolerance))
+        known = None if valid is True else jnp.asarray(valid)
+        return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
+
+    def also(self, verdict: Verdict) -> Experiment:
+        """The experiment with one more condition on values that are not known yet."""
+        if verdict is True:
+            return self
+        return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
+
+    def ready_kernels(self) -> Kernels:
+        """Those given, or built now."""
+        return build(self.body, self.indenter, self.grid) if self.kernels is None else self.kernels
+
+    @property
+    def load_controlled(self) -> bool:
+        return isinstance(self.control, Load)
+
+    def target(self, scale: Scale) -> Array:
+        """The control, scaled: the sum of pressures or the approach."""
+        return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
+
+    def plan(self, memory: Memory, inputs: Any, scale: Scale, separation: Array) -> Plan:
+        """Ready to march, with a memory and its inputs (nt, substeps, ...)."""
+        profile = self.indenter.profile(self.grid) / scale.length
+        setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled)
+        substeps = self.options.substeps
+        targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
+        steps = Steps(fine_steps(self.times, substeps), targets, inputs)
+        return Plan(setup, steps, scale, separation)
+
+
+def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: str) -> Verdict:
+    """A surface with J(0) = 0 needs an elastic indenter, and, as a film, the quasi-elastic way."""
+    response = response_of(body)
+    rigid = response.rigid_at_first()
+    alone, film = indenter.material is None, response.film() is not None and correspondence == "exact"
+    if not is_concrete(rigid):
+        return ~(jnp.asarray(rigid) & (alone or film))
+    _checks.require(
+        not (bool(rigid) and alone),
+        "a Kelvin-Voigt surface has J(0) = 0: a rigid indenter cannot be pressed on it in a step;"
+        " expected an elastic indenter or a material with an instantaneous compliance",
+    )
+    _checks.require(
+        not (bool(rigid) and film),
+        "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
+        ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
+    )
+    return True
+
+
+def fine_steps(times: Array, substeps: int) -> Array:
+    """The inner steps [s], (nt, substeps); the first row has no length."""
+    before = jnp.append(times[:1], times[:-1])
+    return (times - before)[:, None] / substeps * jnp.ones(substeps)
+
+
+def fine_values(values: Array, substeps: int) -> Array:
+    """Values (nt,) at the ends of the inner steps, (nt, substeps), linear between times."""
+    before = jnp.append(values[:1], values[:-1])
+    share = jnp.arange(1, substeps + 1) / substeps
+    return before[:, None] + (values - before)[:, None] * share
+
+
+@pytree
+class Plan:
+    """A march to be made: its setup, its steps (nt, substeps), its scale, and the error of shared rates."""
+
+    setup: Setup
+    steps: Steps
+    scale: Scale
+    separation: Array
+
+    def march(self, options: Options) -> tuple[Outcome, Outcome]:
+        """From rest: the outcomes of all times, with what ``options.save`` keeps, and the last one whole."""
+        return marching.march_from_rest(self.setup, self.steps, self.kept(options.save), options.checkpoint)
+
+    def kept(self, save: Save) -> marching.Keep:
+        """What a march keeps of an outcome: all of it, its scalars, or what a function makes of it in SI."""
+        if save == "all":
+            return lambda outcome: outcome
+        value = (lambda outcome: save(self.seen(outcome))) if callable(save) else lambda outcome: None
+        return lambda outcome: outcome._replace(pressure=None, displacement=None, saved=value(outcome))
+
+    def seen(self, outcome: Outcome) -> ContactStep:
+        """An outcome in SI, for a user's function."""
+        fields = {k: v for k, v in outcome._asdict().items() if k not in ("saved", "more")}
+        gap = self.setup.profile + outcome.displacement - outcome.approach
+        return ContactStep(**self.scale.to_si(gap=gap, **fields))
+
+    def history(self, grid: Grid, times: Array, outcomes: Outcome, last: Outcome) -> dict[str, Any]:
+        """The fields of a ``ContactHistory``, from outcomes over times; fields of the last where not kept."""
+        fields = outcomes if outcomes.pressure is not None else last
+        given = outcomes._replace(pressure=fields.pressure, displacement=fields.displacement)._asdict()
+        saved, _ = given.pop("saved"), given.pop("more")
+        in_si = self.scale.to_si(profile=self.setup.profile, **given)
+        return {"times": times, "grid": grid, "saved": saved, **in_si}
+
+
+def reported(result: Any, separation: Array, valid: Array | None) -> Any:
+    """The result, marked where values were out of range, with warnings of what a user should know."""
+    result = marked(result, valid)
+    _warn(result, separation)
+    return result
+
+
+def _warn(result: Any, separation: Array) -> None:
+    """Say what a user should know of a finished run; silent under jit, grad and vmap."""
+    if not is_concrete(result, separation):
+        return
+    say = lambda text: warnings.warn(text, stacklevel=5)
+    status, strain = np.asarray(result.status), float(jnp.max(result.film_strain))
+    for code in sorted(set(status[status > 0].tolist())):
+        say(f"{int(np.sum(status == code))} of {status.size} steps: {Status(code).message}")
+    if strain > STRAIN_LIMIT:
+        say(f"film strain reaches {strain:.2g}: above {STRAIN_LIMIT} the linear theory is stretched")
+    if float(separation) > SEPARATION_LIMIT:
+        say(f"shared decay rates are off by up to {float(separation):.1g}: pass kernels with more nodes")
+    area = np.asarray(result.contact_area)[np.asarray(result.contact_area) > 0.0]
+    across = 2.0 * np.sqrt(np.min(area) / np.pi / float(result.grid.cell_area)) if area.size else np.inf
+    if across < FEW_CELLS:
+        say(f"only {across:.1f} cells across the smallest contact: below {FEW_CELLS} it is coarse")

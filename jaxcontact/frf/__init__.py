@@ -1,1 +1,0 @@
-"""Frequency response functions: displacement of the surface per pressure, wavenumber by wavenumber."""

@@ -1,0 +1,215 @@
+"""Indenters: their undeformed profile over the grid, and what they are made of.
+
+A profile is the gap [m] to the flat body when the indenter just touches it, (nx, ny), zero at the first
+touch. ``material=None`` is rigid; an indenter's own material is elastic and acts as a half-space.
+"""
+
+import abc
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact import _checks
+from jaxcontact._checks import Verdict
+from jaxcontact._pytree import is_concrete, pytree
+from jaxcontact.controls import Control, Load
+from jaxcontact.grid import Grid
+from jaxcontact.layers import LayeredHalfSpace, check_material, checked_body
+from jaxcontact.materials import Elastic
+from jaxcontact.response.body import response_of
+from jaxcontact.response.half_space import HalfSpace
+
+OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
+
+
+class Indenter(abc.ABC):
+    """What presses on the body."""
+
+    material: Elastic | None
+
+    @abc.abstractmethod
+    def profile(self, grid: Grid) -> Array:
+        """Gap at first touch [m], (nx, ny)."""
+
+    @abc.abstractmethod
+    def check(self, grid: Grid) -> Verdict:
+        """Whether sizes are in their range; ValueError for values or shapes that cannot be."""
+
+    @abc.abstractmethod
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        """About the largest contact radius [m] over the history, for choosing a grid."""
+
+    def compliance(self) -> Array:
+        """(1 - nu)/G of the indenter [1/Pa], zero when rigid."""
+        return jnp.zeros(()) if self.material is None else HalfSpace(self.material).wide(0.0)
+
+
+def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
+    """Whether an indenter's values are in their ranges; ValueError for one that cannot press on that grid."""
+    _checks.require(
+        isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
+    )
+    valid = indenter.check(grid)
+    if indenter.material is None:
+        return valid
+    _checks.require(
+        isinstance(indenter.material, Elastic),
+        f"indenter material: expected Elastic or None, got {type(indenter.material).__name__}",
+    )
+    return valid & check_material("indenter", indenter.material)
+
+
+def _duration(times: np.ndarray) -> float:
+    return float(times[-1] - times[0])
+
+
+@pytree
+class Sphere(Indenter):
+    """A ball, as a paraboloid: profile (x^2 + y^2)/(2 R).
+
+    Args:
+        radius: R [m] > 0.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> ball = jc.Sphere(radius=5e-3, material=jc.Elastic.from_young(210e9, nu=0.3))
+    """
+
+    radius: Array | float
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return (x**2 + y**2) / (2.0 * self.radius)
+
+    def check(self, grid: Grid) -> Verdict:
+        return _checks.positive("sphere radius [m]", self.radius)
+
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        """(a_s^4 + a_f^4)^(1/4) of the ball on the substrate (Hertz) and on the film alone.
+
+        The film alone is a half-space or a bed of springs, whichever gives the smaller contact.
+        """
+        R, value = float(self.radius), float(np.max(np.asarray(control.value)))
+        if not isinstance(control, Load):
+            return float(np.sqrt(2.0 * R * max(value, 0.0)))
+        response, own, t = response_of(checked_body(body)[0]), self.compliance(), _duration(times)
+        on_half_space = lambda A: float(3.0 * value * R * (A + own) / 8.0) ** (1.0 / 3.0)
+        hertz, thick = on_half_space(response.wide(t)), on_half_space(response.narrow(t))
+        thin = float(4.0 * R * response.springs(t) * value / np.pi) ** 0.25
+        return max((hertz**4 + min(thin, thick) ** 4) ** 0.25, thick if thick < hertz else 0.0)
+
+
+@pytree
+class Cylinder(Indenter):
+    """A punch whose end is a cylinder along y: profile x^2/(2 R) over |y| <= length/2, no contact beyond.
+
+    Args:
+        radius: R [m] > 0.
+        length: along y [m] > 0; it cuts between cells, so that a derivative with respect to it is zero.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> roller = jc.Cylinder(radius=10e-3, length=2e-3)
+    """
+
+    radius: Array | float
+    length: Array | float
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return jnp.where(jnp.abs(y) <= self.length / 2.0, x**2 / (2.0 * self.radius), _far(grid))
+
+    def check(self, grid: Grid) -> Verdict:
+        valid = _checks.positive("cylinder radius [m]", self.radius)
+        valid = valid & _checks.positive("cylinder length [m]", self.length)
+        return valid & _covers_a_cell("cylinder length [m]", self.length, self.profile(grid), grid)
+
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        """Half the length, or the half-width of the line contact on the softer of film and substrate."""
+        value = float(np.max(np.asarray(control.value)))
+        width = np.sqrt(2.0 * float(self.radius) * max(value, 0.0))
+        if isinstance(control, Load):
+            A = response_of(checked_body(body)[0]).narrow(_duration(times)) + self.compliance()
+            width = np.sqrt(2.0 * value / float(self.length) * float(self.radius) * float(A) / np.pi)
+        return max(float(width), float(self.length) / 2.0)
+
+
+@pytree
+class FlatPunch(Indenter):
+    """A flat-ended circular punch: profile 0 within the radius, no contact beyond.
+
+    Args:
+        radius: [m] > 0; it cuts between cells, so that a derivative with respect to it is zero.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> punch = jc.FlatPunch(radius=1e-3)
+    """
+
+    radius: Array | float
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return jnp.where(x**2 + y**2 <= jnp.asarray(self.radius) ** 2, 0.0, _far(grid))
+
+    def check(self, grid: Grid) -> Verdict:
+        valid = _checks.positive("punch radius [m]", self.radius)
+        return valid & _covers_a_cell("punch radius [m]", self.radius, self.profile(grid), grid)
+
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        """The punch's own radius."""
+        return float(self.radius)
+
+
+@pytree
+class HeightField(Indenter):
+    """Measured or made heights in place of a ball; larger heights touch first.
+
+    Args:
+        heights: (nx, ny) [m], finite, on the grid.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> wavy = jc.HeightField(1e-8 * np.cos(np.arange(16.0))[:, None] * np.ones(16))
+    """
+
+    heights: Array
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        heights = jnp.asarray(self.heights, dtype=float)
+        return jnp.max(heights) - heights
+
+    def check(self, grid: Grid) -> Verdict:
+        shape = np.shape(self.heights)
+        _checks.require(
+            shape == tuple(grid.shape), f"heights: expected shape {tuple(grid.shape)}, got {shape}"
+        )
+        return _checks.finite("heights [m]", self.heights)
+
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        raise ValueError(
+            "Grid.around: a HeightField comes with its own grid; expected Grid(shape=heights.shape, spacing=(dx, dy))"
+        )
+
+
+def _far(grid: Grid) -> Any:
+    return OUT_OF_REACH * grid.width[0]
+
+
+def _covers_a_cell(name: str, value: Any, profile: Array, grid: Grid) -> Verdict:
+    """Some cell's centre lies under the indenter: a smaller one would touch nothing."""
+    touches = jnp.min(profile) < _far(grid)
+    if not is_concrete(touches):
+        return touches
+    cell = max(float(d) for d in grid.spacing)
+    _checks.require(
+        bool(touches),
+        f"{name}: expected to cover a cell's centre, cells are {cell:g} m, got {float(value):g}",
+    )
+    return True

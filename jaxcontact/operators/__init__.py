@@ -1,0 +1,1 @@
+"""Operators: traction on the cells of a grid -> displacement of their centres."""

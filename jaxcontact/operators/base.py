@@ -1,0 +1,60 @@
+"""What contact and memory ask of an operator from pressure to displacement on a grid.
+
+An operator is linear in its leaves as well as in the pressure: with the tangent of an operator in their place,
+``change(p)`` is the tangent of ``operator(p)``. Padding, spectra and the shape of the grid are its own affair.
+"""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable, Sequence
+
+from jax import Array
+
+Linear = Callable[[Array], Array]
+
+
+class Operator(abc.ABC):
+    """p (nx, ny) -> u (nx, ny), scaled."""
+
+    symmetric: bool  # of the class: whether <p, K q> = <q, K p>
+
+    @abc.abstractmethod
+    def __call__(self, pressure: Array) -> Array:
+        """u = K p."""
+
+    @abc.abstractmethod
+    def transpose(self) -> Operator:
+        """K^T."""
+
+    @abc.abstractmethod
+    def preconditioner(self) -> Linear:
+        """A cheap approximate inverse, made once for many uses; symmetric and positive where K is."""
+
+    @abc.abstractmethod
+    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        """Of a smaller grid on which a search may begin, within a grid of ``shape``; None: there is none."""
+
+    @abc.abstractmethod
+    def restricted(self) -> Operator:
+        """The same operator on the grid of ``window_shape``, without derivative."""
+
+    @abc.abstractmethod
+    def even(self) -> Operator:
+        """The even part, symmetric."""
+
+    @abc.abstractmethod
+    def plus_even(self, share: Array | float) -> Operator:
+        """K and a share of its even part."""
+
+
+class Family(abc.ABC):
+    """Several operators K_m on one grid, to be mixed."""
+
+    @abc.abstractmethod
+    def combined(self, weights: Sequence[Array | float]) -> Operator:
+        """sum_m weights_m K_m, one weight for each."""
+
+    @abc.abstractmethod
+    def total(self, fields: Array) -> Array:
+        """sum_m K_m f_m of fields (n, nx, ny), one for each of the last n members."""

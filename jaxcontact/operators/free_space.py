@@ -1,0 +1,88 @@
+"""Operators of an even kernel on a grid in free space, by zero-padded FFT; and families of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Family, Linear, Operator
+
+FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
+
+
+@pytree
+class FreeSpace(Operator):
+    """An even kernel, by its spectra, which are real.
+
+    spectrum (my/2 + 1, mx): on the padded grid; circulant (ny/2 + 1, nx): of the periodic operator nearest to
+    it on the grid itself; window: the same kernel on a smaller grid, or None.
+    """
+
+    spectrum: Array
+    circulant: Array
+    window: FreeSpace | None
+
+    symmetric = True
+
+    def __call__(self, pressure: Array) -> Array:
+        return spectral.convolve(self.spectrum, pressure)
+
+    def transpose(self) -> FreeSpace:
+        return self
+
+    def preconditioner(self) -> Linear:
+        """The inverse of the circulant, its small and negative eigenvalues raised."""
+        floor = FLOOR * jnp.mean(jnp.abs(self.circulant))
+        inverse = 1.0 / jnp.maximum(self.circulant, floor)
+        return lambda r: spectral.apply_circulant(inverse, r)
+
+    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        return None if self.window is None else spectral.window_shape(shape)
+
+    def restricted(self) -> FreeSpace:
+        assert self.window is not None
+        return self.window
+
+    def even(self) -> FreeSpace:
+        return self
+
+    def plus_even(self, share: Array | float) -> FreeSpace:
+        return jax.tree.map(lambda a: (1.0 + share) * a, self)
+
+
+@pytree
+class FreeSpaceFamily(Family):
+    """members: a ``FreeSpace`` whose leaves have a first axis, over the members."""
+
+    members: FreeSpace
+
+    @classmethod
+    def of(cls, kernels: Array) -> FreeSpaceFamily:
+        """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both.
+
+        The window is without derivative, since only searches use it.
+        """
+        nx, ny = spectral.window_shape(kernels.shape[-2:])
+        part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
+        return cls(_members(kernels, _members(part, None)))
+
+    def combined(self, weights: Sequence[Array | float]) -> FreeSpace:
+        # term by term: at a time, all members and their tangents would leave the processor's cache
+        mixed = lambda a: sum(
+            (w * part for w, part in zip(weights[1:], a[1:], strict=True)), weights[0] * a[0]
+        )
+        return jax.tree.map(mixed, self.members)
+
+    def total(self, fields: Array) -> Array:
+        spectra = self.members.spectrum[len(self.members.spectrum) - len(fields) :]
+        terms = [part * spectral.transform(f) for part, f in zip(spectra, fields, strict=True)]
+        return spectral.inverse(sum(terms), fields.shape[-2:]) if terms else jnp.zeros(fields.shape[-2:])
+
+
+def _members(kernels: Array, window: FreeSpace | None) -> FreeSpace:
+    return FreeSpace(spectral.kernel_spectrum(kernels), spectral.circulant_spectrum(kernels), window)

@@ -1,0 +1,167 @@
+"""Kernels: the response of body and indenter on a grid, ready for the march in time."""
+
+from __future__ import annotations
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact import _checks
+from jaxcontact._checks import Verdict
+from jaxcontact._pytree import as_float64, is_concrete, pytree
+from jaxcontact._scale import Scale
+from jaxcontact.grid import Grid, check_grid
+from jaxcontact.indenters import Indenter, checked_indenter
+from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.operators.free_space import FreeSpaceFamily
+from jaxcontact.response.base import Response, Separable
+from jaxcontact.response.body import response_of
+from jaxcontact.response.coefficients import (
+    image_coefficients,
+    influence_coefficients,
+    surface_coefficients,
+)
+from jaxcontact.response.images import Images
+from jaxcontact.response.separable import DEFAULT_NODES
+
+
+@pytree
+class Film:
+    """For the film's shortening: coefficients of the film on a rigid base, times its modulus, over its
+    thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,)."""
+
+    coefficients: Array
+    weights: Array
+
+
+@pytree
+class Kernels:
+    """What a body, an indenter and a grid come to; made by ``jaxcontact.kernels``, taken as ``kernels=``.
+
+    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
+    separation_error: relative error of sharing the rates between wavenumbers, (); grid: that of the operators.
+    """
+
+    family: FreeSpaceFamily
+    rates: Array
+    mix: Array
+    film: Film | None
+    scale: Scale
+    separation_error: Array
+    grid: Grid
+
+
+@pytree
+class ImageKernels:
+    """Image by image, for kernels at any lag: the operators of all images; film_coefficients: as in ``Film``."""
+
+    family: FreeSpaceFamily
+    film_coefficients: Array | None
+    scale: Scale
+
+
+def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: int = DEFAULT_NODES) -> Kernels:
+    """Build the kernels of a body, an indenter and a grid, for many runs on them (``indent(kernels=...)``).
+
+    Args:
+        body: a ``LayeredHalfSpace``.
+        indenter: its material counts, its shape does not.
+        grid: a ``Grid``; the runs must be on the same.
+        nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Two are good to 4e-7 of the
+            displacement for a film a tenth as stiff as its substrate and to 3e-4 for one as stiff; take
+            more for a stiffer film (``separation_error`` says how good they are).
+
+    Returns:
+        ``Kernels``.
+
+    Raises:
+        ValueError: a body, an indenter or a grid that cannot be computed.
+
+    Example:
+        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+        >>> ball, grid = jc.Sphere(radius=5e-3), jc.Grid.square(n=16, width=500e-6)
+        >>> ready = jc.kernels(glass, ball, grid)
+        >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid, kernels=ready)
+    """
+    body, valid = checked_body(body)
+    valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
+    _checks.whole("nodes", nodes, 1, 8)
+    built = _build_jitted(*as_float64((body, indenter, grid)), nodes=nodes)
+    return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
+
+
+def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
+    """Kernels of that grid."""
+    built = kernels.grid
+    _checks.require(
+        tuple(built.shape) == tuple(grid.shape),
+        f"kernels: expected those of a grid of {tuple(grid.shape)} cells, got {tuple(built.shape)}",
+    )
+    near = jnp.stack([jnp.isclose(a, b, rtol=1e-9) for a, b in zip(built.spacing, grid.spacing, strict=True)])
+    if not is_concrete(near):
+        return jnp.all(near)
+    ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))
+    _checks.require(bool(np.all(near)), f"kernels: expected those of cells of {theirs} m, got {ours} m")
+    return True
+
+
+def scale_of(response: Response, indenter: Indenter, grid: Grid) -> Scale:
+    """dx, and the compliance of a very wide contact; held constant in derivatives."""
+    compliance = response.long_term() + indenter.compliance()
+    held = jax.lax.stop_gradient
+    return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
+
+
+def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
+    """``kernels`` without checks, for use inside jit."""
+    response = response_of(body)
+    scale = scale_of(response, indenter, grid)
+    separable = response.separate(nodes)
+    images = _images(response, separable)
+    images = Images(images.depths, images.weights.at[0, 0].add(indenter.compliance()))
+    coefficients = influence_coefficients(grid, images) / scale.length
+    scaled = coefficients.at[0].divide(scale.compliance)
+    mix = separable.mix / scale.compliance
+    film, layer = None, response.film()
+    if layer is not None:
+        weights = jnp.append(layer.material.spectrum().instantaneous / scale.compliance, mix[0])
+        film = Film(coefficients[1] * scale.length / layer.thickness, weights)
+    family = FreeSpaceFamily.of(scaled)
+    return Kernels(family, separable.rates, mix, film, scale, separable.error, grid)
+
+
+_build_jitted = functools.partial(jax.jit, static_argnames=("nodes",))(build)
+
+
+def _images(response: Response, separable: Separable) -> Images:
+    """The images of C_0 and of the shapes, (M + 1, J); the shapes vanish at wavenumber zero under a film."""
+    zero, shapes = jnp.zeros(()), separable.terms[1:]
+    at_zero = jnp.zeros(len(shapes)) if response.film() is not None else shapes[:, 0]
+    first = response.expand(separable.terms[0], response.step(zero, zero, zero))
+    others = response.expand(shapes, at_zero)
+    return Images(first.depths, jnp.concatenate([first.weights[None], others.weights]))
+
+
+def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
+    """The images one by one."""
+    response, layer = response_of(body), response_of(body).film()
+    scale = scale_of(response, indenter, grid)
+    on_base = response.expand(response.on_rigid_base(), jnp.zeros(()))
+    images = jax.lax.map(lambda z: image_coefficients(grid, z), on_base.depths[1:])
+    each = jnp.concatenate([surface_coefficients(grid)[None], images]) / (scale.length * scale.compliance)
+    film = None if layer is None else influence_coefficients(grid, on_base) / layer.thickness
+    return ImageKernels(FreeSpaceFamily.of(each), film, scale)
+
+
+def image_weights(
+    body: LayeredHalfSpace, indenter: Indenter, start: Array, end: Array, *, quasi_elastic: bool
+) -> Array:
+    """Weights (..., J) [1/Pa] of the images for the mean response over lags start to end, both (...)."""
+    response = response_of(body)
+    respond = response.quasi_elastic if quasi_elastic else response.step
+    values = respond(response.wavenumbers(), start[..., None], end[..., None])
+    weights = response.expand(values, respond(jnp.zeros(()), start, end)).weights
+    return weights.at[..., 0].add(indenter.compliance())

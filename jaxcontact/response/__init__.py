@@ -1,0 +1,1 @@
+"""Response functions: displacement of the surface per pressure, by wavenumber and time."""

@@ -1,0 +1,94 @@
+"""What the rest of the package asks of a body: its response to a pressure wave, in wavenumber and time."""
+
+import abc
+
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.layers import Layer
+from jaxcontact.response.images import Images
+
+
+@pytree
+class Separable:
+    """alpha N(alpha, t) as a sum of products, at the wavenumbers of its response, so that
+
+        u = C_0 * p + sum_k lambda_k C_k * eta_k,     eta_k' = p - lambda_k eta_k,
+        lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)].
+
+    rates: lambda_k [1/s], (K,), zero for a flow without limit; terms: C_0 and M shapes S_m, (M + 1, n); mix:
+    (M, K). The first shape is that of the film on a rigid base times its modulus (of a half-space: of the
+    half-space), with the fluidities of its own creep in mix[0]. error: the largest relative error of the
+    sum of products, over wavenumbers and times, ().
+    """
+
+    rates: Array
+    terms: Array
+    mix: Array
+    error: Array
+
+
+class Response(abc.ABC):
+    """The normal response of one kind of body: alpha N(alpha, t) [1/Pa], N = displacement/pressure.
+
+    Pressure steps on at t = 0; ``start`` and ``end`` [s] bound the times over which a mean is taken.
+    """
+
+    @abc.abstractmethod
+    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """Mean of alpha N over start <= t <= end; arguments broadcast; wavenumber >= 0 [rad/m].
+
+        At wavenumber zero it is ``wide`` in the mean, with zero derivative in the wavenumber.
+        """
+
+    @abc.abstractmethod
+    def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """As ``step``, with 1/J(t) for moduli inside the elastic response (the paper, section 2.3)."""
+
+    @abc.abstractmethod
+    def wavenumbers(self) -> Array:
+        """Where the response is to be known to be put on a grid, (n,) [rad/m]."""
+
+    @abc.abstractmethod
+    def separate(self, nodes: int) -> Separable:
+        """The sum of products with ``nodes`` decay rates a band, static."""
+
+    @abc.abstractmethod
+    def expand(self, values: Array, at_zero: Array) -> Images:
+        """Images of responses given at ``wavenumbers``, (..., n), and at wavenumber zero, (...) [any unit]."""
+
+    @abc.abstractmethod
+    def wide(self, t: Array | float) -> Array:
+        """Compliance [1/Pa] that a contact far wider than the layers meets after a time t [s]."""
+
+    @abc.abstractmethod
+    def narrow(self, t: Array | float) -> Array:
+        """Compliance [1/Pa] that a contact far narrower than the top layer meets."""
+
+    @abc.abstractmethod
+    def springs(self, t: Array | float) -> Array:
+        """Compliance [m/Pa] of the layers as a bed of springs; zero without layers."""
+
+    @abc.abstractmethod
+    def long_term(self) -> Array:
+        """``wide`` without unlimited flow, after a very long time: a scale that is never zero."""
+
+    @abc.abstractmethod
+    def flows(self) -> Array:
+        """Whether the surface sinks without limit under a load, () bool."""
+
+    @abc.abstractmethod
+    def film(self) -> Layer | None:
+        """The film whose shortening is reported; None without one."""
+
+    @abc.abstractmethod
+    def on_rigid_base(self) -> Array:
+        """alpha N times the modulus of the film on a rigid base, at ``wavenumbers``, (n,)."""
+
+    @abc.abstractmethod
+    def far_strength(self) -> Array | None:
+        """Of a half-space that creeps, (1 - nu): alpha N over J far from a load; None where creep stays near."""
+
+    @abc.abstractmethod
+    def rigid_at_first(self) -> Array | bool:
+        """Whether a step load cannot dent the surface at once, J(0) = 0; a bool where the class tells."""

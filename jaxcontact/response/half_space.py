@@ -1,0 +1,86 @@
+"""The half-space: alpha N = (1 - nu) J(t) at every wavenumber (J. Boussinesq; the correspondence is exact)."""
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.materials import KelvinVoigt, Material, Spectrum
+from jaxcontact.response.base import Response, Separable
+from jaxcontact.response.images import Images
+
+
+@pytree
+class HalfSpace(Response):
+    """A half-space of one material, elastic or not."""
+
+    material: Material
+
+    @property
+    def share(self) -> Array:
+        """1 - nu."""
+        return 1.0 - jnp.asarray(self.material.nu, dtype=float)
+
+    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        mean = self.material.spectrum().mean_creep(jnp.asarray(start, float), jnp.asarray(end, float))
+        return self.share * mean * jnp.ones_like(jnp.asarray(wavenumber, float))
+
+    def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """Equal to ``step``: for a half-space the substitution is exact."""
+        return self.step(wavenumber, start, end)
+
+    def wavenumbers(self) -> Array:
+        """Any one will do."""
+        return jnp.ones(1)
+
+    def separate(self, nodes: int) -> Separable:
+        """Exact, for any ``nodes``."""
+        rates, fluidities = own_creep(self.material.spectrum())
+        terms = self.share * jnp.stack([self.material.spectrum().instantaneous, jnp.ones(())])[:, None]
+        return Separable(rates, terms, fluidities[None], jnp.zeros(()))
+
+    def expand(self, values: Array, at_zero: Array) -> Images:
+        """One image on the surface."""
+        return Images(jnp.zeros(1), values)
+
+    def wide(self, t: Array | float) -> Array:
+        return self.share * self.material.creep(t)
+
+    def narrow(self, t: Array | float) -> Array:
+        return self.wide(t)
+
+    def springs(self, t: Array | float) -> Array:
+        return jnp.zeros(())
+
+    def long_term(self) -> Array:
+        spectrum = self.material.spectrum()
+        return self.share * (spectrum.instantaneous + jnp.sum(spectrum.amplitudes))
+
+    def flows(self) -> Array:
+        return may_flow(self.material)
+
+    def rigid_at_first(self) -> Array | bool:
+        return isinstance(self.material, KelvinVoigt) or self.material.spectrum().instantaneous == 0.0
+
+    def film(self) -> None:
+        return None
+
+    def on_rigid_base(self) -> Array:
+        """Zero: there is no film."""
+        return jnp.zeros(1)
+
+    def far_strength(self) -> Array:
+        return self.share
+
+
+def own_creep(spectrum: Spectrum) -> tuple[Array, Array]:
+    """A material's own rates [1/s] and their fluidities J_i/tau_i [1/(Pa s)], unlimited flow last."""
+    rates, fluidities = spectrum.rates, spectrum.amplitudes * spectrum.rates
+    if spectrum.fluidity is None:
+        return rates, fluidities
+    return jnp.append(rates, 0.0), jnp.append(fluidities, spectrum.fluidity)
+
+
+def may_flow(material: Material) -> Array:
+    """Whether a material flows without limit, () bool."""
+    fluidity = material.spectrum().fluidity
+    return jnp.zeros((), bool) if fluidity is None else jnp.asarray(fluidity) > 0.0

@@ -1,0 +1,222 @@
+"""One layer bonded to an elastic half-space: its response in the layer's modulus, exact in time.
+
+For constant Poisson's ratios the response at wavenumber alpha is, in the layer's shear modulus g,
+
+    alpha N(alpha; g) = B0/g + B1/(g + c1) + B2/(g + c2),     c_j = r_j Gs,  B_j, r_j >= 0.
+
+It is the paper's Appendix A (u_z under p) in partial fractions. With x = alpha h, theta = exp(-2x),
+kappa = 3 - 4 nu of the layer (c) and the substrate (s), G = g/Gs,
+
+    N = (1 - nu_c)/(g alpha) (N0 + N1 G + N2 G^2)/(D0 + D1 G + D2 G^2),
+
+where all N_i and D_i are sums of positive terms (``_polynomials``): nothing overflows, nothing
+cancels. The compact forms usually printed lose up to 20 % for thin films and large contrasts.
+
+Since only g depends on time, the elastic-viscoelastic correspondence principle turns each term into
+a one-dimensional element, the layer's material in parallel with a spring c_j:
+
+    1/(s (g(s) + c))  ->  J_c(t) = 1/(g0 + c) + sum_k a_k (1 - exp(-rho_k t)),
+
+with rho_k the relaxation rates of the material with a compliance 1/c in series, and
+a_k = w_k/c^2 of the weights of that relaxation (``materials.relaxation_modes``): again positive terms only.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._exponential import mean_decay
+from jaxcontact._pytree import pytree
+from jaxcontact.layers import Layer
+from jaxcontact.materials import Material, Spectrum, relaxation_modes
+from jaxcontact.response.base import Response, Separable
+from jaxcontact.response.half_space import HalfSpace, may_flow
+from jaxcontact.response.images import Images, fit_images, fit_wavenumbers, image_depths, quantised
+from jaxcontact.response.separable import separate_bands
+
+SERIES_BELOW = 0.7
+QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+@pytree
+class Modes:
+    """alpha N = film/g + sum_j amplitude_j/(g + stiffness_j).
+
+    film: B0, (...); amplitude: B_j, (..., 2), both without unit; stiffness: c_j [Pa], (..., 2).
+    """
+
+    film: Array
+    amplitude: Array
+    stiffness: Array
+
+
+def _sinh_excess(y: Array) -> Array:
+    """sinh(y) - y without cancellation, used below 2 SERIES_BELOW."""
+    terms, power = jnp.zeros_like(y), y**3 / 6.0
+    for n in range(2, 11):
+        terms = terms + power
+        power = power * y**2 / (2 * n * (2 * n + 1))
+    return terms
+
+
+def _differences(x: Array) -> tuple[Array, Array]:
+    """f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, exact for all x."""
+    small = x < SERIES_BELOW
+    low, high = jnp.where(small, x, SERIES_BELOW), jnp.where(small, SERIES_BELOW, x)
+    theta = jnp.exp(-2.0 * low)
+    f3 = 2.0 * theta * _sinh_excess(2.0 * low)
+    f4 = 4.0 * theta * _sinh_excess(low) * (jnp.sinh(low) + low)
+    theta = jnp.exp(-2.0 * high)
+    g3 = -jnp.expm1(-4.0 * high) - 4.0 * high * theta
+    g4 = jnp.expm1(-2.0 * high) ** 2 - 4.0 * high**2 * theta
+    return jnp.where(small, f3, g3), jnp.where(small, f4, g4)
+
+
+def _polynomials(
+    x: Array, kc: Array | float, ks: Array | float
+) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """(N0, N1, N2) and (D0, D1, D2) of the module's formula; kc, ks are the two kappas."""
+    theta = jnp.exp(-2.0 * x)
+    E1, E2 = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)
+    f3, f4 = _differences(x)
+    xt = 4.0 * x * theta
+    D = (
+        kc * (1.0 + theta**2) + (kc**2 + 1.0) * theta + x * xt,
+        E1 * ((1.0 + kc * ks) + (kc + ks) * theta) + (ks - 1.0) * x * xt,
+        ks * f4,
+    )
+    N = (
+        (kc - 1.0) * E2 + f3,
+        1.0 + kc * ks + (kc + ks) * theta**2 - xt * (ks - 1.0),
+        ks * (E2 + xt),
+    )
+    return N, D
+
+
+def _roots(c0: Array, c1: Array, c2: Array) -> tuple[Array, Array]:
+    """The two positive roots of c0 - c1 r + c2 r^2 = 0, the smaller first, without cancellation.
+
+    They meet for a thick layer when both solids are incompressible; a gap of 1e-10 is kept there, for
+    the derivatives (the response itself does not feel it).
+    """
+    q = c1 + jnp.sqrt(jnp.maximum(c1**2 - 4.0 * c0 * c2, 1e-20 * c1**2))
+    return 2.0 * c0 / q, q / (2.0 * c2)
+
+
+def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Creep of a material in parallel with springs c, J_c(t) = start + sum_k a_k (1 - exp(-rho_k t)).
+
+    Returns start [1/Pa], (...); a [1/Pa], (..., m); rho [1/s], (..., m) for stiffness (...) [Pa].
+    """
+    rho, weight = relaxation_modes(spectrum, 1.0 / stiffness)
+    J0 = spectrum.instantaneous
+    return J0 / (1.0 + stiffness * J0), weight / stiffness[..., None] ** 2, rho
+
+
+@pytree
+class OneLayer(Response):
+    """A layer on an elastic substrate, in closed form."""
+
+    layer: Layer
+    substrate: Material
+
+    def modes(self, wavenumber: Array) -> Modes:
+        """The partial fractions of alpha N, wavenumber > 0 [rad/m]."""
+        nu_c, nu_s = self.layer.material.nu, self.substrate.nu
+        kappas = 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s
+        (N0, N1, N2), (D0, D1, D2) = _polynomials(wavenumber * self.layer.thickness, *kappas)
+        r1, r2 = _roots(D0, D1, D2)
+        z1, z2 = _roots(N0, N1, N2)  # the zeros interlace with the poles: z1 < r1 < z2 < r2
+        lead = (1.0 - nu_c) * N2 / (D2 * (r2 - r1))
+        B1 = lead * (r1 - z1) * (z2 - r1) / r1
+        B2 = lead * (r2 - z1) * (r2 - z2) / r2
+        Gs = 1.0 / self.substrate.spectrum().instantaneous
+        return Modes((1.0 - nu_c) * N0 / D0, jnp.stack([B1, B2], -1), jnp.stack([r1, r2], -1) * Gs)
+
+    def _modes_and_zero(self, wavenumber: Array) -> tuple[Modes, Array]:
+        """The modes at wavenumbers >= 0, and where these are zero: there the modes are those of another."""
+        zero = wavenumber == 0.0
+        return self.modes(jnp.where(zero, 1.0 / self.layer.thickness, wavenumber)), zero
+
+    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        # not broadcast before the modes and rates are found: those are dear, and the same at all times
+        wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
+        modes, zero = self._modes_and_zero(wavenumber)
+        spectrum = self.layer.material.spectrum()
+        first, amplitude, rho = parallel_creep(spectrum, modes.stiffness)
+        decay = mean_decay(rho, start[..., None, None], end[..., None, None])
+        springs = first + jnp.sum(amplitude * (1.0 - decay), -1)
+        film = modes.film * spectrum.mean_creep(start, end)
+        total = film + jnp.sum(modes.amplitude * springs, -1)
+        return jnp.where(zero, HalfSpace(self.substrate).step(wavenumber, start, end), total)
+
+    def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """The paper's substitution of phi(t) for 1/(2G), the mean over an interval by five Gauss points.
+
+        It is within 2.5e-6 for the paper's film on steel; for a film as stiff as its substrate it is off
+        by about 1 %.
+        """
+        wavenumber, start, end = jnp.broadcast_arrays(
+            *(jnp.asarray(a, float) for a in (wavenumber, start, end))
+        )
+        modes, zero = self._modes_and_zero(wavenumber)
+        t = (start + end)[..., None] / 2.0 + (end - start)[..., None] / 2.0 * QUADRATURE_NODES
+        J = self.layer.material.creep(t)
+        springs = J[..., None] / (1.0 + modes.stiffness[..., None, :] * J[..., None])
+        values = modes.film[..., None] * J + jnp.sum(modes.amplitude[..., None, :] * springs, -1)
+        mean = jnp.sum(values * QUADRATURE_WEIGHTS, -1) / 2.0
+        return jnp.where(zero, HalfSpace(self.substrate).step(wavenumber, start, end), mean)
+
+    def wavenumbers(self) -> Array:
+        return fit_wavenumbers(self.layer.thickness)
+
+    def separate(self, nodes: int) -> Separable:
+        """Bands of the decay rates of the film in parallel with the substrate; see ``response.separable``."""
+        modes, spectrum = self.modes(self.wavenumbers()), self.layer.material.spectrum()
+        first, amplitude, rho = parallel_creep(spectrum, modes.stiffness)
+        start = modes.film * spectrum.instantaneous + jnp.sum(modes.amplitude * first, -1)
+        exact = lambda t: self.step(self.wavenumbers(), t, t)
+        return separate_bands(
+            start, modes.film, spectrum, modes.amplitude[..., None] * amplitude, rho, nodes, exact
+        )
+
+    def expand(self, values: Array, at_zero: Array) -> Images:
+        floor = quantised(jnp.max(at_zero) / jnp.max(values[..., -1]))
+        depths = image_depths(self._stiffness_ratio())
+        return fit_images(values, at_zero, floor, depths, self.layer.thickness)
+
+    def _stiffness_ratio(self) -> Array:
+        """Film over substrate modulus at first; a film that is rigid at first counts as 1e3."""
+        film = self.layer.material.spectrum().instantaneous
+        substrate = self.substrate.spectrum().instantaneous
+        return jnp.minimum(substrate / jnp.where(film > 0.0, film, substrate * 1e-3), 1e3)
+
+    def wide(self, t: Array | float) -> Array:
+        return HalfSpace(self.substrate).wide(t)
+
+    def narrow(self, t: Array | float) -> Array:
+        return HalfSpace(self.layer.material).wide(t)
+
+    def springs(self, t: Array | float) -> Array:
+        """h (1 - 2 nu)/(2 (1 - nu)) J: uniaxial strain of the layer."""
+        nu = self.layer.material.nu
+        return self.layer.material.creep(t) * self.layer.thickness * (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+
+    def long_term(self) -> Array:
+        return HalfSpace(self.substrate).long_term()
+
+    def flows(self) -> Array:
+        return may_flow(self.layer.material)
+
+    def rigid_at_first(self) -> Array | bool:
+        return HalfSpace(self.layer.material).rigid_at_first()
+
+    def film(self) -> Layer:
+        return self.layer
+
+    def on_rigid_base(self) -> Array:
+        return self.modes(self.wavenumbers()).film
+
+    def far_strength(self) -> None:
+        """None: at wavenumber zero the layer is not seen."""
+        return None

@@ -1,0 +1,214 @@
+"""What an indenter in steady sliding leaves behind it, as one operator.
+
+A pressure that is steady in the indenter's frame has left, at rate lambda_k, the history
+
+    eta_k(x) = int_0^T exp(-lambda_k s) p(x + v s) ds,      u = C_0 * p + sum_k lambda_k C_k * eta_k,
+
+with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the
+time to cross the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T:
+finite for every rate and mode, unlimited flow included, and without wrapping around on a grid of twice
+the size, where the kernel is made, and then cut to the offsets on the grid.
+
+What lies farther behind is out of a film's reach. A half-space feels it as a line of point sources,
+
+    C_far(x) = (1 - nu) fluidity_k/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
+
+For lambda = 0 this grows with the logarithm of the length of the track, the same everywhere: the
+pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._exponential import phi1
+from jaxcontact._pytree import pytree, static
+from jaxcontact.history.memory import deepest_strain
+from jaxcontact.history.moving import Shift, along
+from jaxcontact.operators import spectral
+from jaxcontact.operators.kernels import Kernels
+from jaxcontact.operators.moving import Moving
+
+AT_REST = 1e-30  # cells per second: slower is this
+FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)
+FAR_REACH = 14.0  # e-folds of distance
+
+
+@pytree
+class Wake:
+    """What the indenter leaves behind.
+
+    kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
+    along x per second]; ratio: dy/dx; point: see ``Response.far_strength``; shape: (nx, ny) of the grid; across:
+    whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
+    one row in place of MY/2 + 1.
+    """
+
+    kernels: Kernels
+    shapes: Array
+    velocity: Array
+    ratio: Array
+    point: Array | None
+    shape: tuple[int, int] = static()
+    across: bool = static()
+
+    @property
+    def crossing_time(self) -> Array:
+        """T [s] to cross the grid along the velocity."""
+        sides = jnp.stack([self.shape[0] * jnp.ones(()), self.shape[1] * self.ratio])
+        return 1.0 / jnp.maximum(jnp.max(jnp.abs(self.velocity) / sides), AT_REST)
+
+    @property
+    def length(self) -> Array:
+        """Of the track within the grid, [cells along x]."""
+        return self.speed * self.crossing_time
+
+    @property
+    def speed(self) -> Array:
+        """[cells along x per second], never quite zero."""
+        square = jnp.sum(self.velocity**2)
+        return jnp.sqrt(jnp.maximum(square, AT_REST**2))
+
+    def shift(self, time: Array | float) -> Shift:
+        """The way in a time."""
+        return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
+
+    def symbols(self) -> Array:
+        """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
+        T, padded = self.crossing_time, spectral.padded_shape(doubled(self.shape))
+        phase, loss = along(padded, self.shift(T), self.ratio)
+        return T * phi1((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
+
+    def kernel(self, weights: Array, symbols: Array) -> Array:
+        """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
+        mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
+        near = jnp.sum(self.shapes * mixed, 0)
+        if self.point is None:
+            return on_grid(near, self.shape)
+        return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
+
+    def without_history(self, weights: Array) -> Array:
+        """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
+        members = self.kernels.family.members
+        return jnp.tensordot(jnp.append(1.0, self.kernels.mix @ weights), members.spectrum, 1)
+
+    def circulant(self) -> Array:
+        """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
+
+        The damping 1/T stands for the end of the track; each term has a real part above zero.
+        """
+        parts = self.kernels.family.members.circulant
+        own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
+        phase, loss = along(self.shape, self.shift(1.0), self.ratio)
+        damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
+        return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
+
+    def operator(self, symbols: Array) -> Moving:
+        """Pressure -> displacement, C_0 and all that was left behind."""
+        ones = jnp.ones(self.kernels.rates.size)
+        return Moving(self.without_history(0.0 * ones) + self.kernel(ones, symbols), self.circulant())
+
+    def lost_power(self, symbols: Array, pressure: Array) -> Array:
+        """Taken up by the dashpots: lambda_k C_k (p - lambda_k eta_k) is the speed on which p works."""
+        rates = self.kernels.rates
+        speeds = self.without_history(jnp.ones_like(rates)) - self.without_history(jnp.zeros_like(rates))
+        return jnp.sum(pressure * spectral.convolve(speeds - self.kernel(rates, symbols), pressure))
+
+    def film_strain(self, symbols: Array, pressure: Array) -> Array:
+        """Shortening of the film over its thickness at its deepest point; zero without a film."""
+        film = self.kernels.film
+        if film is None:
+            return jnp.zeros(())
+        history = on_grid(jnp.tensordot(film.weights[1:], symbols, 1), self.shape)
+        strain = film.weights[0] * pressure + spectral.convolve(history, pressure)
+        return deepest_strain(film.coefficients, strain)
+
+    def far(self) -> Array:
+        """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
+        mx, my = spectral.padded_shape(self.shape)
+        x = offsets(mx)[:, None] + jnp.zeros(my)
+        y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
+        rates, T, (vx, vy) = self.kernels.rates, self.crossing_time, self.velocity
+
+        def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
+            s = T * jnp.exp(node[0])
+            distance = jnp.sqrt((x + vx * s) ** 2 + (y + vy * s) ** 2)
+            varying = 1.0 / jnp.maximum(distance, 1.0) - 1.0 / (self.speed * s)
+            return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
+
+        nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
+        zero = jnp.zeros((rates.size, mx, my))
+        varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
+        flows = rates == 0.0
+        uniform = jnp.where(flows, 0.0, exponential_integral(jnp.where(flows, 1.0, rates * T)) / self.speed)
+        return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
+
+    def drift(self, total: Array) -> Array:
+        """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
+        if self.point is None:
+            return jnp.zeros(())
+        flows = self.kernels.rates == 0.0
+        return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
+
+    def _point_strength(self) -> Array:
+        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,)."""
+        assert self.point is not None
+        return self.kernels.mix[0] * self.ratio * self.point / (2.0 * jnp.pi)
+
+
+def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
+    """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
+    nx, ny = shape
+    kernel = spectral.inverse(kernels.family.members.spectrum[1:], shape)
+    return spectral.kernel_spectrum(jnp.pad(kernel, ((0, 0), (0, nx), (0, ny))))
+
+
+def exponential_integral(x: Array) -> Array:
+    """E1(x) = int_x^infinity exp(-t)/t dt, x > 0: the series below 1.5, the continued fraction above.
+
+    jax.scipy.special.exp1 takes a minute for an array that holds both 1e-6 and 1 (jax 0.10).
+    """
+    small = x < 1.5
+    low, high = jnp.where(small, x, 1.5), jnp.where(small, 1.5, x)
+    series, power = -jnp.euler_gamma - jnp.log(low), jnp.ones_like(low)
+    for k in range(1, 25):
+        power = -power * low / k
+        series = series - power / k
+    tail = jnp.zeros_like(high)
+    for k in range(50, 0, -1):
+        tail = k**2 / (high + 2 * k + 1 - tail)
+    return jnp.where(small, series, jnp.exp(-high) / (high + 1.0 - tail))
+
+
+def doubled(shape: tuple[int, int]) -> tuple[int, int]:
+    """Twice as many cells each way."""
+    return 2 * shape[0], 2 * shape[1]
+
+
+def offsets(length: int) -> np.ndarray:
+    """The offsets of a kernel in wrap-around order, (length,)."""
+    i = np.arange(length)
+    return np.where(i < (length + 1) // 2, i, i - length)
+
+
+def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
+    """A wrapped kernel as a smaller wrapped one of shape ``target``, zero where no two cells of shape are."""
+    for axis in (0, 1):
+        at = offsets(target[axis])
+        kept = jnp.asarray(np.abs(at) < shape[axis])
+        taken = jnp.take(wide, jnp.asarray(at % wide.shape[axis]), axis=axis)
+        wide = taken * (kept[:, None] if axis == 0 else kept[None, :])
+    return wide
+
+
+def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> Array:
+    """Spectrum (my/2 + 1, mx) of an operator from its symbol on the doubled grid, (1 or MY/2 + 1, MX).
+
+    far: the kernel of its far part, (mx, my), which is added.
+    """
+    (MX, MY), padded = spectral.padded_shape(doubled(shape)), spectral.padded_shape(shape)
+    symbol = jnp.broadcast_to(symbol, (MY // 2 + 1, MX))
+    rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
+    near = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
+    return jnp.swapaxes(jnp.fft.rfft2(near + cut(far + 0.0 * near, shape, padded)), -1, -2)
