@@ -5,7 +5,7 @@
     psi(z)  = int_0^1 s exp(-z s) ds         = (phi1 - exp(-z))/z
 
 for Re z >= 0, z = 0 included, with finite derivatives. Near zero, where the right sides cancel, their
-Taylor series stand in: all are good to 2e-14 of their size (tests: 40-digit values).
+Taylor series stand in: all are good to 3e-14 of their size (tests: 40-digit values).
 """
 
 import math

@@ -24,9 +24,9 @@ DIMENSIONS = {
 
 @pytree
 class Scale:
-    """length [m] and compliance [1/Pa] that are one inside, and cell_area [m^2]: a sum of scaled pressures
+    """length [m] and compliance [1/Pa] that are one inside, and cell_area [m^2] of the grid.
 
-    over cells is a force in units of cell_area/compliance. Time is in seconds inside as outside.
+    A sum of scaled pressures over cells is a force in units of cell_area/compliance. Time is in seconds.
     """
 
     length: Array

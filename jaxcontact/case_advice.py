@@ -9,7 +9,9 @@ import numpy as np
 from jaxcontact._experiment import FEW_CELLS, Experiment
 from jaxcontact.case_file import Case
 from jaxcontact.indenters import Sphere
+from jaxcontact.layers import checked_body
 from jaxcontact.materials import relaxation_modes
+from jaxcontact.response.body import response_of
 
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 
@@ -64,8 +66,7 @@ def _radius(case: Case, times: np.ndarray) -> float:
 
 def fastest_time(case: Case) -> float:
     """The shortest relaxation time [s] of the material that is pressed on; inf for an elastic one."""
-    surface = case.body.layers[0].material if case.body.layers else case.body.substrate
-    spectrum = surface.spectrum()
+    spectrum = response_of(checked_body(case.body)[0]).surface().spectrum()
     rigid_at_first = float(spectrum.instantaneous) == 0.0  # Kelvin-Voigt: only its retardation is finite
     rates = np.asarray(spectrum.rates if rigid_at_first else relaxation_modes(spectrum)[0])
     return float(1.0 / np.max(rates)) if rates.size and np.max(rates) > 0.0 else math.inf

@@ -13,7 +13,7 @@ def case_text(case: Case) -> str:
     """TOML that reads back as the same case; each line has its meaning and unit as a comment."""
     sections = {name: _section(name, case) for name in SECTIONS}
     blocks = [_block(name, *section) for name, section in sections.items() if section]
-    if not case.body.layers:
+    if "layer" not in case.tables:
         blocks.insert(0, "# no [layer]: the substrate is all there is\n")
     if case.indenter.material is None:
         blocks.append("# no [indenter.material]: the indenter is rigid\n")

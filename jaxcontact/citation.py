@@ -13,7 +13,15 @@ PAPER = """@article{wang2025zddp,
 
 
 def cite() -> str:
-    """BibTeX of this version of the package and of the paper whose model it solves."""
+    """How to cite this version of the package, and the paper whose model it solves.
+
+    Returns:
+        Two entries of BibTeX, as text.
+
+    Example:
+        >>> print(jc.cite().splitlines()[0])
+        @software{jaxcontact,
+    """
     software = f"""@software{{jaxcontact,
   author  = {{{{The jaxcontact developers}}}},
   title   = {{{{{TITLE}}}}},

@@ -31,7 +31,17 @@ MARGIN = 1.3
 
 @pytree
 class Grid:
-    """shape: (nx, ny), static; spacing: (dx, dy) [m]."""
+    """Rectangular cells in the plane of the contact; see the module for the place of each.
+
+    Args:
+        shape: (nx, ny), at least 4 each; static.
+        spacing: (dx, dy) [m] > 0.
+
+    Example:
+        >>> grid = jc.Grid(shape=(64, 32), spacing=(1e-6, 2e-6))
+        >>> jc.Grid.square(n=64, width=64e-6).cell_area == 1e-12
+        True
+    """
 
     shape: tuple[int, int] = static()
     spacing: tuple[Any, Any]

@@ -75,10 +75,10 @@ def indent(
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
-        >>> grid = jc.Grid.square(n=32, width=400e-6)
+        >>> grid = jc.Grid.square(n=32, width=300e-6)
         >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
-        >>> f"{history.approach[0] * 1e6:.1f} um"        # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
-        '2.6 um'
+        >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
+        '1.92 um'
     """
     experiment = Experiment.of(
         body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,

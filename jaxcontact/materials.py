@@ -25,13 +25,14 @@ The relaxation modulus has the transform G(s) = 1/h(s), so that with the roots -
 """
 
 import abc
+from typing import Self
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._exponential import mean_decay
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, replace
 
 
 @pytree
@@ -143,6 +144,16 @@ class Material(abc.ABC):
         """Shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
         return self.spectrum().creep(t)
 
+    def scaled(self, factor: Array | float) -> Self:
+        """The material ``factor`` times as stiff and as viscous, with the same times and Poisson's ratio."""
+        less, kept = ("J0", "J", "fluidity"), ("nu", "tau")
+        change = {
+            name: value / factor if name in less else value * factor
+            for name, value in vars(self).items()
+            if name not in kept
+        }
+        return replace(self, **change)
+
     def relaxation(self, t: Array | float) -> Array:
         """Shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
@@ -173,7 +184,17 @@ class Material(abc.ABC):
 
 @pytree
 class Elastic(Material):
-    """J = 1/G.  G: shear modulus [Pa]; nu: Poisson's ratio."""
+    """J = 1/G.
+
+    Args:
+        G: shear modulus [Pa] > 0.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+
+    Example:
+        >>> steel = jc.Elastic.from_young(210e9, nu=0.3)
+        >>> f"{steel.G / 1e9:.2f} GPa"
+        '80.77 GPa'
+    """
 
     G: Array | float
     nu: Array | float = 0.3
@@ -189,7 +210,20 @@ class Elastic(Material):
 
 @pytree
 class Maxwell(Material):
-    """J(t) = 1/G + t/eta  (paper Eq. 11).  G [Pa], eta [Pa s]."""
+    """J(t) = 1/G + t/eta.
+
+    Source: the paper, Eq. (11).
+
+    Args:
+        G: shear modulus [Pa] > 0.
+        eta: viscosity [Pa s] > 0.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+
+    Example:
+        >>> pitch = jc.Maxwell(G=1e9, eta=1e11)
+        >>> f"{pitch.relaxation(100.0) / 1e9:.3f} GPa"           # G exp(-G t/eta)
+        '0.368 GPa'
+    """
 
     G: Array | float
     eta: Array | float
@@ -204,9 +238,19 @@ class Maxwell(Material):
 
 @pytree
 class KelvinVoigt(Material):
-    """J(t) = (1 - exp(-G t/eta))/G.  G [Pa], eta [Pa s].
+    """J(t) = (1 - exp(-G t/eta))/G.
 
     It is rigid at first: ``relaxation`` is G for t > 0 and leaves out the pulse eta delta(t).
+
+    Args:
+        G: shear modulus [Pa] > 0.
+        eta: viscosity [Pa s] > 0.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+
+    Example:
+        >>> gel = jc.KelvinVoigt(G=1e3, eta=2e3, nu=0.5)
+        >>> f"{gel.creep(2.0) * 1e3:.3f} 1/kPa"
+        '0.632 1/kPa'
     """
 
     G: Array | float
@@ -224,7 +268,19 @@ class KelvinVoigt(Material):
 
 @pytree
 class StandardLinearSolid(Material):
-    """J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2.  G1, G2 [Pa], eta2 [Pa s]."""
+    """J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2.
+
+    Args:
+        G1: modulus at first [Pa] > 0.
+        G2: modulus of the delayed part [Pa] > 0.
+        eta2: viscosity of the delayed part [Pa s] > 0.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+
+    Example:
+        >>> rubber = jc.StandardLinearSolid(G1=2e6, G2=2e6, eta2=1e6, nu=0.5)
+        >>> f"{rubber.relaxation(1e3) / 1e6:.2f} MPa"             # G1 G2/(G1 + G2) in the end
+        '1.00 MPa'
+    """
 
     G1: Array | float
     G2: Array | float
@@ -240,7 +296,22 @@ class StandardLinearSolid(Material):
 
 @pytree
 class Burgers(Material):
-    """J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2 + t/eta1  (paper Eq. 13).  G1, G2 [Pa], eta1, eta2 [Pa s]."""
+    """J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2 + t/eta1.
+
+    Source: the paper, Eq. (13); its Eq. (14) gives phi = J/2 of the tribofilm below.
+
+    Args:
+        G1: modulus at first [Pa] > 0.
+        G2: modulus of the delayed part [Pa] > 0.
+        eta1: viscosity of the unlimited flow [Pa s] > 0.
+        eta2: viscosity of the delayed part [Pa s] > 0.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+
+    Example:
+        >>> film = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
+        >>> f"{film.creep(7200.0) / film.creep(0.0):.1f} times"
+        '33.1 times'
+    """
 
     G1: Array | float
     G2: Array | float
@@ -260,7 +331,17 @@ class Burgers(Material):
 class Prony(Material):
     """J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t.
 
-    J0 [1/Pa]; J [1/Pa] and tau [s] of shape (n,); fluidity [1/(Pa s)]. Times may be equal, and J_i zero.
+    Args:
+        J0: compliance at first [1/Pa] >= 0.
+        J: delayed compliances [1/Pa] >= 0, (n,).
+        tau: their retardation times [s] > 0, (n,); some may be equal.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+        fluidity: rate of the unlimited flow [1/(Pa s)] >= 0.
+
+    Example:
+        >>> polymer = jc.Prony(J0=1e-9, J=np.array([2e-9, 5e-9]), tau=np.array([1.0, 100.0]))
+        >>> f"{polymer.relaxation(1e6) / 1e6:.0f} MPa"            # 1/(J0 + sum J) in the end
+        '125 MPa'
     """
 
     J0: Array | float

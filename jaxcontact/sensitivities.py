@@ -54,18 +54,31 @@ class Sensitivity:
 def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivity:
     """The table d log(output)/d log(parameter) of a calculation, by forward mode, one tangent a parameter.
 
-    f: takes ``body`` and returns outputs by name, each a number or an array (of one value per time, say):
-
-        f = lambda body: {"approach": jc.indent(body, ball, jc.Load(60.0), times, grid=grid).approach}
-
-    body: a ``LayeredHalfSpace``, or any pytree of numbers (a tuple of body and indenter): every number
-    in it is a parameter, named by its path, and so is every array as a whole (all of it moves by one per
-    cent). A parameter that is zero has sensitivity zero.
-
     f is called once with the values themselves, so that it refuses what it refuses and warns of what it
-    warns of, and then compiled for the derivatives: not itself to be put under jit.
+    warns of, and then compiled for the derivatives: not itself to be put under jit. A parameter that is zero
+    has sensitivity zero.
 
-    Raises ValueError when f does not return outputs by name, and what f raises.
+    Args:
+        f: takes ``body`` and returns outputs by name, each a number or an array (of one value per time, say).
+        body: a ``LayeredHalfSpace``, or any pytree of numbers (a tuple of body and indenter): every number
+            in it is a parameter, named by its path, and so is every array as a whole (all of it moves by one
+            per cent).
+
+    Returns:
+        A ``Sensitivity``.
+
+    Raises:
+        ValueError: f does not return outputs by name; and what f raises.
+
+    Example:
+        >>> grid, ball = jc.Grid.square(n=24, width=330e-6), jc.Sphere(9.525e-3)
+        >>> press = lambda body: jc.indent(body, ball, jc.Load(60.0), [0.0], grid=grid)
+        >>> steel = jc.LayeredHalfSpace([], jc.Elastic.from_young(210e9))
+        >>> table = jc.sensitivity(lambda body: {"approach": press(body).approach}, steel)
+        >>> print(table)                                          # Hertz: -2/3 for G
+        parameter      approach
+        substrate.G     -0.66...
+        substrate.nu    -0.28...
     """
     body = as_float64(body)
     found = _by_name(f(body))

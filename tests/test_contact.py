@@ -10,8 +10,9 @@ import pytest
 from tolerances import APPROACH, PEAK, SOLVER
 
 import jaxcontact as jc
-from jaxcontact import influence, spectral
 from jaxcontact.contact import implicit, normal
+from jaxcontact.operators.free_space import FreeSpaceFamily
+from jaxcontact.response.coefficients import surface_coefficients
 
 NOW = np.zeros(1)
 GLASS = jc.Elastic(G=30e9, nu=0.25)
@@ -100,17 +101,9 @@ def problem_at(lowest, load, grid=(32, 40), curvature=0.02):
     """Paraboloids with their lowest points at the given cells, on a half-space, in units of the cell."""
     x, y = np.meshgrid(*map(np.arange, grid), indexing="ij")
     gap = np.min([curvature / 2 * ((x - a) ** 2 + (y - b) ** 2) for a, b in lowest], 0)
-    images = influence.half_space_images(jnp.ones(1))
-    kernel = influence.influence_coefficients(jc.Grid(shape=grid, spacing=(1.0, 1.0)), images)[0]
-    return normal.Problem(
-        spectrum=spectral.kernel_spectrum(kernel),
-        circulant=spectral.circulant_spectrum(kernel),
-        gap=jnp.asarray(gap),
-        target=jnp.asarray(load),
-        lowest=jnp.zeros(()),
-        window=spectral.windowed(kernel),
-        load_controlled=True,
-    )
+    kernel = surface_coefficients(jc.Grid(shape=grid, spacing=(1.0, 1.0)))
+    operator = FreeSpaceFamily.of(kernel[None]).combined([1.0])
+    return normal.Problem(operator, jnp.asarray(gap), jnp.asarray(load), jnp.zeros(()), load_controlled=True)
 
 
 ONE, TWO = [(9.3, 29.0)], [(5.0, 6.0), (27.0, 34.0)]
@@ -120,7 +113,7 @@ ONE, TWO = [(9.3, 29.0)], [(5.0, 6.0), (27.0, 34.0)]
 def test_the_window_changes_nothing_but_the_cost(lowest, load):
     """A contact off the middle, two that no window holds, one that outgrows it: solution and tangent."""
     problem = problem_at(lowest, load)
-    plain = dataclasses.replace(problem, window=None)
+    plain = dataclasses.replace(problem, operator=dataclasses.replace(problem.operator, window=None))
     start, options = jnp.zeros(problem.gap.shape), (1e-12, 500)
 
     def solved(problem):
@@ -138,7 +131,8 @@ def test_the_window_changes_nothing_but_the_cost(lowest, load):
 def test_a_contact_that_fits_the_window_is_solved_there():
     problem = problem_at(ONE, 4.0)
     start = normal.first_guess(problem)
-    p, taken = normal._search_in_window(problem, start, jnp.asarray(1e-10), jnp.asarray(500))
+    shape = problem.operator.window_shape(start.shape)
+    p, taken = normal._search_in_window(problem, shape, start, jnp.asarray(1e-10), jnp.asarray(500))
     assert 3 < int(taken) < 30
     on_grid = normal._search(problem, p, jnp.asarray(1e-10), jnp.asarray(0))
     assert float(on_grid.error) < 1.01e-10

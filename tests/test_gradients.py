@@ -1,6 +1,5 @@
 """Derivatives through contact and time: reverse equals forward equals central differences."""
 
-import importlib
 import time
 import warnings
 
@@ -12,10 +11,13 @@ from jax.test_util import check_grads
 from tolerances import CENTRAL_DIFFERENCE, MODES, ROUND_OFF, TIGHT_SOLVER
 
 import jaxcontact as jc
-from jaxcontact import influence, materials, spectral
+from jaxcontact import materials
 from jaxcontact.contact import implicit
 from jaxcontact.contact.normal import Problem
-from jaxcontact.frf import normal
+from jaxcontact.operators.free_space import FreeSpaceFamily
+from jaxcontact.operators.kernels import build
+from jaxcontact.response import coefficients as influence
+from jaxcontact.response.one_layer import OneLayer
 
 STEEL = jc.Elastic.from_young(210e9)
 FILM = jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
@@ -78,13 +80,11 @@ def test_reverse_forward_and_central_differences_agree_for_every_leaf(control):
 def small_contact(q):
     """A contact of some 60 cells: approach and sum p^2 from log modulus, log curvature, log load."""
     grid = jc.Grid.square(16, 16.0)
-    kernel = influence.influence_coefficients(grid, influence.half_space_images(jnp.exp(q[0])[None]))[0]
+    kernel = jnp.exp(q[0]) * influence.surface_coefficients(grid)
     x, y = grid.coordinates()
     gap = 0.02 * jnp.exp(q[1]) * (x**2 + 1.3 * y**2)
-    problem = Problem(
-        spectral.kernel_spectrum(kernel), spectral.circulant_spectrum(kernel), gap, 9.0 * jnp.exp(q[2]),
-        jnp.zeros(()), spectral.windowed(kernel), True,
-    )  # fmt: skip
+    operator = FreeSpaceFamily.of(kernel[None]).combined([1.0])
+    problem = Problem(operator, gap, 9.0 * jnp.exp(q[2]), jnp.zeros(()), True)
     s = implicit.solve_contact(problem, jnp.zeros((16, 16)), jnp.asarray(1e-13), jnp.asarray(500))
     return jnp.stack([s.approach, jnp.sum(s.pressure**2), s.displacement[3, 4]])
 
@@ -103,9 +103,10 @@ def responses(q):
 
 def coefficients(q):
     body, ball = body_and_ball(jnp.pad(q, (0, 2)))
-    built = importlib.import_module("jaxcontact.kernels").build(body, ball, jc.Grid.square(8, 1.6e-6))
-    first, shape = built.spectra[0, 1, 2], built.spectra[1, 1, 2] * built.mix[0, 0]
-    return jnp.stack([first, 1e2 * shape]) * built.units.compliance * 1e9
+    built = build(body, ball, jc.Grid.square(8, 1.6e-6))
+    spectra = built.family.members.spectrum
+    first, shape = spectra[0, 1, 2], spectra[1, 1, 2] * built.mix[0, 0]
+    return jnp.stack([first, 1e2 * shape]) * built.scale.compliance * 1e9
 
 
 def stopped(f):
@@ -113,8 +114,8 @@ def stopped(f):
 
 
 CHECKS = {
-    "materials": (creep_and_modulus, 4, materials, "relaxation_rates"),
-    "responses": (responses, 9, normal, "layer_modes"),
+    "materials": (creep_and_modulus, 4, materials, "relaxation_modes"),
+    "responses": (responses, 9, OneLayer, "modes"),
     "influence coefficients": (coefficients, 9, influence, "image_coefficients"),
     "contact": (small_contact, 3, implicit, "solve_in_contact"),
 }

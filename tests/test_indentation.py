@@ -9,11 +9,10 @@ import pytest
 from tolerances import APPROACH, PEAK, ROUND_OFF, SEPARATION
 
 import jaxcontact as jc
-from jaxcontact import spectral
+from jaxcontact._experiment import fine_steps
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
-from jaxcontact.indentation import fine_times
-from jaxcontact.kernels import build_superposition
+from jaxcontact.operators.kernels import build_images
 from jaxcontact.reference import abel, hertz, lee_radok, ting
 
 TAU = 1.0
@@ -215,16 +214,16 @@ def test_creeping_layer_against_the_axisymmetric_march(film, steel, h, load, tab
 
 @jax.jit
 def step(memory, fields, old, new, inputs):
-    operator, fields = memory.predict(fields, old, inputs)
-    return operator.earlier + spectral.convolve(operator.spectrum, new), memory.update(fields, new, inputs)
+    operator, earlier, fields = memory.predict(fields, old, inputs)
+    return earlier + operator(new), memory.update(fields, new, inputs)
 
 
 def both_ways(body, ball, grid, times, pressures):
     """Displacements from given pressures by the recursion and by the direct superposition."""
     kernels = jc.kernels(body, ball, grid)
     one = RecursiveMemory(kernels)
-    dt = fine_times(times, 1)[1]
-    two = DirectMemory(build_superposition(body, ball, grid), jnp.zeros(times.size))
+    dt = fine_steps(times, 1)
+    two = DirectMemory(build_images(body, ball, grid), jnp.zeros(times.size))
     table = jax.jit(rows, static_argnames="quasi_elastic")(body, ball, times, quasi_elastic=False)
     first, second, p = one.start(grid.shape), two.start(grid.shape), jnp.zeros(grid.shape)
     ours, direct = [], []

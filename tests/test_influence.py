@@ -9,26 +9,25 @@ from scipy.special import j0, j1
 from tolerances import IMAGES, ROUND_OFF
 
 import jaxcontact as jc
-from jaxcontact import spectral
-from jaxcontact.frf.normal import scaled_response
-from jaxcontact.influence import (
+from jaxcontact.operators import spectral
+from jaxcontact.operators.kernels import image_weights
+from jaxcontact.reference import refined_grid
+from jaxcontact.response.body import response_of
+from jaxcontact.response.coefficients import influence_coefficients
+from jaxcontact.response.images import (
+    Images,
     fit_images,
     fit_wavenumbers,
-    half_space_images,
     image_depths,
-    influence_coefficients,
     quantised,
 )
-from jaxcontact.kernels import build_superposition, image_weights
-from jaxcontact.reference import refined_grid
 
 
 def coefficients(body, grid, t=0.0):
     rigid = jc.Sphere(1.0)
-    images = build_superposition(body, rigid, grid)
+    response = response_of(body)
+    images = response.expand(response.step(response.wavenumbers(), 0.0, 0.0), response.wide(0.0))
     weights = image_weights(body, rigid, jnp.asarray(t), jnp.asarray(t), quasi_elastic=False)
-    from jaxcontact.influence import Images
-
     return influence_coefficients(grid, Images(images.depths, weights))
 
 
@@ -38,18 +37,18 @@ def coefficients(body, grid, t=0.0):
 def test_images_fit_the_response_at_wavenumbers_between_the_nodes(ratio, bound):
     h, g = 150e-9, 0.75e9
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(g, 0.3), h)], jc.Elastic(g / ratio, 0.3))
-    values = scaled_response(body, fit_wavenumbers(h), 0.0, 0.0)
+    values = response_of(body).step(fit_wavenumbers(h), 0.0, 0.0)
     floor = quantised(jnp.asarray(ratio))
     fit = fit_images(values, jnp.asarray(0.7 * ratio / g), floor, image_depths(jnp.asarray(ratio)), h)
     alpha = jnp.geomspace(1e-7, 1e4, 1001) / h
     ours = fit.weights[0] + jnp.expm1(-alpha[:, None] * fit.depths[1:]) @ fit.weights[1:]
-    np.testing.assert_allclose(ours, scaled_response(body, alpha, 0.0, 0.0), rtol=bound)
+    np.testing.assert_allclose(ours, response_of(body).step(alpha, 0.0, 0.0), rtol=bound)
 
 
 def test_love_element_by_quadrature():
     """The surface image is the displacement of a uniformly loaded rectangle: int 1/(2 pi r) dA."""
     grid = jc.Grid(shape=(8, 6), spacing=(1.0, 0.7))
-    ours = influence_coefficients(grid, half_space_images(jnp.ones(1)))[0]
+    ours = influence_coefficients(grid, Images(jnp.zeros(1), jnp.ones((1, 1))))[0]
     for i, j in [(1, 0), (3, 2), (7, 5)]:
         row = lambda x, j=j: quad(lambda y: 1 / np.hypot(x, y), (j - 0.5) * 0.7, (j + 0.5) * 0.7)[0]
         expected = quad(row, i - 0.5, i + 0.5)[0] / (2 * np.pi)
@@ -69,12 +68,12 @@ def test_layered_coefficients_against_a_hankel_integral(steel, h, pixel):
     r, b = 20 * pixel, pixel / np.sqrt(np.pi)  # a disc of the cell's area: equal but for (pixel/r)^4
 
     def film_part(a):
-        return float(scaled_response(body, a, 0.0, 0.0)) - 0.7 / float(steel.G)
+        return float(response_of(body).step(a, 0.0, 0.0)) - 0.7 / float(steel.G)
 
     far_field = 0.7 / float(steel.G) * pixel**2 / (2 * np.pi * r)
     a = np.linspace(1e-9, 60.0, 400001) / h if h > pixel else None
     if a is not None:
-        values = np.asarray(jax.jit(lambda a: scaled_response(body, a, 0.0, 0.0))(a)) - 0.7 / float(steel.G)
+        values = np.asarray(jax.jit(lambda a: response_of(body).step(a, 0.0, 0.0))(a)) - 0.7 / float(steel.G)
         tail = float(values[-1])
         disc = 2 * j1(a * b) / (a * b)
         film_field = np.trapezoid((values - tail) * disc * j0(a * r), a) * pixel**2 / (2 * np.pi)
@@ -108,7 +107,7 @@ def test_the_papers_procedure_converges_to_ours(body, t):
     """Eqs. (7)-(10): the central coefficient's error falls with AL, the far field's with chi."""
     grid = jc.Grid.square(n=32, width=32 * 1.6e-6)
     ours = np.asarray(coefficients(body, grid, t))
-    respond = jax.jit(lambda a: scaled_response(body, a, t, t))
+    respond = jax.jit(lambda a: response_of(body).step(a, t, t))
     errors = {}
     for chi, aliases in [(4, 2), (16, 0), (16, 2)]:
         theirs = refined_grid.coefficients(

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact.frf.normal import quasi_elastic_response, scaled_response
-from jaxcontact.frf.separable import separate
+from jaxcontact.response.body import response_of
 
 EXACT = 1e-13  # float64 sums of positive terms
 
@@ -32,25 +31,25 @@ def test_all_thicknesses_and_contrasts_to_round_off(nu_c, nu_s):
     x = np.array([1e-8, 1e-6, 1e-4, 1e-2, 0.3, 0.69, 0.71, 1.0, 3.0, 10.0, 20.0, 100.0, 1e3, 1e4])
     with mp.workdps(60):
         for ratio in (1e-8, 1e-4, 0.1, 1.0, 10.0, 1e4, 1e8):
-            ours = scaled_response(layered(ratio, 1.0, nu_c, nu_s), x, 0.0, 0.0)
+            ours = response_of(layered(ratio, 1.0, nu_c, nu_s)).step(x, 0.0, 0.0)
             exact = [float(printed_form(*map(mp.mpf, (v, ratio, 1.0, nu_c, nu_s)))) for v in x]
             np.testing.assert_allclose(ours, exact, rtol=EXACT)
 
 
 def test_a_layer_of_the_substrates_material_is_no_layer():
     x = jnp.geomspace(1e-6, 1e3, 50)
-    np.testing.assert_allclose(scaled_response(layered(2.0, 2.0, 0.3, 0.3), x, 0.0, 0.0), 0.35, rtol=EXACT)
+    np.testing.assert_allclose(response_of(layered(2.0, 2.0, 0.3, 0.3)).step(x, 0.0, 0.0), 0.35, rtol=EXACT)
 
 
 def test_wavenumber_zero_is_the_substrate_and_the_response_itself_infinite():
     body = layered(0.01, 2.0, 0.3, 0.25)
-    assert float(scaled_response(body, 0.0, 0.0, 0.0)) == 0.375
+    assert float(response_of(body).step(0.0, 0.0, 0.0)) == 0.375
     assert np.isposinf(jc.normal_response(body, 0.0))
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-8, 1e-3, 0.7, 30.0, 1e4])
 def test_gradients_are_finite_everywhere(x):
-    f = lambda k, g, h, nu: scaled_response(layered(g, 2.0, nu, 0.3, h), k, 0.0, 0.0)
+    f = lambda k, g, h, nu: response_of(layered(g, 2.0, nu, 0.3, h)).step(k, 0.0, 0.0)
     gradient = jax.grad(f, argnums=(0, 1, 2, 3))(x, 0.01, 1.0, 0.3)
     assert np.all(np.isfinite(gradient))
     assert np.isfinite(jax.grad(lambda k: jc.normal_response(layered(0.01, 2.0, 0.3, 0.3), k))(x))
@@ -59,7 +58,7 @@ def test_gradients_are_finite_everywhere(x):
 def test_thin_film_limit_is_the_film_as_springs():
     """N -> N_s + h (1 - 2 nu)/(2 g (1 - nu)) for a soft thin film."""
     x = 1e-6
-    ours = float(scaled_response(layered(1e-6, 1.0, 0.3, 0.3), x, 0.0, 0.0)) - 0.7
+    ours = float(response_of(layered(1e-6, 1.0, 0.3, 0.3)).step(x, 0.0, 0.0)) - 0.7
     assert ours == pytest.approx(x * 0.4 / (2e-6 * 0.7), rel=2e-6)
 
 
@@ -83,14 +82,14 @@ def test_time_response_against_numerical_laplace_inversion(film, ratio, x):
 
     for t in (10.0, 500.0, 7200.0):
         inverse = float(mp.invertlaplace(transform, t, method="talbot", degree=30))
-        assert float(scaled_response(body, x, t, t)) == pytest.approx(inverse, rel=1e-9)
+        assert float(response_of(body).step(x, t, t)) == pytest.approx(inverse, rel=1e-9)
 
 
 def test_mean_over_an_interval_is_the_integral(film, body):
     points, weights = np.polynomial.legendre.leggauss(40)
     t = 100.0 + 150.0 * (points + 1.0)
-    values = scaled_response(body, 2e4, t, t)
-    assert float(scaled_response(body, 2e4, 100.0, 400.0)) == pytest.approx(
+    values = response_of(body).step(2e4, t, t)
+    assert float(response_of(body).step(2e4, 100.0, 400.0)) == pytest.approx(
         float(values @ weights) / 2.0, rel=1e-12
     )
 
@@ -101,9 +100,8 @@ def test_quasi_elastic_error_for_the_papers_film(body, steel, film):
 
     def worst(Gs):
         other = jc.LayeredHalfSpace([jc.Layer(film, 1.0)], jc.Elastic(Gs, 0.3))
-        return float(
-            jnp.max(jnp.abs(quasi_elastic_response(other, x, t, t) / scaled_response(other, x, t, t) - 1.0))
-        )
+        response = response_of(other)
+        return float(jnp.max(jnp.abs(response.quasi_elastic(x, t, t) / response.step(x, t, t) - 1.0)))
 
     assert 1e-6 < worst(steel.G) < 4e-6
     assert 3e-3 < worst(film.G1 / 0.93) < 3e-2
@@ -115,8 +113,8 @@ def test_quasi_elastic_error_for_the_papers_film(body, steel, film):
 def test_shared_decay_rates(film, ratio, nodes, bound):
     """The sum of products is within the stated error of the exact response at all wavenumbers and times."""
     body = jc.LayeredHalfSpace([jc.Layer(film, 1.0)], jc.Elastic(film.G1 / ratio, 0.3))
-    x = jnp.geomspace(1e-5, 40.0, 100)
-    response = separate(body, x, nodes)
+    x = response_of(body).wavenumbers()
+    response = response_of(body).separate(nodes)
     assert float(response.error) < bound
     t = 1234.0
     growth = jnp.where(
@@ -125,4 +123,6 @@ def test_shared_decay_rates(film, ratio, nodes, bound):
         t,
     )
     values = response.terms[0] + growth @ response.mix.T @ response.terms[1:]
-    np.testing.assert_allclose(values, scaled_response(body, x, t, t), rtol=float(response.error) * 3 + 1e-13)
+    np.testing.assert_allclose(
+        values, response_of(body).step(x, t, t), rtol=float(response.error) * 3 + 1e-13
+    )

@@ -166,27 +166,19 @@ def in_the_bodys_frame(body, ball, places, times, grid, margin):
     k = make_kernels(body, ball, wide)
     memory, (x, y) = RecursiveMemory(k), wide.axes()
     eta, pressure, found = memory.start(wide.shape), jnp.zeros(wide.shape), []
-    target = jnp.asarray(60.0 * float(k.units.compliance) / dx**2)
+    target = jnp.asarray(60.0 * float(k.scale.compliance) / dx**2)
 
     @jax.jit
     def step(eta, pressure, dt, place):
-        operator, eta = memory.predict(eta, pressure, dt)
+        operator, earlier, eta = memory.predict(eta, pressure, dt)
         profile = ((x[:, None] - place * dx) ** 2 + y**2) / (2.0 * 9.525e-3) / dx
-        problem = Problem(
-            spectrum=operator.spectrum,
-            circulant=operator.circulant,
-            gap=profile + operator.earlier,
-            target=target,
-            lowest=jnp.zeros(()),
-            window=None,
-            load_controlled=True,
-        )
+        problem = Problem(operator, profile + earlier, target, jnp.zeros(()), load_controlled=True)
         pressure = solve(problem, pressure, jnp.asarray(1e-10), jnp.asarray(500)).pressure
         return memory.update(eta, pressure, dt), pressure
 
     for dt, place in zip(np.diff(times, prepend=0.0), places, strict=True):
         eta, pressure = step(eta, pressure, float(dt), float(place))
-        found.append(pressure[margin + place : margin + place + n] / k.units.compliance)
+        found.append(pressure[margin + place : margin + place + n] / k.scale.compliance)
     return jnp.stack(found)
 
 
@@ -293,7 +285,7 @@ def test_derivatives_reverse_forward_and_central():
 
 
 def test_equal_calls_compile_once(body, ball):
-    from jaxcontact.slide import _run
+    from jaxcontact.sliding.transient import _run
 
     slide(body, ball, velocity=0.1e-6)
     before = _run._cache_size()

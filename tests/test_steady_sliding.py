@@ -10,13 +10,14 @@ from tolerances import TIGHT_SOLVER
 
 import jaxcontact as jc
 from jaxcontact import slide_steady as public_slide_steady
-from jaxcontact import spectral
+from jaxcontact._scale import Scale
 from jaxcontact.cases import speed_map
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.normal import Problem
-from jaxcontact.kernels import Kernels, Units
+from jaxcontact.operators.free_space import FreeSpaceFamily
+from jaxcontact.operators.kernels import Kernels
 from jaxcontact.reference import hunter
-from jaxcontact.sliding.steady import Track, exponential_integral
+from jaxcontact.sliding.wake import Wake, exponential_integral
 
 GRID = jc.Grid.square(64, 500e-6)
 LOAD = jc.Load(60.0)
@@ -73,14 +74,13 @@ def plane_strain_kernels(n, columns, dx):
     kernel[:, 0] = (1.0 - NU) * line
     both = jnp.asarray(np.stack([J0 * kernel, kernel]))
     return Kernels(
-        spectra=spectral.kernel_spectrum(both),
-        circulants=spectral.circulant_spectrum(both),
-        window=None,
+        family=FreeSpaceFamily.of(both),
         rates=jnp.asarray([1.0 / TAU]),
         mix=jnp.asarray([[J1 / TAU]]),
         film=None,
-        units=Units(jnp.asarray(dx), jnp.ones(())),
+        scale=Scale(jnp.asarray(dx), jnp.ones(()), jnp.asarray(dx**2)),
         separation_error=jnp.zeros(()),
+        grid=jc.Grid(shape=(n, columns), spacing=(dx, dx)),
     )
 
 
@@ -88,9 +88,9 @@ def plane_strain_kernels(n, columns, dx):
 def test_line_contact_of_a_standard_solid(speed):
     """2048 cells, 200 in contact, under Hunter's load: edges within a cell, friction within 1 %."""
     n, dx, exact = 2048, 0.001, line_contact(speed)
-    track = Track(
+    wake = Wake(
         plane_strain_kernels(n, 1, dx),
-        plane_strain_kernels(2 * n, 2, dx).spectra[1:],
+        plane_strain_kernels(2 * n, 2, dx).family.members.spectrum[1:],
         jnp.asarray([speed / dx, 0.0]),
         jnp.ones(()),
         None,
@@ -99,12 +99,10 @@ def test_line_contact_of_a_standard_solid(speed):
     )
     x = (np.arange(n) - (n - 1) / 2) * dx
     problem = Problem(
-        spectrum=track.without_history(jnp.zeros(1)) + track.kernel(jnp.ones(1), track.symbols()),
-        circulant=track.circulant(),
+        operator=wake.operator(wake.symbols()),
         gap=jnp.asarray(x**2 / (2.0 * RADIUS) / dx)[:, None],
         target=jnp.asarray(exact.load / dx),
         lowest=jnp.zeros(()),
-        window=None,
         load_controlled=True,
     )
     solution = jax.jit(nonsymmetric.solve)(problem, jnp.zeros((n, 1)), 1e-10, 500)

@@ -138,10 +138,8 @@ _build_jitted = functools.partial(jax.jit, static_argnames=("nodes",))(build)
 
 def _images(response: Response, separable: Separable) -> Images:
     """The images of C_0 and of the shapes, (M + 1, J); the shapes vanish at wavenumber zero under a film."""
-    zero, shapes = jnp.zeros(()), separable.terms[1:]
-    at_zero = jnp.zeros(len(shapes)) if response.film() is not None else shapes[:, 0]
-    first = response.expand(separable.terms[0], response.step(zero, zero, zero))
-    others = response.expand(shapes, at_zero)
+    first = response.expand(separable.terms[0], response.wide(0.0))
+    others = response.expand(separable.terms[1:], None)
     return Images(first.depths, jnp.concatenate([first.weights[None], others.weights]))
 
 
@@ -149,7 +147,7 @@ def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Imag
     """The images one by one."""
     response, layer = response_of(body), response_of(body).film()
     scale = scale_of(response, indenter, grid)
-    on_base = response.expand(response.on_rigid_base(), jnp.zeros(()))
+    on_base = response.expand(response.on_rigid_base(), None)
     images = jax.lax.map(lambda z: image_coefficients(grid, z), on_base.depths[1:])
     each = jnp.concatenate([surface_coefficients(grid)[None], images]) / (scale.length * scale.compliance)
     film = None if layer is None else influence_coefficients(grid, on_base) / layer.thickness
@@ -163,5 +161,6 @@ def image_weights(
     response = response_of(body)
     respond = response.quasi_elastic if quasi_elastic else response.step
     values = respond(response.wavenumbers(), start[..., None], end[..., None])
-    weights = response.expand(values, respond(jnp.zeros(()), start, end)).weights
+    at_zero = response.long_term() * jnp.ones_like(start)
+    weights = response.expand(values, at_zero).weights
     return weights.at[..., 0].add(indenter.compliance())

@@ -6,6 +6,7 @@ from jax import Array
 
 from jaxcontact._pytree import pytree
 from jaxcontact.layers import Layer
+from jaxcontact.materials import Material
 from jaxcontact.response.images import Images
 
 
@@ -54,8 +55,11 @@ class Response(abc.ABC):
         """The sum of products with ``nodes`` decay rates a band, static."""
 
     @abc.abstractmethod
-    def expand(self, values: Array, at_zero: Array) -> Images:
-        """Images of responses given at ``wavenumbers``, (..., n), and at wavenumber zero, (...) [any unit]."""
+    def expand(self, values: Array, at_zero: Array | None) -> Images:
+        """Images of responses given at ``wavenumbers``, (..., n), and at wavenumber zero, (...) [any unit].
+
+        at_zero: None for responses that vanish there, as those of a film on a rigid base do.
+        """
 
     @abc.abstractmethod
     def wide(self, t: Array | float) -> Array:
@@ -76,6 +80,10 @@ class Response(abc.ABC):
     @abc.abstractmethod
     def flows(self) -> Array:
         """Whether the surface sinks without limit under a load, () bool."""
+
+    @abc.abstractmethod
+    def surface(self) -> Material:
+        """The material that the indenter touches."""
 
     @abc.abstractmethod
     def film(self) -> Layer | None:

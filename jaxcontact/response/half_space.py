@@ -38,7 +38,7 @@ class HalfSpace(Response):
         terms = self.share * jnp.stack([self.material.spectrum().instantaneous, jnp.ones(())])[:, None]
         return Separable(rates, terms, fluidities[None], jnp.zeros(()))
 
-    def expand(self, values: Array, at_zero: Array) -> Images:
+    def expand(self, values: Array, at_zero: Array | None) -> Images:
         """One image on the surface."""
         return Images(jnp.zeros(1), values)
 
@@ -60,6 +60,9 @@ class HalfSpace(Response):
 
     def rigid_at_first(self) -> Array | bool:
         return isinstance(self.material, KelvinVoigt) or self.material.spectrum().instantaneous == 0.0
+
+    def surface(self) -> Material:
+        return self.material
 
     def film(self) -> None:
         return None

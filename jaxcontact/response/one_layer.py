@@ -180,10 +180,12 @@ class OneLayer(Response):
             start, modes.film, spectrum, modes.amplitude[..., None] * amplitude, rho, nodes, exact
         )
 
-    def expand(self, values: Array, at_zero: Array) -> Images:
+    def expand(self, values: Array, at_zero: Array | None) -> Images:
+        depths, h = image_depths(self._stiffness_ratio()), self.layer.thickness
+        if at_zero is None:
+            return fit_images(values, jnp.zeros(values.shape[:-1]), 0.0, depths, h)
         floor = quantised(jnp.max(at_zero) / jnp.max(values[..., -1]))
-        depths = image_depths(self._stiffness_ratio())
-        return fit_images(values, at_zero, floor, depths, self.layer.thickness)
+        return fit_images(values, at_zero, floor, depths, h)
 
     def _stiffness_ratio(self) -> Array:
         """Film over substrate modulus at first; a film that is rigid at first counts as 1e3."""
@@ -210,6 +212,9 @@ class OneLayer(Response):
 
     def rigid_at_first(self) -> Array | bool:
         return HalfSpace(self.layer.material).rigid_at_first()
+
+    def surface(self) -> Material:
+        return self.layer.material
 
     def film(self) -> Layer:
         return self.layer

@@ -101,9 +101,9 @@ def clearance(pressure: Array, ratio: Array) -> Array:
 
 
 def dropped_share(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
-    """Largest displacement in contact by sums ``lost`` (K,) of history that left the window, and whether
+    """What history that left the window may still do: largest displacement in contact, and whether it is under it.
 
-    its place may be under the contact. tails: response at offsets along x, (K, nx), falling with the distance;
+    tails: response at offsets along x, (K, nx), falling with the distance; lost: sums of that history, (K,);
     clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.
     """
     nearest = jnp.min(clear)

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact import spectral
+from jaxcontact.operators import spectral
 
 
 def median_time(run, repeats):
@@ -41,7 +41,7 @@ def main(n: int) -> None:
     times, grid = jnp.linspace(0.0, 7200.0, 151), jc.Grid.square(n, 600e-6)
     run = lambda: jc.indent(body, ball, jc.Load(60.0), times, grid=grid, save="last")
     seconds, first = median_time(run, 5)
-    spectrum, field = jc.kernels(body, ball, grid).spectra[0], jnp.ones((n, n))
+    spectrum, field = jc.kernels(body, ball, grid).family.members.spectrum[0], jnp.ones((n, n))
     convolve = jax.jit(spectral.convolve)
     unit, _ = median_time(lambda: convolve(spectrum, field), 200)
     result = run()

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from bench_creep import median_time
 
 import jaxcontact as jc
-from jaxcontact import spectral
+from jaxcontact.operators import spectral
 
 STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 BODY = jc.LayeredHalfSpace([jc.Layer(jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9, 0.3), 150e-9)], STEEL)
@@ -38,7 +38,7 @@ def main(n: int) -> None:
         return jax.jacfwd(along)(jnp.array([film.G1, film.G2, film.eta1, film.eta2]))
 
     scaled = lambda scale: jax.tree.map(lambda a: jnp.asarray(a, float) * scale, CASE)
-    spectrum, field = jc.kernels(CASE[0], CASE[1], grid).spectra[0], jnp.ones((n, n))
+    spectrum, field = jc.kernels(CASE[0], CASE[1], grid).family.members.spectrum[0], jnp.ones((n, n))
     convolve = jax.jit(spectral.convolve)
     unit, _ = median_time(lambda: convolve(spectrum, field), 200)
     print(f"N = {n}: one convolution {unit * 1e3:.3f} ms")

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact import spectral
+from jaxcontact.operators import spectral
 
 PIXEL, SPEED, DT = 8.0551e-6, 1611e-6, 0.005
 
@@ -46,7 +46,7 @@ def main(n: int, steps: int, nodes: int) -> None:
     ball = jc.Sphere(radius=9.525e-3, material=steel)
     grid, times = jc.Grid.square(n, 256 * PIXEL), jnp.arange(steps + 1) * DT
     kernels, field = jc.kernels(body, ball, grid, nodes=nodes), jnp.ones((n, n))
-    spectrum = kernels.spectra[0]
+    spectrum = kernels.family.members.spectrum[0]
     convolve = jax.jit(spectral.convolve)
     _, unit, _ = timed(lambda: convolve(spectrum, field), 200)
     print(f"one convolution {unit * 1e3:.3f} ms; separation error {float(kernels.separation_error):.1e}")

@@ -10,6 +10,7 @@ The last command prints the largest relative difference of each figure, and fail
 import json
 import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 
@@ -96,6 +97,6 @@ def compare(old: dict[str, list[float]], new: dict[str, list[float]]) -> bool:
 
 if __name__ == "__main__":
     if len(sys.argv) == 3:
-        sys.exit(not compare(*(json.load(open(path)) for path in sys.argv[1:])))
+        sys.exit(not compare(*(json.loads(Path(path).read_text()) for path in sys.argv[1:])))
     warnings.simplefilter("ignore")
     json.dump(figures(), sys.stdout)
