@@ -142,6 +142,43 @@ PYTHON = {
         lambda: indent(checkpoint="bloks"),
         r"""checkpoint: expected "pressures" or "blocks", got 'bloks'""",
     ),
+    "kernels of other cells across": (
+        lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid((8, 8), (75e-6, 150e-6)))),
+        r"kernels: expected those of cells of \(7.5e-05, 7.5e-05\) m, got \(7.5e-05, 0.00015\)",
+    ),
+    "kernels of another shape": (
+        lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid((8, 9), GRID.spacing))),
+        r"kernels: expected those of a grid of \(8, 8\) cells, got \(8, 9\)",
+    ),
+    "heights with a gap": (
+        lambda: indent(indenter=jc.HeightField(np.where(np.eye(8) > 0, np.nan, 0.0))),
+        r"heights \[m\]: expected finite numbers, got 64 values from 0 to 0, 8 of them not finite",
+    ),
+    "a punch smaller than a cell": (
+        lambda: indent(indenter=jc.FlatPunch(1e-9)),
+        r"punch radius \[m\]: expected to cover a cell's centre, cells are 7.5e-05 m, got 1e-09",
+    ),
+    "a cylinder shorter than a cell": (
+        lambda: indent(indenter=jc.Cylinder(1e-2, 1e-9)),
+        r"cylinder length \[m\]: expected to cover",
+    ),
+    "a tolerance that says nothing": (
+        lambda: indent(tolerance=10.0),
+        r"tolerance: expected > 0 and <= 0.01, got 10",
+    ),
+    "no iterations": (lambda: indent(max_iterations=0), r"max_iterations: expected 1 to 1000000000, got 0"),
+    "a grid of no size that can be multiplied": (
+        lambda: indent(grid=jc.Grid.square(8, 1e100)),
+        r"grid spacing \[m\]: expected > 1e-30 and <= 1e\+30",
+    ),
+    "a modulus for each of several films": (
+        lambda: indent(body=on(jc.Elastic(np.array([1e9, 2e9])))),
+        r"substrate Elastic G: expected a number, got shape \(2,\)",
+    ),
+    "an approach without a value": (
+        lambda: indent(control=jc.Approach(np.nan)),
+        r"Approach \[m\]: expected finite numbers, got nan",
+    ),
     "kernels of wider cells": (
         lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid.square(GRID.shape[0], 2 * GRID.width[0]))),
         "kernels: expected those of cells of",
@@ -188,7 +225,7 @@ PYTHON = {
         ),
         r"layer: a material with J\(0\) = 0",
     ),
-    "an infinite velocity": (lambda: slide(np.inf), r"velocity \[m/s\]: expected finite values"),
+    "an infinite velocity": (lambda: slide(np.inf), r"velocity \[m/s\]: expected finite numbers"),
     "a step beyond the grid": (lambda: slide(1.0), r"pass substeps=\d+ or more, or a wider grid"),
     "a track that leaves and comes back": (
         lambda: slide(np.array([[1e-4, 0.0]] * 6 + [[-1e-4, 0.0]] * 6), times=np.arange(12.0) * 2.0),
@@ -420,12 +457,22 @@ def test_a_mistake_in_the_shell_is_one_line_and_status_2(name, tmp_path, capfd):
     assert err.count("\n") == 1
 
 
-CHECKS = ("require", "positive", "non_negative", "poisson_ratio", "not_decreasing")
+CHECKS = [
+    "require",
+    "positive",
+    "non_negative",
+    "poisson_ratio",
+    "not_decreasing",
+    "finite",
+    "between",
+    "whole",
+    "one_of",
+    "somewhere_positive",
+]
 ELSEWHERE = {  # reached by no row, and why
     "_checks.py": "the checks themselves",
     "storage.py: _xarray": "test_storage.py, without the extra",
-    "indentation.py: check_kernels": "needs kernels, which take seconds: test_indentation.py",
-    "sensitivity.py: plot": "needs a computed table: test_gradients.py",
+    "sensitivities.py: plot": "needs a computed table: test_gradients.py",
 }
 
 
@@ -439,12 +486,8 @@ def raising_places():
         ]
         for function in functions:
             for node in ast.walk(function):
-                call = (
-                    node.value.func
-                    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
-                    else None
-                )
-                checks = getattr(call, "attr", getattr(call, "id", "")) in CHECKS
+                called = node.func if isinstance(node, ast.Call) else None
+                checks = getattr(called, "attr", getattr(called, "id", "")) in CHECKS
                 if checks or (isinstance(node, ast.Raise) and node.exc is not None):
                     yield path.name, node.lineno, node.end_lineno, function.name
 

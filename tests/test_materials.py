@@ -95,6 +95,33 @@ def test_derivative_of_relaxation_against_central_differences():
         assert float(getattr(gradient, name)) == pytest.approx(slope, rel=1e-7)
 
 
+def test_equal_times_are_one_branch_and_an_empty_branch_is_none():
+    """Values, complex modulus and derivatives by every J of relaxation, and of a film's whole response."""
+    twice = jc.Prony(1.0, jnp.array([2.0, 0.5, 0.0, 1.0]), jnp.array([3.0, 3.0, 7.0, 20.0]))
+    once = jc.Prony(1.0, jnp.array([2.5, 1.0]), jnp.array([3.0, 20.0]))
+    t = jnp.array([0.0, 0.1, 2.0, 30.0, 1e3])
+    np.testing.assert_allclose(twice.relaxation(t), once.relaxation(t), rtol=ROUND_OFF)
+    slopes = jax.jacobian(lambda J: jc.Prony(1.0, J, twice.tau).relaxation(t))(twice.J)
+    merged = jax.jacobian(lambda J: jc.Prony(1.0, J, once.tau).relaxation(t))(once.J)
+    np.testing.assert_allclose(slopes[:, [0, 1, 3]], merged[:, [0, 0, 1]], rtol=1e-9, atol=1e-13)
+    new = lambda j: jc.Prony(1.0, jnp.array([2.5, j, 1.0]), jnp.array([3.0, 7.0, 20.0])).relaxation(t)
+    from_nothing = (4.0 * new(1e-5) - new(2e-5) - 3.0 * new(0.0)) / 2e-5  # one-sided, second order
+    np.testing.assert_allclose(slopes[:, 2], from_nothing, rtol=1e-6, atol=1e-9)
+    film = lambda m: jc.LayeredHalfSpace([jc.Layer(m, 1.0)], jc.Elastic(5.0))
+    k = jnp.array([0.1, 1.0, 8.0])[:, None]
+    pairs = [jc.normal_response(film(m), k, t) for m in (twice, once)]
+    np.testing.assert_allclose(*pairs, rtol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_scaled_materials_are_stiffer_and_keep_their_times_and_poissons_ratio(name):
+    material, t = MATERIALS[name], jnp.array([0.0, 0.3, 50.0])
+    scaled = material.scaled(10.0)
+    np.testing.assert_allclose(scaled.creep(t), material.creep(t) / 10.0, rtol=ROUND_OFF)
+    np.testing.assert_allclose(scaled.relaxation(t), material.relaxation(t) * 10.0, rtol=ROUND_OFF)
+    assert scaled.nu == material.nu
+
+
 def test_hessian_of_relaxation_is_symmetric_and_finite():
     """Two Newton steps carry two orders of derivatives through the decay rates."""
     f = lambda q: jc.Burgers(*jnp.exp(q)).relaxation(4.0)
