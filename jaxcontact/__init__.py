@@ -12,6 +12,8 @@ from jaxcontact._version import __version__ as __version__  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
 from jaxcontact.controls import Load as Load  # noqa: E402
+from jaxcontact.files.storage import load as load  # noqa: E402
+from jaxcontact.files.storage import save as save  # noqa: E402
 from jaxcontact.frf.normal import normal_response as normal_response  # noqa: E402
 from jaxcontact.geometry import Cylinder as Cylinder  # noqa: E402
 from jaxcontact.geometry import FlatPunch as FlatPunch  # noqa: E402
@@ -35,8 +37,6 @@ from jaxcontact.slide import slide as slide  # noqa: E402
 from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.steady_sliding import slide_steady as slide_steady  # noqa: E402
-from jaxcontact.storage import load as load  # noqa: E402
-from jaxcontact.storage import save as save  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [

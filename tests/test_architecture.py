@@ -40,15 +40,15 @@ LAYERS = {
     "indentation": 11,
     "_version": 0,
     "citation": 1,
-    "storage": 5,
-    "case_schema": 6,
-    "case_file": 12,
-    "case_text": 13,
-    "case_advice": 13,
+    "files.storage": 5,
+    "files.case_schema": 6,
+    "files.case_file": 12,
+    "files.case_text": 13,
+    "files.advice": 13,
     "simulation": 13,
-    "saving": 14,
+    "files.run_directory": 14,
 }
-TOP = 20  # the package itself; above it saving, cases and the command line
+TOP = 20  # the package itself; above it cases and the command line
 
 
 def name_of(path: Path) -> str:

@@ -12,7 +12,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.case_file import read_case
+from jaxcontact.files.case_file import read_case
 
 CASE = """
 [layer]

@@ -16,7 +16,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.case_file import CaseError, read_case
+from jaxcontact.files.case_file import CaseError, read_case
 
 PACKAGE = Path(jc.__file__).parent
 STEEL, FILM = jc.Elastic.from_young(210e9), jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)

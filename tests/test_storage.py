@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact import storage
+from jaxcontact.files import storage
 
 NT, NX, NY = 3, 6, 5
 SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2}

@@ -19,26 +19,26 @@ def cases(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Validate a case without running it; what may spoil its result goes to stderr and is no error."""
-    from jaxcontact import case_advice
-    from jaxcontact.case_file import read_case
+    from jaxcontact.files import advice
+    from jaxcontact.files.case_file import read_case
 
     case = read_case(options.case)
     try:
-        case_advice.check(case)
+        advice.check(case)
     except ValueError as error:
         raise ValueError(f"{options.case}: {error}") from error
-    notes = case_advice.advice(case)
+    notes = advice.advice(case)
     for note in notes:
         print(f"jaxcontact: warning: {options.case}: {note}", file=sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
-    print(f"{options.case}: {verdict}: {case_advice.describe(case)}")
+    print(f"{options.case}: {verdict}: {advice.describe(case)}")
     return FINE
 
 
 def plot(options: argparse.Namespace) -> int:
     """A saved result as a picture."""
     import jaxcontact
-    from jaxcontact import saving
+    from jaxcontact.files import run_directory
 
     picture = options.picture or options.result.with_suffix(".png")
     accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
@@ -48,7 +48,7 @@ def plot(options: argparse.Namespace) -> int:
         raise ValueError(
             f"{picture}: is there already; choose another name with -o, or --force to overwrite it"
         )
-    saving.write_picture(picture, jaxcontact.load(options.result).plot())
+    run_directory.write_picture(picture, jaxcontact.load(options.result).plot())
     print(picture)
     return FINE
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 from jaxcontact.commands.status import BAD_INPUT, FINE, INTERRUPTED, NOT_CONVERGED, complain
 
 if TYPE_CHECKING:
-    from jaxcontact.case_file import Case
+    from jaxcontact.files.case_file import Case
     from jaxcontact.simulation import Simulation
 
 
 def run(options: argparse.Namespace) -> int:
     """Read the case, then show it or march and write; the exit status."""
-    from jaxcontact.case_file import read_case
-    from jaxcontact.case_text import case_text
+    from jaxcontact.files.case_file import read_case
+    from jaxcontact.files.case_text import case_text
 
     case = read_case(options.case)
     if options.show:
@@ -29,16 +29,16 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _march(case: "Case", options: argparse.Namespace) -> int:
-    from jaxcontact import saving
+    from jaxcontact.files import run_directory
 
-    taken = saving.claim(options.directory, options.force)
+    taken = run_directory.claim(options.directory, options.force)
     started = time.perf_counter()
     result, notes = _simulate(case, str(options.case))
     for note in notes:
         print(f"jaxcontact: warning: {note}", file=sys.stderr)
     if result.history is not None and not (taken and _exit_status(result) == BAD_INPUT):
         facts = {"case": options.case.name, "warnings": notes, "wall_time_s": time.perf_counter() - started}
-        _report(saving.save(result, options.directory, facts, case), options.directory)
+        _report(run_directory.write_results(result, options.directory, facts, case), options.directory)
     return _finish(result, options.case)
 
 

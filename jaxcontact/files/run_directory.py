@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact import plotting, storage
+from jaxcontact import plotting
 from jaxcontact._version import __version__
-from jaxcontact.case_file import Case
-from jaxcontact.case_text import case_text
+from jaxcontact.files import storage
+from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_text import case_text
+from jaxcontact.files.storage import write_whole
 from jaxcontact.results import STATUS_MEANING, ContactHistory
 from jaxcontact.simulation import Simulation
-from jaxcontact.storage import write_whole
 
 LINES = {
     "peak_pressure": "(nt,) [Pa]",
@@ -39,7 +40,7 @@ def claim(directory: Path, force: bool) -> bool:
     return taken
 
 
-def save(run: Simulation, directory: Path, facts: dict[str, Any], case: Case) -> dict[str, Any]:
+def write_results(run: Simulation, directory: Path, facts: dict[str, Any], case: Case) -> dict[str, Any]:
     """Write the arrays, the summary and the pictures of a run with finished steps; the summary.
 
     facts: what else the summary is to say. Each file is complete or as it was before.

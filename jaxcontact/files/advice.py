@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from jaxcontact.case_file import Case
+from jaxcontact.files.case_file import Case
 from jaxcontact.geometry import Sphere
 from jaxcontact.indentation import FEW_CELLS, check_inputs
 from jaxcontact.layers import checked_body
