@@ -1,17 +1,19 @@
-"""The driver of long runs: a march in blocks of steps, with progress, that keeps what is finished.
+"""The driver of long runs: a march in blocks of steps that are handed out as they finish.
 
 ``jaxcontact.indent`` is one compiled call and tells nothing until it ends. Here the same march runs in
 blocks of one static length, each from the carry of the one before, so that there is one compilation,
-a count of finished steps after every block, and something to keep when a run is stopped.
+something to keep after every block, and a place to go on from when a run was stopped.
 """
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from jaxcontact import indentation
 from jaxcontact._pytree import as_float64
@@ -26,35 +28,66 @@ BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the 
 
 
 @dataclass(frozen=True)
-class Simulation:
-    """What a driven run gives back: the steps that were finished, and why it ended.
+class Block:
+    """What a run has finished since the block before.
 
-    history: of the finished steps, which are all fine. pressure_line [Pa], displacement_line [m]: along x
-    at the row of cells nearest to y = 0, (n, nx); peak_pressure [Pa]: (n,); requested: the number of steps
-    asked for; status: 0, or that of the step that stopped the run (see ``ContactHistory``), which is
-    not in the history; interrupted: stopped by Ctrl-C.
+    history: of the steps that are fine, with all their fields, in numpy arrays and SI units; status: 0, or that
+    of the step that ends the run (see ``ContactHistory``), which is not in the history; carry: the leaves
+    of what the march goes on from.
     """
 
-    history: ContactHistory | None
-    pressure_line: np.ndarray
-    displacement_line: np.ndarray
-    peak_pressure: np.ndarray
-    requested: int
+    history: ContactHistory
     status: int
-    interrupted: bool
+    carry: list[np.ndarray]
 
 
-class Kept(NamedTuple):
-    """What is kept of a block, scaled: outcomes with or without fields, the last step's, lines, peaks."""
+@dataclass(frozen=True)
+class Simulation:
+    """A march that is ready to start; ``prepare`` makes it.
 
-    outcomes: marching.Outcome
-    last: marching.Outcome
-    pressure_line: np.ndarray
-    displacement_line: np.ndarray
-    peak: np.ndarray
+    setup, steps: see ``history.march``; units: in which they are scaled; separation: the error of shared decay
+    rates; times (nt,) [s]; grid.
+    """
+
+    setup: marching.Setup
+    steps: marching.Steps
+    units: Any
+    separation: Array
+    times: np.ndarray
+    grid: Grid
+
+    def blocks(self, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[Block]:
+        """The blocks after the first ``done``, which ended with ``carry``; the first bad step ends them.
+
+        A march that goes on from a carry gives bit for bit what it would have given without a stop.
+        """
+        state = marching.start(self.setup)
+        if carry is not None:
+            state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
+        blocks, padding = marching.in_blocks(self.steps, BLOCK)
+        for index in range(done, len(blocks.dt)):
+            state, outcomes = run_block(self.setup, state, jax.tree.map(lambda a, i=index: a[i], blocks))
+            outcomes = marching.without_padding(outcomes, padding) if index == 0 else outcomes
+            outcomes = jax.tree.map(np.asarray, outcomes)
+            first = max(0, index * BLOCK - padding)
+            block = self._block(first, outcomes, [np.asarray(leaf) for leaf in jax.tree.leaves(state)])
+            yield block
+            if block.status:
+                return
+
+    def _block(self, first: int, outcomes: marching.Outcome, carry: list[np.ndarray]) -> Block:
+        """The fine steps of a block, of which ``first`` is the first, in SI units."""
+        bad = np.flatnonzero(outcomes.status)
+        count = int(bad[0]) if bad.size else outcomes.status.size
+        fine = jax.tree.map(lambda a: a[:count], outcomes)
+        setup = dataclasses.replace(self.setup, profile=np.asarray(self.setup.profile))
+        grid, units = jax.tree.map(np.asarray, (self.grid, self.units))
+        times = self.times[first : first + count]
+        history = indentation.to_si(times, grid, setup, units, fine, None, "all")
+        return Block(history, int(outcomes.status[bad[0]]) if bad.size else 0, carry)
 
 
-def simulate(
+def prepare(
     body: LayeredHalfSpace,
     indenter: Indenter,
     control: Control,
@@ -63,30 +96,20 @@ def simulate(
     grid: Grid,
     tolerance: float = 1e-8,
     max_iterations: int = 500,
-    save: str = "all",
     substeps: int = 1,
     correspondence: str = "exact",
-    progress: Callable[[int], Any] | None = None,
 ) -> Simulation:
-    """``jaxcontact.indent`` in blocks; the arguments are those of ``indent``, save is "all" or "last".
+    """``jaxcontact.indent`` made ready to run in blocks; the arguments are those of ``indent``.
 
-    progress: called after each block with the number of steps that it finished. The run stops at the
-    first step that is not fine, and at a KeyboardInterrupt, with the finished steps kept.
-
-    Raises ValueError as ``indent`` does, before anything is computed; warns as it does.
+    Raises ValueError as ``indent`` does, before anything is computed.
     """
     body = checked_body(body)
-    indentation.check_inputs(body, indenter, control, times, grid, save, substeps, correspondence)
+    indentation.check_inputs(body, indenter, control, times, grid, "all", substeps, correspondence)
     arguments = as_float64((body, indenter, control, times, grid, tolerance))
     setup, steps, units, separation = _prepare(
         *arguments, jnp.asarray(max_iterations), None, substeps, correspondence == "quasi-elastic"
     )
-    parts, status, interrupted = _collect(setup, steps, save, progress or _silent)
-    history = _history(parts, save, arguments, setup, units)
-    if history is not None:
-        indentation.warn(history, separation)
-    lines = _lines(parts, grid.shape[0], float(units.compliance), float(units.length))
-    return Simulation(history, *lines, len(steps.dt), status, interrupted)
+    return Simulation(setup, steps, units, separation, np.asarray(times, dtype=float), arguments[4])
 
 
 _prepare = jax.jit(indentation.prepare, static_argnames=("substeps", "quasi_elastic"))
@@ -99,60 +122,3 @@ def run_block(
     """One compiled block: leading axes of ``steps`` (BLOCK, substeps)."""
     carry, outcomes, _ = marching.march(setup, carry, steps, "all")
     return carry, outcomes
-
-
-def _silent(count: int) -> None:
-    """No progress wanted."""
-
-
-def _collect(
-    setup: marching.Setup, steps: marching.Steps, save: str, progress: Callable[[int], Any]
-) -> tuple[list[Kept], int, bool]:
-    """March block by block until the end, the first bad step or Ctrl-C; status and interruption."""
-    parts: list[Kept] = []
-    carry = marching.start(setup)
-    blocks, padding = marching.in_blocks(steps, BLOCK)
-    try:
-        for index in range(len(blocks.dt)):
-            block = jax.tree.map(lambda a, i=index: a[i], blocks)
-            carry, outcomes = run_block(setup, carry, block)
-            outcomes = marching.without_padding(outcomes, padding) if index == 0 else outcomes
-            outcomes = jax.tree.map(np.asarray, outcomes)
-            bad = np.flatnonzero(outcomes.status)
-            fine = jax.tree.map(lambda a, end=bad[0] if bad.size else None: a[:end], outcomes)
-            if fine.status.size:
-                parts.append(_keep(fine, save))
-                progress(fine.status.size)
-            if bad.size:
-                return parts, int(outcomes.status[bad[0]]), False
-    except KeyboardInterrupt:
-        return parts, 0, True
-    return parts, 0, False
-
-
-def _keep(fine: marching.Outcome, save: str) -> Kept:
-    middle = fine.pressure.shape[2] // 2
-    last = jax.tree.map(lambda a: a[-1], fine)
-    kept = fine if save == "all" else fine._replace(pressure=None, displacement=None)
-    lines = (np.array(fine.pressure[:, :, middle]), np.array(fine.displacement[:, :, middle]))
-    return Kept(kept, last, *lines, np.max(fine.pressure, axis=(1, 2)))
-
-
-def _history(parts: list[Kept], save: str, arguments: Any, setup: marching.Setup, units: Any) -> Any:
-    """The finished steps in SI units, or None when there are none."""
-    if not parts:
-        return None
-    outcomes = jax.tree.map(lambda *a: np.concatenate(a), *[part.outcomes for part in parts])
-    times, grid = arguments[3][: outcomes.status.size], arguments[4]
-    return indentation.to_si(times, grid, setup, units, outcomes, parts[-1].last, save)
-
-
-def _lines(
-    parts: list[Kept], nx: int, compliance: float, length: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pressure lines [Pa], displacement lines [m] and peak pressures [Pa]."""
-    pressure = [np.zeros((0, nx))] + [part.pressure_line for part in parts]
-    displacement = [np.zeros((0, nx))] + [part.displacement_line for part in parts]
-    peak = [np.zeros(0)] + [part.peak for part in parts]
-    scaled = (np.concatenate(pressure), np.concatenate(displacement), np.concatenate(peak))
-    return scaled[0] / compliance, scaled[1] * length, scaled[2] / compliance

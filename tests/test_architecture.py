@@ -40,13 +40,16 @@ LAYERS = {
     "indentation": 11,
     "_version": 0,
     "citation": 1,
+    "files.npz": 0,
     "files.storage": 5,
     "files.case_schema": 6,
     "files.case_file": 12,
     "files.case_text": 13,
     "files.advice": 13,
-    "simulation": 13,
-    "files.run_directory": 14,
+    "simulation": 12,
+    "files.finished_steps": 13,
+    "files.run_results": 14,
+    "files.run_directory": 0,
 }
 TOP = 20  # the package itself; above it cases and the command line
 

@@ -166,7 +166,7 @@ def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
 
 
 def test_a_ready_made_case_is_checked_without_running_and_without_warning(capfd, monkeypatch):
-    monkeypatch.setattr("jaxcontact.simulation.simulate", None)
+    monkeypatch.setattr("jaxcontact.commands.run.prepare", None)
     for path in READY_MADE:
         assert main(["check", str(path)]) == 0
     out, err = capfd.readouterr()

@@ -3,10 +3,11 @@
 import dataclasses
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
-from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_file import Case, CaseError
 from jaxcontact.geometry import Sphere
 from jaxcontact.indentation import FEW_CELLS, check_inputs
 from jaxcontact.layers import checked_body
@@ -15,11 +16,16 @@ from jaxcontact.materials import relaxation_rates
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 
 
-def check(case: Case) -> None:
-    """Everything that a run would refuse before it computes. Raises ValueError."""
-    options = {"save": "all", "substeps": 1, "correspondence": "exact"} | case.options
-    options = {name: options[name] for name in ("save", "substeps", "correspondence")}
-    check_inputs(checked_body(case.body), case.indenter, case.control, case.times, case.grid, **options)
+def check(case: Case, path: Path) -> None:
+    """Everything that a run would refuse before it computes. Raises CaseError, which names the file."""
+    options = {"substeps": 1, "correspondence": "exact"} | case.options
+    chosen = (options["substeps"], options["correspondence"])
+    try:
+        check_inputs(
+            checked_body(case.body), case.indenter, case.control, case.times, case.grid, "all", *chosen
+        )
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from error
 
 
 def advice(case: Case) -> list[str]:

@@ -1,141 +1,101 @@
-"""What a run leaves in its directory: summary.json, result.npz and the pictures."""
+"""Whose directory it is: one run writes into it at a time, and over nothing without being told to.
 
-import json
+The lock is the operating system's on an open file, so it ends with the process that holds it, however that ends.
+"""
+
+import contextlib
+import errno
+import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO
 
-import numpy as np
-
-from jaxcontact import plotting
-from jaxcontact._version import __version__
-from jaxcontact.files import storage
-from jaxcontact.files.case_file import Case
-from jaxcontact.files.case_text import case_text
-from jaxcontact.files.storage import write_whole
-from jaxcontact.results import STATUS_MEANING, ContactHistory
-from jaxcontact.simulation import Simulation
-
-LINES = {
-    "peak_pressure": "(nt,) [Pa]",
-    "contact_radius": "(nt,) [m]",
-    "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
-    "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
-}  # beside the fields of the history
+LOCK, UNFINISHED = ".lock", "unfinished"
 
 
 class DirectoryTakenError(ValueError):
-    """The directory holds something already; the message is one line for the user."""
+    """The directory is not free; the message is one line for the user."""
 
 
-def claim(directory: Path, force: bool) -> bool:
-    """Make sure that results may go to ``directory``; True when it holds something already.
+@contextlib.contextmanager
+def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
+    """Hold ``directory`` for a run, made if need be and removed if it stays empty; True when it held something.
 
-    Raises DirectoryTakenError when it does and ``force`` is false, and when it cannot be one.
+    Raises DirectoryTakenError when another run holds it, when it is not empty and neither ``force`` nor
+    ``resume`` is set, and when there is nothing to resume.
     """
     if directory.exists() and not directory.is_dir():
         raise DirectoryTakenError(f"{directory}: found a file, accepted: a directory, new or empty")
-    taken = directory.is_dir() and any(directory.iterdir())
-    if taken and not force:
-        raise DirectoryTakenError(f"{directory}: found a directory that is not empty; --force overwrites it")
-    return taken
-
-
-def write_results(run: Simulation, directory: Path, facts: dict[str, Any], case: Case) -> dict[str, Any]:
-    """Write the arrays, the summary and the pictures of a run with finished steps; the summary.
-
-    facts: what else the summary is to say. Each file is complete or as it was before.
-    """
+    is_new = not directory.exists()
     directory.mkdir(parents=True, exist_ok=True)
-    figures = pictures(run)
-    summary = facts | summarise(run) | {"pictures": list(figures), "arrays_in_result_npz": meanings(run)}
-    notes = {storage.KIND: "ContactHistory", "case": case_text(case)}
-    write_whole(directory / "result.npz", lambda path: storage.write_npz(path, arrays(run), notes))
-    text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
-    write_whole(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
-    for name, figure in figures.items():
-        write_picture(directory / name, figure)
-    return summary
+    try:
+        with _locked(directory):
+            yield _taken(directory, force=force, resume=resume)
+    finally:
+        if is_new:
+            with contextlib.suppress(OSError):  # it is not empty
+                directory.rmdir()
 
 
-def write_picture(path: Path, figure: Any) -> None:
-    """A figure in the format that the ending of ``path`` names."""
-    kind = path.suffix.removeprefix(".")
-    write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format=kind))
+def _taken(directory: Path, *, force: bool, resume: bool) -> bool:
+    found = {path.name for path in directory.iterdir()} - {LOCK}
+    if resume and found and UNFINISHED not in found:
+        raise DirectoryTakenError(
+            f"{directory}: found no unfinished run, accepted with --resume: the directory of a stopped run,"
+            " or a new one"
+        )
+    if found and not (force or resume):
+        hint = "--resume goes on with the run that was stopped there, " if UNFINISHED in found else ""
+        raise DirectoryTakenError(
+            f"{directory}: found a directory that is not empty; {hint}--force overwrites it"
+        )
+    return bool(found)
 
 
-def arrays(run: Simulation) -> dict[str, np.ndarray]:
-    """The fields of the history, and what ``LINES`` has beside them."""
-    assert run.history is not None
-    own = {
-        "peak_pressure": run.peak_pressure,
-        "contact_radius": np.asarray(run.history.contact_radius),
-        "pressure_line": run.pressure_line,
-        "displacement_line": run.displacement_line,
-    }
-    return storage.arrays_of(run.history) | own
+@contextlib.contextmanager
+def _locked(directory: Path) -> Iterator[None]:
+    """Hold the lock of a directory; its file is there as long."""
+    path = directory / LOCK
+    with contextlib.ExitStack() as stack:
+        file = stack.enter_context(path.open("a"))
+        while True:
+            if not _try_lock(file):
+                raise DirectoryTakenError(
+                    f"{directory}: found another run at work there, accepted: another directory, or that run's end"
+                )
+            if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                break
+            file = stack.enter_context(
+                path.open("a")
+            )  # a run that ended has removed the file that was opened
+        try:
+            yield
+        finally:
+            if sys.platform == "win32":
+                file.close()  # an open file cannot be removed there
+            path.unlink(missing_ok=True)
 
 
-def meanings(run: Simulation) -> dict[str, str]:
-    """Shape, unit and meaning of each array in result.npz."""
-    axes = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
-    fields = {
-        name: f"({', '.join(storage.dimensions(name, values.ndim))}) {meaning} [{unit}]"
-        for name, values in arrays(run).items()
-        if name in storage.FIELDS
-        for _, unit, meaning in [storage.FIELDS[name]]
-    }
-    return axes | fields | LINES
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(file: IO[str]) -> None:
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+else:
+    import fcntl
+
+    def _lock(file: IO[str]) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def summarise(run: Simulation) -> dict[str, Any]:
-    """The figures of a run, each with its unit at the end of its key."""
-    history = run.history
-    assert history is not None
-    ends: dict[str, Any] = {
-        "approach_{}_m": history.approach,
-        "load_{}_N": history.load,
-        "peak_pressure_{}_Pa": run.peak_pressure,
-        "contact_radius_{}_m": history.contact_radius,
-        "contact_area_{}_m2": history.contact_area,
-        "film_strain_{}_m_per_m": history.film_strain,
-    }
-    summary = _state(run, history)
-    for key, values in ends.items():
-        summary[key.format("start")] = float(values[0])
-        summary[key.format("end")] = float(values[-1])
-    return summary
-
-
-def _state(run: Simulation, history: ContactHistory) -> dict[str, Any]:
-    """How the run ended and on which grid."""
-    dx, dy = (float(value) for value in history.grid.spacing)
-    return {
-        "jaxcontact_version": __version__,
-        "status": run.status,
-        "status_meaning": STATUS_MEANING[run.status],
-        "interrupted": run.interrupted,
-        "steps_requested_count": run.requested,
-        "steps_finished_count": len(history.times),
-        "iterations_total_count": int(np.sum(history.iterations)),
-        "grid_cells_count": list(history.grid.shape),
-        "cell_size_m": [dx, dy],
-        "time_start_s": float(history.times[0]),
-        "time_end_s": float(history.times[-1]),
-    }
-
-
-def pictures(run: Simulation) -> dict[str, Any]:
-    """The pictures of a run, by file name."""
-    history = run.history
-    assert history is not None
-    x, y = history.grid.axes()
-    times, middle = np.asarray(history.times), history.grid.shape[1] // 2
-    profile = np.asarray(history.profile)[:, middle]
-    fields = [history.pressure] if history.pressure.ndim == 2 else [history.pressure[0], history.pressure[-1]]
-    titles = [f"t = {t:g} s" for t in (times[0], times[-1])][-len(fields) :]
-    return {
-        "pressure_profiles.png": plotting.profiles_figure(x, run.pressure_line, times),
-        "pressure_map.png": plotting.maps_figure(x, y, fields, titles),
-        "history.png": plotting.history_figure(history),
-        "surface.png": plotting.surface_figure(x, profile, run.displacement_line, history.approach, times),
-    }
+def _try_lock(file: IO[str]) -> bool:
+    """False when another process holds it. A file system without locks has none to hold."""
+    try:
+        _lock(file)
+    except OSError as error:
+        if error.errno in (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES):
+            return False
+        if error.errno not in (errno.ENOSYS, errno.ENOTSUP, errno.ENOLCK):
+            raise
+    return True

@@ -5,14 +5,14 @@ meaning, and the case is in the attributes; xarray, ParaView and MATLAB open it 
 """
 
 import dataclasses
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 
+from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
@@ -65,7 +65,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
         raise ValueError(
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
-    write = _format(path, {".npz": write_npz, ".nc": _write_netcdf})
+    write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
     notes = {KIND: type(result).__name__} | dict(_flat(case))
     write_whole(path, lambda partial: write(partial, arrays_of(result), notes))
     return path
@@ -84,34 +84,75 @@ def load(path: str | Path) -> Any:
             f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"
         )
     cls = KINDS[kind]
-    names = [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
-    missing = [name for name in (*names, "x", "y") if name not in arrays]
-    if missing:
-        raise ValueError(f"{path}: {missing[0]}: missing; accepted: a file written by jaxcontact.save")
+    names = stored_fields(cls)
+    try:
+        _check_arrays(cls, names, arrays)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     saved = {} if cls is SteadySliding else {"saved": None}
     return cls(**{name: arrays[name] for name in names}, **saved, grid=_grid(arrays["x"], arrays["y"]))
+
+
+def stored_fields(cls: type) -> list[str]:
+    """The names of those fields of a kind of result that go into files."""
+    return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
+
+
+def _check_arrays(cls: type, names: list[str], arrays: dict[str, np.ndarray]) -> None:
+    """All arrays of a result are there, and of sizes that fit each other."""
+    for name in ("x", "y", *names):
+        if name not in arrays:
+            raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
+        if arrays[name].dtype.kind not in "fiu":
+            raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
+    for name in ("x", "y"):
+        _check_axis(name, arrays[name])
+    sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
+    steady = cls is SteadySliding
+    if not steady:
+        sizes["time"] = _count_of_times(arrays["times"])
+    for name in names:
+        full = tuple(dim for dim in FIELDS[name][0] if not (steady and dim == "time"))
+        last = tuple(dim for dim in full if dim != "time") if "x" in full else full
+        accepted = [tuple(sizes[dim] for dim in dims) for dims in (full, last)]
+        if arrays[name].shape not in accepted:
+            raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} {full}")
+
+
+def _check_axis(name: str, values: np.ndarray) -> None:
+    """Cell centres in equal steps, so that they make a grid."""
+    steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
+    if (
+        not steps.size
+        or not np.all(np.isfinite(values))
+        or steps[0] <= 0.0
+        or np.ptp(steps) > 1e-6 * steps[0]
+    ):
+        raise ValueError(
+            f"{name}: found an array of shape {values.shape}, accepted: two or more cell centres in equal steps"
+        )
+
+
+def _count_of_times(times: np.ndarray) -> int:
+    good = times.ndim == 1 and times.size and np.all(np.isfinite(times)) and np.all(np.diff(times) >= 0.0)
+    if not good:
+        raise ValueError(
+            f"times: found an array of shape {times.shape}, accepted: one or more that do not decrease"
+        )
+    return times.size
 
 
 def arrays_of(result: Result) -> dict[str, np.ndarray]:
     """The stored fields of a result, and its axes x and y [m]."""
     x, y = result.grid.axes()
-    names = [field.name for field in dataclasses.fields(result) if field.name not in NOT_STORED]
-    return {"x": np.asarray(x), "y": np.asarray(y)} | {
-        name: np.asarray(getattr(result, name)) for name in names
-    }
+    fields = {name: np.asarray(getattr(result, name)) for name in stored_fields(type(result))}
+    return {"x": np.asarray(x), "y": np.asarray(y)} | fields
 
 
 def dimensions(name: str, ndim: int) -> tuple[str, ...]:
     """The names of the dimensions of a stored field: the last ``ndim`` of those it may have."""
     spec = FIELDS[name][0]
     return spec[len(spec) - ndim :]
-
-
-def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write beside, then rename: a reader never meets half a file."""
-    partial = path.with_name(path.name + ".part")
-    write(partial)
-    os.replace(partial, path)
 
 
 def _grid(x: np.ndarray, y: np.ndarray) -> Grid:
@@ -144,20 +185,12 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, np.asarray(value)
 
 
-def write_npz(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
-    """Arrays and notes by their names."""
-    with path.open("wb") as file:
-        np.savez(file, **arrays, **{name: np.asarray(value) for name, value in notes.items()})  # type: ignore[arg-type]
+def _write_npz(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
+    write_npz(path, arrays | notes)
 
 
 def _read_npz(path: Path) -> tuple[dict[str, np.ndarray], str]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (ValueError, EOFError, AttributeError) as error:
-        raise ValueError(
-            f"{path}: not an npz file of arrays; accepted: a file written by jaxcontact.save"
-        ) from error
+    arrays = read_npz(path)
     return arrays, str(arrays.get(KIND, ""))
 
 
