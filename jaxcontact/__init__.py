@@ -13,6 +13,8 @@ from jaxcontact._version import __version__ as __version__  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
 from jaxcontact.controls import Load as Load  # noqa: E402
+from jaxcontact.files.storage import load as load  # noqa: E402
+from jaxcontact.files.storage import save as save  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
 from jaxcontact.indentation import indent as indent  # noqa: E402
 from jaxcontact.indenters import Cylinder as Cylinder  # noqa: E402
@@ -36,8 +38,6 @@ from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa:
 from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.sliding.transient import slide as slide  # noqa: E402
-from jaxcontact.storage import load as load  # noqa: E402
-from jaxcontact.storage import save as save  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [

@@ -1,8 +1,8 @@
 """The command line: ``jaxcontact``, the same as ``python -m jaxcontact``.
 
 Exit status: 0; 1 when a comparison with the paper does not hold; 2 for bad input, a contact at the grid's
-edge or a grid too coarse; 3 when a solve did not converge; 130 after Ctrl-C. What goes wrong is one line
-on stderr.
+edge or a grid too coarse; 3 when a solve did not converge; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+What goes wrong is one line on stderr.
 """
 
 import argparse
@@ -10,8 +10,9 @@ import sys
 from pathlib import Path
 
 from jaxcontact.commands import look
+from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
-from jaxcontact.commands.status import BAD_INPUT, INTERRUPTED, complain
+from jaxcontact.commands.status import BAD_INPUT, complain
 
 CASE_HELP = "the case, in SI units; see: jaxcontact cases"
 
@@ -20,16 +21,21 @@ def main(arguments: list[str] | None = None) -> int:
     """Run a command; its exit status."""
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
-        if arguments[:1] == ["fit"]:
-            from fitting import command  # it takes a second to import, which the others need not wait for
-
-            return command.main(arguments[1:])
-        options = _parser().parse_args(arguments)
-        return options.command(options)
-    except (ValueError, OSError, ImportError) as error:
+        with signals_interrupt():
+            return _dispatch(arguments)
+    except (ValueError, OSError, ImportError, MemoryError) as error:
         return complain(str(error), BAD_INPUT)
-    except KeyboardInterrupt:
-        return complain("interrupted before a step was finished: nothing written", INTERRUPTED)
+    except KeyboardInterrupt as interrupt:
+        return complain(f"interrupted by {signal_of(interrupt).name}", exit_status(interrupt))
+
+
+def _dispatch(arguments: list[str]) -> int:
+    if arguments[:1] == ["fit"]:
+        from fitting import command  # it takes a second to import, which the others need not wait for
+
+        return command.main(arguments[1:])
+    options = _parser().parse_args(arguments)
+    return options.command(options)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -56,7 +62,8 @@ def _add_case_commands(commands: "argparse._SubParsersAction[argparse.ArgumentPa
     command = commands.add_parser("run", help="run a case file")
     command.add_argument("case", type=Path, metavar="CASE.toml", help=CASE_HELP)
     command.add_argument("--show", action="store_true", help="print it with all defaults, and do not run")
-    _add_output(command, required=False)
+    how = _add_output(command, required=False)
+    how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")
     command.set_defaults(command=run)
     command = commands.add_parser("check", help="validate a case file without running it")
     command.add_argument("case", type=Path, metavar="CASE.toml", help=CASE_HELP)
@@ -65,11 +72,14 @@ def _add_case_commands(commands: "argparse._SubParsersAction[argparse.ArgumentPa
     command.set_defaults(command=look.cases)
 
 
-def _add_output(parser: argparse.ArgumentParser, required: bool) -> None:
+def _add_output(parser: argparse.ArgumentParser, required: bool) -> "argparse._MutuallyExclusiveGroup":
+    """Where results go; the group of ways to go on in a directory that is not empty."""
     parser.add_argument(
         "-o", dest="directory", type=Path, metavar="DIR", required=required, help="where results go"
     )
-    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    return how
 
 
 def _reproduce(options: argparse.Namespace) -> int:

@@ -62,15 +62,18 @@ LAYERS = {
     # round about
     "plotting": 5,
     "sensitivities": 6,
-    "storage": 5,
-    "case_schema": 10,
-    "case_file": 12,
-    "case_text": 13,
-    "case_advice": 13,
     "simulation": 14,
-    "saving": 15,
+    "files.npz": 0,
+    "files.run_directory": 0,
+    "files.storage": 5,
+    "files.case_schema": 10,
+    "files.case_file": 12,
+    "files.case_text": 13,
+    "files.advice": 13,
+    "files.finished_steps": 15,
+    "files.run_results": 16,
 }
-TOP = 20  # the package itself; above it saving, cases and the command line
+TOP = 20  # the package itself; above it cases and the command line
 
 
 def name_of(path: Path) -> str:

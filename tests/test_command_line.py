@@ -12,7 +12,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.case_file import read_case
+from jaxcontact.files.case_file import read_case
 
 CASE = """
 [layer]
@@ -166,7 +166,7 @@ def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
 
 
 def test_a_ready_made_case_is_checked_without_running_and_without_warning(capfd, monkeypatch):
-    monkeypatch.setattr("jaxcontact.simulation.simulate", None)
+    monkeypatch.setattr("jaxcontact.commands.run.prepare", None)
     for path in READY_MADE:
         assert main(["check", str(path)]) == 0
     out, err = capfd.readouterr()

@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from jaxcontact.cases import report, reproduce
-from jaxcontact.cases.comparison import Case, Row
+from jaxcontact.cases.comparison import Reproduction, Row
 
 VOID = {"meta", "img"}
 ROWS = [
@@ -23,7 +23,9 @@ def draw(found, directory):
 
 
 def case(name, rows):
-    return Case(name, f"Fig. {name[-1]} <here>", {}, lambda n: None, lambda *_: rows, draw, ("a remark",))
+    return Reproduction(
+        name, f"Fig. {name[-1]} <here>", {}, lambda n: None, lambda *_: rows, draw, ("a remark",)
+    )
 
 
 class Page(HTMLParser):

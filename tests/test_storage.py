@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact import storage
+from jaxcontact.files import storage
 
 NT, NX, NY = 3, 6, 5
 SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2}
@@ -87,7 +87,7 @@ def test_without_the_extra_the_error_says_how_to_install_it(tmp_path, monkeypatc
 def test_a_save_that_fails_leaves_the_file_as_it_was(tmp_path, monkeypatch):
     path = jc.save(made_up(jc.ContactHistory), tmp_path / "a.npz")
     before = path.read_bytes()
-    monkeypatch.setattr(storage.os, "replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
     with pytest.raises(OSError, match="full"):
         jc.save(made_up(jc.ContactHistory, last=True), path)
     assert path.read_bytes() == before

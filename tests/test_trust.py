@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from jaxcontact.files import storage
 
 import jaxcontact as jc
+from jaxcontact.files import storage
 from jaxcontact.reference import hertz
 
 GLASS = jc.LayeredHalfSpace([], jc.Elastic(G=30e9, nu=0.25))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from jaxcontact.cases import passes, pictures, speed_map, tribofilm
-from jaxcontact.cases.comparison import Case, Row, described, report
+from jaxcontact.cases.comparison import Reproduction, Row, described, report
 
 LOADS = (10.0, 60.0, 500.0)
 REFERENCES: dict[str, float] = {}
@@ -87,7 +87,7 @@ def draw(found: dict[str, Any], directory: Path) -> None:
     pictures.save(figure, directory / "claims.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "claims",
     "The paper's conclusions, sections 4 and 5",
     REFERENCES,

@@ -48,7 +48,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Case:
+class Reproduction:
     """One figure of the paper.
 
     simulate(n) runs it on n x n cells; compare(simulated, references) gives the rows;

@@ -13,7 +13,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.cases import comparison, pictures, tribofilm
-from jaxcontact.cases.comparison import EXACT, PAPER, Case, Row, described, report, worst
+from jaxcontact.cases.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
 from jaxcontact.cases.press import Trace
 
 HALF, APPROACHES = (
@@ -121,7 +121,7 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
     pictures.save(figure, directory / "figure_10.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_10",
     "Fig. 10, Table 5: relaxation at a held approach",
     REFERENCES,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxcontact.cases import comparison, pictures, tribofilm
-from jaxcontact.cases.comparison import EXACT, Case, Row, described, report, worst
+from jaxcontact.cases.comparison import EXACT, Reproduction, Row, described, report, worst
 from jaxcontact.cases.press import Trace
 from jaxcontact.reference import hertz
 
@@ -92,6 +92,6 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
     pictures.save(figure, directory / "figure_11.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_11", "Fig. 11: surface at a held approach", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
 )

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxcontact.cases import comparison, pictures, tribofilm
-from jaxcontact.cases.comparison import EXACT, Case, Row, described, report
+from jaxcontact.cases.comparison import EXACT, Reproduction, Row, described, report
 from jaxcontact.cases.press import Trace
 
 DEEP, SHALLOW = "(a) 50 um", "(b) 0.01 nm"
@@ -87,6 +87,6 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
     pictures.save(figure, directory / "figure_12.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_12", "Fig. 12: extreme approaches", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
 )

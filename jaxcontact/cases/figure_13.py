@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxcontact.cases import passes, pictures, tribofilm
-from jaxcontact.cases.comparison import EXACT, Case, Row, described, report
+from jaxcontact.cases.comparison import EXACT, Reproduction, Row, described, report
 from jaxcontact.cases.passes import Slid
 
 NAMES = ("13a", "13b")
@@ -62,7 +62,7 @@ def draw(found: dict[str, Slid], directory: Path) -> None:
     pictures.save(figure, directory / "figure_13.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_13",
     "Fig. 13: sliding over the film as a half-space",
     REFERENCES,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxcontact.cases import passes, pictures, tribofilm
-from jaxcontact.cases.comparison import Case, Row, described
+from jaxcontact.cases.comparison import Reproduction, Row, described
 from jaxcontact.cases.passes import Slid
 
 NAMES = ("14a", "14b", "14c", "14d", "14e", "14f")
@@ -57,7 +57,7 @@ def draw(found: dict[str, Slid], directory: Path) -> None:
     pictures.save(figure, directory / "figure_14.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_14",
     "Fig. 14: sliding over the film up to 6.4 um/s",
     REFERENCES,

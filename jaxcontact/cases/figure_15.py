@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxcontact.cases import passes, pictures, tribofilm
-from jaxcontact.cases.comparison import DESCRIBED, Case, Row, described, report, worst
+from jaxcontact.cases.comparison import DESCRIBED, Reproduction, Row, described, report, worst
 from jaxcontact.cases.passes import Slid
 
 NAMES = ("15a", "15a, fine", "15b", "15c", "15d", "15e", "15f")
@@ -57,7 +57,7 @@ def draw(found: dict[str, Slid], directory: Path) -> None:
     pictures.save(figure, directory / "figure_15.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_15",
     "Fig. 15, Table 6: sliding over the film up to 1.6 mm/s",
     REFERENCES,

@@ -12,7 +12,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.cases import comparison, pictures
-from jaxcontact.cases.comparison import EXACT, PAPER, Case, Row
+from jaxcontact.cases.comparison import EXACT, PAPER, Reproduction, Row
 from jaxcontact.cases.press import Trace, press, pressure_at
 from jaxcontact.reference import hertz
 
@@ -87,6 +87,6 @@ def draw(found: dict[float, Trace], directory: Path) -> None:
     pictures.save(figure, directory / "figure_4.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_4", "Fig. 4, Table 2: rigid ball on an elastic layer", REFERENCES, simulate, compare, draw
 )

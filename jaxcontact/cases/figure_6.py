@@ -16,7 +16,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.cases import comparison, pictures
-from jaxcontact.cases.comparison import EXACT, PAPER, Case, Row, worst
+from jaxcontact.cases.comparison import EXACT, PAPER, Reproduction, Row, worst
 from jaxcontact.cases.press import Trace, press
 from jaxcontact.reference import lee_radok
 
@@ -148,4 +148,6 @@ def draw(found: Layers, directory: Path) -> None:
     pictures.save(figure, directory / "figure_6.png")
 
 
-CASE = Case("figure_6", "Fig. 6, Table 3: rigid ball on a Maxwell layer", REFERENCES, simulate, compare, draw)
+CASE = Reproduction(
+    "figure_6", "Fig. 6, Table 3: rigid ball on a Maxwell layer", REFERENCES, simulate, compare, draw
+)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxcontact.cases import comparison, pictures, tribofilm
-from jaxcontact.cases.comparison import EXACT, PAPER, Case, Row, described, report, worst
+from jaxcontact.cases.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
 from jaxcontact.cases.press import Trace
 from jaxcontact.reference import lee_radok
 
@@ -142,6 +142,6 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
     pictures.save(figure, directory / "figure_9.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "figure_9", "Fig. 9: creep under a held load", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
 )

@@ -24,9 +24,9 @@ from jaxcontact.cases import (
     report,
     speed_map,
 )
-from jaxcontact.cases.comparison import Case, Row, as_dict, table
+from jaxcontact.cases.comparison import Reproduction, Row, as_dict, table
 
-CASES: tuple[Case, ...] = (
+CASES: tuple[Reproduction, ...] = (
     figure_4.CASE,
     figure_6.CASE,
     figure_9.CASE,
@@ -43,7 +43,12 @@ N = 256  # cells along each side, as in the paper
 
 
 def main(
-    names: Sequence[str], directory: Path, *, force: bool = False, n: int = N, cases: Sequence[Case] = CASES
+    names: Sequence[str],
+    directory: Path,
+    *,
+    force: bool = False,
+    n: int = N,
+    cases: Sequence[Reproduction] = CASES,
 ) -> int:
     """Run the named cases, or all; each writes directory/NAME/summary.json and its picture.
 
@@ -68,7 +73,7 @@ def _refuse(reason: str) -> int:
     return 2
 
 
-def run(case: Case, directory: Path, n: int = N) -> bool:
+def run(case: Reproduction, directory: Path, n: int = N) -> bool:
     """One case, whole; True if every row holds."""
     began = time.perf_counter()
     simulated = case.simulate(n)
@@ -96,7 +101,7 @@ def _verdict(rows: list[Row]) -> str:
     )
 
 
-def _summary(case: Case, rows: list[Row], n: int, seconds: float) -> dict[str, Any]:
+def _summary(case: Reproduction, rows: list[Row], n: int, seconds: float) -> dict[str, Any]:
     return {
         "case": case.name,
         "title": case.title,

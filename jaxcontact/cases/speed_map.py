@@ -16,7 +16,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.cases import pictures, tribofilm
-from jaxcontact.cases.comparison import EXACT, Case, Row, described, report
+from jaxcontact.cases.comparison import EXACT, Reproduction, Row, described, report
 
 LOADS = (1.0, 10.0, 60.0, 500.0)  # [N]
 SPEEDS = np.append(10.0 ** np.arange(-9.0, -5.0, 0.25), 10.0 ** np.arange(-5.0, 0.5))  # [m/s]
@@ -113,7 +113,7 @@ def draw(found: dict[str, Sweep], directory: Path) -> None:
     pictures.save(figure, directory / "speed_map.png")
 
 
-CASE = Case(
+CASE = Reproduction(
     "speed_map",
     "The speed map of the tribofilm, 1e-9 to 1 m/s",
     REFERENCES,

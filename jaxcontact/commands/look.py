@@ -4,7 +4,11 @@ import argparse
 import sys
 from pathlib import Path
 
+from jaxcontact import citation
 from jaxcontact.commands.status import FINE
+from jaxcontact.files import advice, storage
+from jaxcontact.files.case_file import read_case
+from jaxcontact.results import ContactHistory
 
 CASES = Path(__file__).parents[1] / "cases"
 
@@ -19,27 +23,18 @@ def cases(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Validate a case without running it; what may spoil its result goes to stderr and is no error."""
-    from jaxcontact import case_advice
-    from jaxcontact.case_file import read_case
-
     case = read_case(options.case)
-    try:
-        case_advice.check(case)
-    except ValueError as error:
-        raise ValueError(f"{options.case}: {error}") from error
-    notes = case_advice.advice(case)
+    advice.check(case, options.case)
+    notes = advice.advice(case)
     for note in notes:
         print(f"jaxcontact: warning: {options.case}: {note}", file=sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
-    print(f"{options.case}: {verdict}: {case_advice.describe(case)}")
+    print(f"{options.case}: {verdict}: {advice.describe(case)}")
     return FINE
 
 
 def plot(options: argparse.Namespace) -> int:
     """A saved result as a picture."""
-    import jaxcontact
-    from jaxcontact import saving
-
     picture = options.picture or options.result.with_suffix(".png")
     accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
     if picture.suffix not in accepted:
@@ -48,14 +43,18 @@ def plot(options: argparse.Namespace) -> int:
         raise ValueError(
             f"{picture}: is there already; choose another name with -o, or --force to overwrite it"
         )
-    saving.write_picture(picture, jaxcontact.load(options.result).plot())
+    result = storage.load(options.result)
+    if not isinstance(result, ContactHistory):
+        found = type(result).__name__
+        raise ValueError(f"{options.result}: found a {found}, accepted: a history over time")
+    from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
+
+    write_picture(picture, result.plot())
     print(picture)
     return FINE
 
 
 def cite(options: argparse.Namespace) -> int:
     """How to cite the package and the paper behind it."""
-    import jaxcontact
-
-    print(jaxcontact.cite())
+    print(citation.cite())
     return FINE

@@ -1,98 +1,130 @@
-"""``jaxcontact run``: march through a case and write what was finished."""
+"""``jaxcontact run``: march through a case, keep each block of steps as it finishes, write the results."""
 
 import argparse
 import sys
 import time
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from jaxcontact.commands.status import BAD_INPUT, FINE, INTERRUPTED, NOT_CONVERGED, complain
+from tqdm import tqdm
 
-if TYPE_CHECKING:
-    from jaxcontact.case_file import Case
-    from jaxcontact.simulation import Simulation
+from jaxcontact._experiment import reported
+from jaxcontact._status import Status
+from jaxcontact.commands.interrupts import exit_status, signal_of
+from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
+from jaxcontact.files import advice, run_directory
+from jaxcontact.files.case_file import Case, read_case
+from jaxcontact.files.case_text import case_text
+from jaxcontact.files.finished_steps import FinishedSteps, Standing, fingerprint
+from jaxcontact.simulation import prepare
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a march ended: how far it has come, the signal that stopped it, and warnings of one line each."""
+
+    standing: Standing
+    interrupt: KeyboardInterrupt | None
+    notes: list[str]
+
+    @property
+    def status(self) -> int:
+        """The exit status."""
+        if self.interrupt is not None:
+            return exit_status(self.interrupt)
+        return {0: FINE, 1: NOT_CONVERGED}.get(self.standing.status, BAD_INPUT)
 
 
 def run(options: argparse.Namespace) -> int:
     """Read the case, then show it or march and write; the exit status."""
-    from jaxcontact.case_file import read_case
-    from jaxcontact.case_text import case_text
-
     case = read_case(options.case)
     if options.show:
         print(case_text(case), end="")
         return FINE
     if options.directory is None:
         return complain("run: -o: missing; accepted: -o DIR, where results go, or --show", BAD_INPUT)
-    return _march(case, options)
+    advice.check(case, options.case)
+    return _run_into(options.directory, case, options)
 
 
-def _march(case: "Case", options: argparse.Namespace) -> int:
-    from jaxcontact import saving
+def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
+    kept = case.options.get("save", "all")
+    steps = FinishedSteps(directory / run_directory.UNFINISHED, fingerprint(case), kept)
+    with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
+        if not options.resume:
+            steps.remove()
+        ending = _march(case, steps)
+        spared = taken and not options.resume and ending.status == BAD_INPUT
+        if ending.standing.steps and not spared:
+            _write(case, steps, ending, options)
+        if ending.interrupt is None:
+            steps.remove()
+    for note in ending.notes:
+        tell(f"jaxcontact: warning: {note}", sys.stderr)
+    return _finish(ending, case, options)
 
-    taken = saving.claim(options.directory, options.force)
-    started = time.perf_counter()
-    result, notes = _simulate(case, str(options.case))
-    for note in notes:
-        print(f"jaxcontact: warning: {note}", file=sys.stderr)
-    if result.history is not None and not (taken and _exit_status(result) == BAD_INPUT):
-        facts = {"case": options.case.name, "warnings": notes, "wall_time_s": time.perf_counter() - started}
-        _report(saving.save(result, options.directory, facts, case), options.directory)
-    return _finish(result, options.case)
 
-
-def _simulate(case: "Case", name: str) -> tuple["Simulation", list[str]]:
-    """The run with a bar on stderr, and its warnings, one line each."""
-    from tqdm import tqdm
-
-    from jaxcontact.simulation import simulate
-
+def _march(case: Case, steps: FinishedSteps) -> Ending:
+    """March on from the finished steps, with a bar on stderr."""
+    standing, interrupt = steps.standing(), None
+    began = time.perf_counter() - standing.seconds
     # disable=None: silent when stderr is not a terminal; the delay: none for a short run
-    bar = tqdm(total=case.times.size, unit="step", disable=None, delay=2.0, leave=False)
+    bar = tqdm(
+        total=case.times.size, initial=standing.steps, unit="step", disable=None, delay=2.0, leave=False
+    )
     with warnings.catch_warnings(record=True) as caught, bar:
         warnings.simplefilter("always")
+        options = {name: value for name, value in case.options.items() if name != "save"}
+        simulation = prepare(case.body, case.indenter, case.control, case.times, grid=case.grid, **options)
         try:
-            result = simulate(
-                case.body,
-                case.indenter,
-                case.control,
-                case.times,
-                grid=case.grid,
-                progress=bar.update,
-                **case.options,
-            )
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
-    return result, [" ".join(str(warning.message).split()) for warning in caught]
+            for block in simulation.blocks(standing.blocks, standing.carry):
+                standing = steps.add(standing, block, time.perf_counter() - began)
+                bar.update(block.history.times.size)
+        except KeyboardInterrupt as error:
+            interrupt, standing = error, steps.standing()
+        if standing.steps:
+            reported(steps.together(case.grid).history, simulation.plan.separation, None)
+    return Ending(standing, interrupt, [" ".join(str(warning.message).split()) for warning in caught])
 
 
-def _exit_status(result: "Simulation") -> int:
-    if result.interrupted:
-        return INTERRUPTED
-    return {0: FINE, 1: NOT_CONVERGED}.get(result.status, BAD_INPUT)
+def _write(case: Case, steps: FinishedSteps, ending: Ending, options: argparse.Namespace) -> None:
+    """The results of the finished steps into the directory, the main figures on stdout."""
+    from jaxcontact.files.run_results import write_results  # matplotlib takes a second to import
+
+    facts = {
+        "case": options.case.name,
+        "status": ending.standing.status,
+        "status_meaning": Status(ending.standing.status).message,
+        "interrupted": ending.interrupt is not None,
+        "warnings": ending.notes,
+        "wall_time_s": ending.standing.seconds,
+    }
+    _report(write_results(steps.together(case.grid), options.directory, case, facts), options.directory)
 
 
-def _finish(result: "Simulation", case: Path) -> int:
+def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
     """Say why a run ended early; the exit status."""
-    from jaxcontact._status import Status
-
-    done = 0 if result.history is None else len(result.history.times)
-    status = _exit_status(result)
-    if status == FINE:
+    if ending.status == FINE:
         return FINE
-    if result.interrupted:
-        return complain(f"{case}: interrupted: {done} of {result.requested} steps are finished", status)
-    key = {1: "solver", 2: "grid.width", 3: "grid.n"}[result.status]
-    return complain(
-        f"{case}: {key}: step {done + 1} of {result.requested}: {Status(result.status).message}", status
-    )
+    done, requested = ending.standing.steps, case.times.size
+    if ending.interrupt is not None:
+        reason = f"{done} of {requested} steps are finished"
+        if done:
+            reason += f"; jaxcontact run {options.case} -o {options.directory} --resume goes on"
+        name = signal_of(ending.interrupt).name
+        return complain(f"{options.case}: interrupted by {name}: {reason}", ending.status)
+    key = {1: "solver", 2: "grid.width", 3: "grid.n"}[ending.standing.status]
+    meaning = Status(ending.standing.status).message
+    return complain(f"{options.case}: {key}: step {done + 1} of {requested}: {meaning}", ending.status)
 
 
 def _report(summary: dict[str, Any], directory: Path) -> None:
     """The main figures on stdout."""
-    print(f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {directory}:")
+    rows = [f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {directory}:"]
     for name, unit in (("approach", "m"), ("load", "N"), ("peak_pressure", "Pa"), ("contact_radius", "m")):
         start, end = (summary[f"{name}_{when}_{unit}"] for when in ("start", "end"))
-        print(f"  {name.replace('_', ' '):15s} {start:.6g} -> {end:.6g} {unit}")
-    print("pictures: " + ", ".join(str(directory / name) for name in summary["pictures"]))
+        rows.append(f"  {name.replace('_', ' '):15s} {start:.6g} -> {end:.6g} {unit}")
+    rows.append("pictures: " + ", ".join(str(directory / name) for name in summary["pictures"]))
+    tell("\n".join(rows), sys.stdout)

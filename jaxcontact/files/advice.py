@@ -3,11 +3,12 @@
 import dataclasses
 import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from jaxcontact._experiment import FEW_CELLS, Experiment
-from jaxcontact.case_file import Case
+from jaxcontact.files.case_file import Case, CaseError
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body
 from jaxcontact.materials import relaxation_modes
@@ -16,9 +17,12 @@ from jaxcontact.response.body import response_of
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 
 
-def check(case: Case) -> None:
-    """Everything that a run would refuse before it computes. Raises ValueError."""
-    Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+def check(case: Case, path: Path) -> None:
+    """Everything that a run would refuse before it computes. Raises CaseError, which names the file."""
+    try:
+        Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from error
 
 
 def advice(case: Case) -> list[str]:

@@ -3,8 +3,8 @@
 import json
 from typing import Any
 
-from jaxcontact.case_file import Case
-from jaxcontact.case_schema import MATERIALS, SECTIONS, SHAPES, Key
+from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_schema import MATERIALS, SECTIONS, SHAPES, Key
 
 Table = dict[str, Any]
 

@@ -5,14 +5,15 @@ meaning, and the case is in the attributes; xarray, ParaView and MATLAB open it 
 """
 
 import dataclasses
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 
+from jaxcontact._status import Status
+from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
@@ -20,6 +21,7 @@ from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 Result = ContactHistory | SteadySliding
 KINDS: dict[str, type] = {cls.__name__: cls for cls in (ContactHistory, SlidingHistory, SteadySliding)}
 KIND = "kind"  # the name of the class of a stored result
+STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
 NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function saved may be of any shape
 
 # dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
@@ -37,7 +39,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "film_strain": (TIME, "1", "shortening of the film over its thickness"),
     "iterations": (TIME, "1", "iterations of the solver"),
     "error": (TIME, "1", "error of the solver"),
-    "status": (TIME, "1", "0 fine, 1 not converged, 2 at the grid's edge, 3 too few cells, 4 moved too far"),
+    "status": (TIME, "1", "how far the step can be trusted"),
     "velocity": (VECTOR, "m s-1", "velocity of the indenter over the body"),
     "lateral_force": (VECTOR, "N", "force of the pressure on the indenter along the surface"),
     "tangential_force": (TIME, "N", "force against the motion"),
@@ -50,32 +52,61 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
 
 
 def save(result: Result, path: str | Path, **case: Any) -> Path:
-    """Write a result to ``path``, ``.npz`` or ``.nc`` by its ending; the path.
+    """Write a result to a file; an existing one is replaced, whole or not at all.
 
-    result: ``ContactHistory``, ``SlidingHistory`` or ``SteadySliding``. case: what the result is of, by any names
-    (``body=body, indenter=ball, control=load``); numbers, text and the objects of this package go into the
-    attributes of a NetCDF file (``body.layers.0.material.G1``) and beside the arrays of an npz file.
-    An existing file is replaced, whole or not at all. What a ``save`` function kept is left out.
+    Args:
+        result: ``ContactHistory``, ``SlidingHistory`` or ``SteadySliding``; what a ``save`` function kept is left
+            out.
+        path: with the ending ``.npz`` or ``.nc``.
+        case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
+            of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
+            the arrays of an npz file.
 
-    Raises ValueError for another ending or another kind of result; ImportError for ``.nc`` without the extra
-    ``jaxcontact[io]``.
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: another ending or another kind of result.
+        ImportError: ``.nc`` without the extra ``jaxcontact[io]``.
+
+    Example:
+        >>> import tempfile
+        >>> glass, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9)), jc.Grid.square(n=16, width=300e-6)
+        >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
+        >>> path = jc.save(history, tempfile.mkdtemp() + "/glass.npz", body=glass)
     """
     path = Path(path)
     if type(result).__name__ not in KINDS:
         raise ValueError(
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
-    write = _format(path, {".npz": write_npz, ".nc": _write_netcdf})
-    notes = {KIND: type(result).__name__} | dict(_flat(case))
+    write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
+    notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case))
     write_whole(path, lambda partial: write(partial, arrays_of(result), notes))
     return path
 
 
 def load(path: str | Path) -> Any:
-    """The result in a file that ``save`` or the command line wrote, with numpy arrays for its fields.
+    """The result in a file that ``save`` or the command line wrote.
 
-    Raises ValueError for another ending or a file that is no such result; OSError for one that cannot be read;
-    ImportError for ``.nc`` without the extra ``jaxcontact[io]``.
+    Args:
+        path: with the ending ``.npz`` or ``.nc``.
+
+    Returns:
+        What was saved, with numpy arrays for its fields.
+
+    Raises:
+        ValueError: another ending, or a file that is no such result.
+        OSError: one that cannot be read.
+        ImportError: ``.nc`` without the extra ``jaxcontact[io]``.
+
+    Example:
+        >>> import tempfile
+        >>> glass, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9)), jc.Grid.square(n=16, width=300e-6)
+        >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
+        >>> again = jc.load(jc.save(history, tempfile.mkdtemp() + "/glass.npz"))
+        >>> bool(np.all(again.pressure == history.pressure))
+        True
     """
     path = Path(path)
     arrays, kind = _format(path, {".npz": _read_npz, ".nc": _read_netcdf})(path)
@@ -84,34 +115,80 @@ def load(path: str | Path) -> Any:
             f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"
         )
     cls = KINDS[kind]
-    names = [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
-    missing = [name for name in (*names, "x", "y") if name not in arrays]
-    if missing:
-        raise ValueError(f"{path}: {missing[0]}: missing; accepted: a file written by jaxcontact.save")
+    names = stored_fields(cls)
+    try:
+        _check_arrays(cls, names, arrays)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     saved = {} if cls is SteadySliding else {"saved": None}
     return cls(**{name: arrays[name] for name in names}, **saved, grid=_grid(arrays["x"], arrays["y"]))
+
+
+def status_names() -> list[str]:
+    """The names of the statuses 0, 1, ..."""
+    return [status.name for status in Status]
+
+
+def stored_fields(cls: type) -> list[str]:
+    """The names of those fields of a kind of result that go into files."""
+    return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
+
+
+def _check_arrays(cls: type, names: list[str], arrays: dict[str, np.ndarray]) -> None:
+    """All arrays of a result are there, and of sizes that fit each other."""
+    for name in ("x", "y", *names):
+        if name not in arrays:
+            raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
+        if arrays[name].dtype.kind not in "fiu":
+            raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
+    for name in ("x", "y"):
+        _check_axis(name, arrays[name])
+    sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
+    steady = cls is SteadySliding
+    if not steady:
+        sizes["time"] = _count_of_times(arrays["times"])
+    for name in names:
+        full = tuple(dim for dim in FIELDS[name][0] if not (steady and dim == "time"))
+        last = tuple(dim for dim in full if dim != "time") if "x" in full else full
+        accepted = [tuple(sizes[dim] for dim in dims) for dims in (full, last)]
+        if arrays[name].shape not in accepted:
+            raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} {full}")
+
+
+def _check_axis(name: str, values: np.ndarray) -> None:
+    """Cell centres in equal steps, so that they make a grid."""
+    steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
+    if (
+        not steps.size
+        or not np.all(np.isfinite(values))
+        or steps[0] <= 0.0
+        or np.ptp(steps) > 1e-6 * steps[0]
+    ):
+        raise ValueError(
+            f"{name}: found an array of shape {values.shape}, accepted: two or more cell centres in equal steps"
+        )
+
+
+def _count_of_times(times: np.ndarray) -> int:
+    good = times.ndim == 1 and times.size and np.all(np.isfinite(times)) and np.all(np.diff(times) >= 0.0)
+    if not good:
+        raise ValueError(
+            f"times: found an array of shape {times.shape}, accepted: one or more that do not decrease"
+        )
+    return times.size
 
 
 def arrays_of(result: Result) -> dict[str, np.ndarray]:
     """The stored fields of a result, and its axes x and y [m]."""
     x, y = result.grid.axes()
-    names = [field.name for field in dataclasses.fields(result) if field.name not in NOT_STORED]
-    return {"x": np.asarray(x), "y": np.asarray(y)} | {
-        name: np.asarray(getattr(result, name)) for name in names
-    }
+    fields = {name: np.asarray(getattr(result, name)) for name in stored_fields(type(result))}
+    return {"x": np.asarray(x), "y": np.asarray(y)} | fields
 
 
 def dimensions(name: str, ndim: int) -> tuple[str, ...]:
     """The names of the dimensions of a stored field: the last ``ndim`` of those it may have."""
     spec = FIELDS[name][0]
     return spec[len(spec) - ndim :]
-
-
-def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write beside, then rename: a reader never meets half a file."""
-    partial = path.with_name(path.name + ".part")
-    write(partial)
-    os.replace(partial, path)
 
 
 def _grid(x: np.ndarray, y: np.ndarray) -> Grid:
@@ -144,20 +221,12 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
         yield name, np.asarray(value)
 
 
-def write_npz(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
-    """Arrays and notes by their names."""
-    with path.open("wb") as file:
-        np.savez(file, **arrays, **{name: np.asarray(value) for name, value in notes.items()})  # type: ignore[arg-type]
+def _write_npz(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
+    write_npz(path, arrays | notes)
 
 
 def _read_npz(path: Path) -> tuple[dict[str, np.ndarray], str]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (ValueError, EOFError, AttributeError) as error:
-        raise ValueError(
-            f"{path}: not an npz file of arrays; accepted: a file written by jaxcontact.save"
-        ) from error
+    arrays = read_npz(path)
     return arrays, str(arrays.get(KIND, ""))
 
 
@@ -182,13 +251,25 @@ def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, An
         name: (
             dimensions(name, values.ndim),
             values,
-            {"units": FIELDS[name][1], "long_name": FIELDS[name][2]},
+            _attributes(name),
         )
         for name, values in arrays.items()
         if name not in ("x", "y", "times")
     }
     dataset = xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes})
     dataset.transpose(..., "y", "x").to_netcdf(path, engine="h5netcdf")  # the order that ParaView expects
+
+
+def _attributes(name: str) -> dict[str, Any]:
+    """Unit and meaning of a field; of the status also the meaning of its values, as in the CF conventions."""
+    attributes: dict[str, Any] = {"units": FIELDS[name][1], "long_name": FIELDS[name][2]}
+    if name == "status":
+        values = {
+            "flag_values": [int(status) for status in Status],
+            "flag_meanings": " ".join(status_names()),
+        }
+        return attributes | values
+    return attributes
 
 
 def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from jaxcontact import indenters, materials
-from jaxcontact.case_schema import MATERIALS, REQUIRED_SECTIONS, SECTIONS, SHAPES, TABLE, Key, one_of
 from jaxcontact.controls import Approach, Control, Load
+from jaxcontact.files.case_schema import MATERIALS, REQUIRED_SECTIONS, SECTIONS, SHAPES, TABLE, Key, one_of
 from jaxcontact.grid import Grid
 from jaxcontact.layers import Layer, LayeredHalfSpace
 
