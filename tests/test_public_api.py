@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 JAXCONTACT = """
 Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField KelvinVoigt Layer LayeredHalfSpace Load
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
-normal_response save sensitivity slide slide_steady
+normal_response save sensitivity slide slide_steady Status
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit PronyFit Propagated compare design
@@ -65,9 +65,9 @@ def test_no_member_disappears(cls):
 
 
 KEYWORDS = {
-    jc.indent: "body indenter control times grid tolerance max_iterations save substeps correspondence kernels",
-    jc.slide: "body indenter control times velocity grid",
-    jc.slide_steady: "body indenter control velocity grid",
+    jc.indent: "body indenter control times grid tolerance max_iterations save substeps correspondence kernels checkpoint",
+    jc.slide: "body indenter control times velocity grid tolerance max_iterations save substeps kernels checkpoint",
+    jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels",
     jc.kernels: "body indenter grid nodes",
     jc.save: "result path case",
     jc.load: "path",

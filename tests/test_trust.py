@@ -76,6 +76,7 @@ def test_a_function_that_saves_sees_one_step_in_si_by_name():
     assert saved["verdict"].tolist() == [0]
 
 
+@pytest.mark.filterwarnings("ignore:only")
 def test_the_lateral_force_of_a_steady_indenter_has_a_slope_at_rest():
     """By the velocity, against a difference; the force against the motion has a kink there."""
     rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=2.0, G2=1.0, eta2=1.0))

@@ -64,42 +64,17 @@ def _thick(trace: Trace, references: Mapping[str, float]) -> list[Row]:
     radius = 1e-6 * a * (1.0 + trace.times / references["tau [s]"]) ** (1.0 / 3.0)
     peak, field = _lee_radok(trace, a * 1e-6, references["tau [s]"])
     distance = np.sum(np.abs(trace.pressure[-1] - field)) / np.sum(field)
-    ratios = trace.radius / radius, trace.approach / (radius**2 / RADIUS), trace.peak / peak
+    exact = lambda what, value, within, why: Row(f"(a) {what}", EXACT, 1.0, value, within, why)
+    ratio = lambda what, values, within, why: exact(
+        f"{what} over its closed form, worst of 41", worst(values), within, why
+    )
     return [
         Row("(a) a_v0 [um]", PAPER, a, trace.radius[0] * 1e6, 0.003, comparison.CELLS),
         Row("(a) p_v0 [GPa]", PAPER, p, trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
-        Row(
-            "(a) contact radius over its closed form, worst of 41",
-            EXACT,
-            1.0,
-            worst(ratios[0]),
-            0.003,
-            comparison.CELLS,
-        ),
-        Row(
-            "(a) approach over its closed form, worst of 41",
-            EXACT,
-            1.0,
-            worst(ratios[1]),
-            0.0005,
-            comparison.GRID,
-        ),
-        Row(
-            "(a) peak pressure over its closed form, worst of 41",
-            EXACT,
-            1.0,
-            worst(ratios[2]),
-            0.002,
-            STEPPING,
-        ),
-        Row(
-            "(a) pressure along x at 2 tau, 1 + L1 distance",
-            EXACT,
-            1.0,
-            1.0 + float(distance),
-            0.001,
-            STEPPING,
-        ),
+        ratio("contact radius", trace.radius / radius, 0.003, comparison.CELLS),
+        ratio("approach", trace.approach / (radius**2 / RADIUS), 0.0005, comparison.GRID),
+        ratio("peak pressure", trace.peak / peak, 0.002, STEPPING),
+        exact("pressure along x at 2 tau, 1 + L1 distance", 1.0 + float(distance), 0.001, STEPPING),
     ]
 
 

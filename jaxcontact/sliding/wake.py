@@ -133,8 +133,8 @@ class Wake:
 
         def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
             s = T * jnp.exp(node[0])
-            distance = jnp.sqrt((x + vx * s) ** 2 + (y + vy * s) ** 2)
-            varying = 1.0 / jnp.maximum(distance, 1.0) - 1.0 / (self.speed * s)
+            square = (x + vx * s) ** 2 + (y + vy * s) ** 2
+            varying = 1.0 / jnp.sqrt(jnp.maximum(square, 1.0)) - 1.0 / (self.speed * s)
             return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
 
         nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
