@@ -70,20 +70,25 @@ def slide_steady(
         >>> bool(steady.friction_coefficient > 0.0)
         True
     """
+    velocity = as_array(velocity)
+    _check_single(control, velocity)
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
-    velocity = as_array(velocity)
-    experiment = experiment.also(_checked_steady(experiment, velocity))
+    experiment = experiment.also(_steady(experiment, velocity))
     result, separation = _run(experiment, as_float64(velocity))
     return reported(result, separation, experiment.valid)
 
 
-def _checked_steady(experiment: Experiment, velocity: Array) -> Verdict:
-    """A finite velocity and one value of the control; ValueError where there is no steady state."""
-    shape, control = np.shape(velocity), experiment.control
+def _check_single(control: Control, velocity: Array) -> None:
+    """One velocity and one value of the control."""
+    shape = np.shape(velocity)
     _checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
-    name, shape = type(control).__name__, np.shape(control.value)
+    name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     _checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
+
+
+def _steady(experiment: Experiment, velocity: Array) -> Verdict:
+    """A finite velocity; ValueError where there is no steady state."""
     finite = _checks.finite("velocity [m/s]", velocity)
     response = response_of(experiment.body)
     flows = response.flows()
@@ -95,7 +100,7 @@ def _checked_steady(experiment: Experiment, velocity: Array) -> Verdict:
         " for ever and there is no steady state",
     )
     _checks.require(
-        response.far_strength() is None or not isinstance(control, Approach),
+        response.far_strength() is None or not isinstance(experiment.control, Approach),
         "control: expected a Load on a half-space that flows without limit: its surface sinks for ever, so"
         " that under a fixed approach the load falls to nothing and there is no steady state",
     )
