@@ -277,6 +277,18 @@ def test_second_derivatives_hold_the_area_of_contact():
 
 
 @pytest.mark.filterwarnings("ignore:only")
+def test_a_second_derivative_by_the_approach_of_what_creeps_is_there():
+    """The load's cotangent is constant while the history moves with the approach; the area is held."""
+    body, times = jc.LayeredHalfSpace([], jc.Maxwell(1e9, 1e10)), jnp.array([0.0, 5.0, 10.0])
+
+    def load(d):
+        control = jc.Approach(4e-6 * d * jnp.array([1.0, 1.1, 1.2]))
+        return jc.indent(body, jc.Sphere(9e-3), control, times, grid=jc.Grid.square(16, 600e-6)).load[-1]
+
+    assert abs(float(jax.hessian(load)(1.0))) < 1e-6 * float(jax.grad(load)(1.0))
+
+
+@pytest.mark.filterwarnings("ignore:only")
 def test_a_function_that_saves_is_only_asked_where_there_is_contact():
     """The mean depth under the pressure has no value without; seven steps do not fill blocks of three."""
     grid, times = jc.Grid.square(16, 2.2e-3), jnp.linspace(0.0, 600.0, 7)

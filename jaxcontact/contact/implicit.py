@@ -21,6 +21,7 @@ Differences of gradients over steps in which many cells enter see the edge.
 """
 
 from functools import partial
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -29,7 +30,7 @@ from jax.ad_checkpoint import checkpoint_name
 
 from jaxcontact._pytree import replace
 from jaxcontact.contact import nonsymmetric
-from jaxcontact.contact.normal import Problem, Solution, in_window, projected, solve
+from jaxcontact.contact.normal import Problem, Solution, projected, solve
 from jaxcontact.contact.window import cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
@@ -38,38 +39,48 @@ TANGENT_ITERATIONS = 400
 KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs
 
 
+class _Subspace(NamedTuple):
+    """Where the linear solves live: on the cells of the mask and, under a load, at zero mean."""
+
+    mask: Array
+    load_controlled: bool
+
+    def __call__(self, values: Array) -> Array:
+        return projected(values, self.mask, self.load_controlled)
+
+
 def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
     """x with P K P x = P right, P the projection onto cells of the mask (and zero mean under a load)."""
-    inside = lambda x: projected(x, mask, problem.load_controlled)
-    operator = lambda x: inside(problem.operator(inside(x)))
-    if problem.operator.symmetric:
-        search = lambda _, b: _conjugate_gradients(problem, mask, b)
-        return jax.lax.custom_linear_solve(operator, right, search, symmetric=True)
-    there, back = (partial(_bicgstab, inside, k) for k in (problem.operator, problem.operator.transpose()))
-    return jax.lax.custom_linear_solve(operator, right, there, transpose_solve=back)
+    operator, inside = problem.operator, _Subspace(mask, problem.load_controlled)
+    on_mask = lambda x: inside(operator(inside(x)))
+    if operator.symmetric:
+        # closes over nothing whose derivative it does not want: jax 0.10 fails on what is left of such a one
+        search = lambda _, b: _conjugate_gradients(operator, inside, b)
+        return jax.lax.custom_linear_solve(on_mask, right, search, symmetric=True)
+    there, back = (partial(_bicgstab, inside, k) for k in (operator, operator.transpose()))
+    return jax.lax.custom_linear_solve(on_mask, right, there, transpose_solve=back)
 
 
-def _conjugate_gradients(problem: Problem, mask: Array, right: Array) -> Array:
+def _conjugate_gradients(operator: Operator, inside: _Subspace, right: Array) -> Array:
     """In the window if it holds the mask, otherwise on the whole grid; the other search takes no step."""
-    shape = problem.operator.window_shape(mask.shape)
+    shape = operator.window_shape(right.shape)
     if shape is None:
-        return _on_grid(problem, mask, right, TANGENT_ITERATIONS)
-    corner, fits = place(mask, shape)
-    b = projected(right, mask, problem.load_controlled)
+        return _on_grid(operator, inside, right, TANGENT_ITERATIONS)
+    corner, fits = place(inside.mask, shape)
+    b = inside(right)
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
-    inner = in_window(problem, corner, shape)
-    part = _on_grid(inner, cut(mask, corner, shape), cut(b, corner, shape), limits[0])
-    return paste(part, corner, mask.shape) + _on_grid(problem, mask, b, limits[1])
+    within = inside._replace(mask=cut(inside.mask, corner, shape))
+    part = _on_grid(operator.restricted(), within, cut(b, corner, shape), limits[0])
+    return paste(part, corner, right.shape) + _on_grid(operator, inside, b, limits[1])
 
 
-def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) -> Array:
+def _on_grid(operator: Operator, inside: _Subspace, right: Array, limit: Array | int) -> Array:
     """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations; nan if they fail.
 
     From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
     where cells have entered contact, saves no iteration, and costs a convolution.
     """
-    inside = lambda x: projected(x, mask, problem.load_controlled)
-    inverse = problem.operator.preconditioner()
+    inverse = operator.preconditioner()
     precondition = lambda r: inside(inverse(r))
     r = inside(right)
     z = precondition(r)
@@ -78,7 +89,7 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
 
     def step(state):
         x, r, t, descent, count = state
-        lifted = inside(problem.operator(t))
+        lifted = inside(operator(t))
         curvature = jnp.sum(t * lifted)
         length = descent / jnp.where(curvature > 0.0, curvature, 1.0)
         x, r = x + length * t, r - length * lifted
@@ -91,7 +102,7 @@ def _on_grid(problem: Problem, mask: Array, right: Array, limit: Array | int) ->
     return jnp.where((descent <= goal) | (limit == 0), x, jnp.nan)
 
 
-def _bicgstab(inside: Linear, preconditioned: Operator, operator: Linear, right: Array) -> Array:
+def _bicgstab(inside: _Subspace, preconditioned: Operator, operator: Linear, right: Array) -> Array:
     """For an operator that is not symmetric; nan if it fails."""
     inverse = preconditioned.preconditioner()
     b = inside(right)

@@ -33,7 +33,8 @@ class RecursiveMemory(Memory):
         k = self.kernels
         decay, old, new = ramps(k.rates * dt)
         eta = decay[:, None, None] * eta + jnp.tensordot(dt * old, pressure, 0)
-        earlier = k.family.total(jnp.tensordot(k.mix, eta, 1))
+        mixed = jnp.tensordot(k.mix, eta, 1)
+        earlier = k.family.total(mixed if eta.shape[0] else mixed[:0])  # an elastic body has no history
         return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, eta)
 
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
