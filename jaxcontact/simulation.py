@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact._experiment import Experiment, Plan
+from jaxcontact._pytree import pytree
 from jaxcontact.history import march as marching
 from jaxcontact.indentation import planned
 from jaxcontact.results import ContactHistory
@@ -35,7 +36,7 @@ class Block:
     carry: list[np.ndarray]
 
 
-@dataclass(frozen=True)
+@pytree
 class Simulation:
     """A march that is ready to start; ``prepare`` makes it."""
 
@@ -79,6 +80,13 @@ def prepare(*case: Any, **options: Any) -> Simulation:
     """
     experiment = Experiment.of(*case, **options)
     return Simulation(experiment, _plan(experiment))
+
+
+def first_block(simulation: Simulation) -> tuple[marching.Carry, marching.Outcome]:
+    """What marching the first block gives, scaled; for its shapes, by ``jax.eval_shape``."""
+    blocks, _ = marching.in_blocks(simulation.plan.steps, BLOCK)
+    state = marching.start(simulation.plan.setup)
+    return run_block(simulation.plan.setup, state, jax.tree.map(lambda a: a[0], blocks))
 
 
 _plan = jax.jit(planned)

@@ -69,7 +69,8 @@ LAYERS = {
     "files.case_schema": 10,
     "files.case_file": 12,
     "files.case_text": 13,
-    "files.advice": 13,
+    "footprint": 15,
+    "files.advice": 16,
     "files.finished_steps": 15,
     "files.run_results": 16,
 }

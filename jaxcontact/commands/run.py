@@ -46,6 +46,7 @@ def run(options: argparse.Namespace) -> int:
     if options.directory is None:
         return complain("run: -o: missing; accepted: -o DIR, where results go, or --show", BAD_INPUT)
     advice.check(case, options.case)
+    advice.check_disk(case, options.case, options.directory)
     return _run_into(options.directory, case, options)
 
 

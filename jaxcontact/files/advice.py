@@ -1,4 +1,4 @@
-"""What is worth knowing of a case before it runs: cells across the contact, and steps against relaxation."""
+"""What is worth knowing of a case before it runs: room for it, cells across the contact, steps against relaxation."""
 
 import dataclasses
 import math
@@ -9,6 +9,7 @@ import numpy as np
 
 from jaxcontact._experiment import FEW_CELLS, Experiment
 from jaxcontact.files.case_file import Case, CaseError
+from jaxcontact.footprint import disk_needed, disk_room, machine_memory, memory_needed
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body
 from jaxcontact.materials import relaxation_modes
@@ -21,8 +22,34 @@ def check(case: Case, path: Path) -> None:
     """Everything that a run would refuse before it computes. Raises CaseError, which names the file."""
     try:
         Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+        _check_memory(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error
+
+
+def check_disk(case: Case, path: Path, directory: Path) -> None:
+    """The directory's disk has room for the run, finished steps that are there included. Raises CaseError."""
+    needed, has = disk_needed(case), disk_room(directory)
+    if needed > has:
+        raise CaseError(
+            f"{path}: {directory}: found a run that needs {in_bytes(needed)} on disk, accepted: up to the"
+            f' {in_bytes(has)} that are free; solver.save = "last" or fewer cells need less'
+        )
+
+
+def _check_memory(case: Case) -> None:
+    needed, has = memory_needed(case), machine_memory()
+    if needed > has:
+        raise ValueError(
+            f"grid: found a run that needs about {in_bytes(needed)} of memory, accepted: up to the {in_bytes(has)}"
+            " of this machine; fewer cells, or fewer times when quasi-elastic, need less"
+        )
+
+
+def in_bytes(size: float) -> str:
+    """A size of two digits, in MB or GB."""
+    number, unit = (size / 1e6, "MB") if size < 1e8 else (size / 1e9, "GB")
+    return f"{number:.2g} {unit}" if number < 100 else f"{number:.0f} {unit}"
 
 
 def advice(case: Case) -> list[str]:
@@ -34,8 +61,10 @@ def describe(case: Case) -> str:
     """The size of a case in one line."""
     nx, ny = case.grid.shape
     wide, high = (float(width) * 1e6 for width in case.grid.width)
+    memory, disk = in_bytes(memory_needed(case)), in_bytes(disk_needed(case))
     return (
-        f"{len(case.times)} times to {case.times[-1]:g} s, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um"
+        f"{len(case.times)} times to {case.times[-1]:g} s, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um,"
+        f" about {memory} of memory, {disk} on disk"
     )
 
 

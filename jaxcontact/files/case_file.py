@@ -5,6 +5,7 @@
 """
 
 import difflib
+import reprlib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,17 @@ import numpy as np
 
 from jaxcontact import indenters, materials
 from jaxcontact.controls import Approach, Control, Load
-from jaxcontact.files.case_schema import MATERIALS, REQUIRED_SECTIONS, SECTIONS, SHAPES, TABLE, Key, one_of
+from jaxcontact.files.case_schema import (
+    LARGEST,
+    MATERIALS,
+    REQUIRED_SECTIONS,
+    SECTIONS,
+    SHAPES,
+    TABLE,
+    Key,
+    one_of,
+)
+from jaxcontact.files.npz import read_npy
 from jaxcontact.grid import Grid
 from jaxcontact.layers import Layer, LayeredHalfSpace
 
@@ -44,11 +55,14 @@ class Case:
 def read_case(path: Path) -> Case:
     """The case in a TOML file. Raises CaseError for a file that is missing, broken or wrong."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise CaseError(f"{path}: {reason}; expected a TOML file of a case") from error
-    except tomllib.TOMLDecodeError as error:
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # a decoding error, a number of too many digits, too deep a list
         raise CaseError(f"{path}: not TOML: {error}") from error
     try:
         return _case(tables, path.parent)
@@ -93,7 +107,10 @@ def _suggestion(name: str, known: list[str]) -> str:
 
 def _show(value: Any) -> str:
     """The value as found, on one line and not too long."""
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    try:
+        text = f'"{value}"' if isinstance(value, str) else reprlib.repr(value)
+    except ValueError:  # Python writes no whole number of over 4300 digits
+        text = "a number of too many digits"
     text = " ".join(text.split())
     return text if len(text) <= 60 else text[:57] + "..."
 
@@ -104,14 +121,20 @@ def _choose(where: str, table: Table, key: str, own: dict[str, Key], choices: di
         _check_table(where, {k: v for k, v in table.items() if k == key}, {key: own[key]})
     chosen, parameters = choices[table[key]]
     _check_table(where, table, own | parameters)
-    return chosen, {name: table[name] for name in parameters if name in table}
+    return chosen, {name: _as_float(table[name]) for name in parameters if name in table}
+
+
+def _as_float(value: Any) -> Any:
+    """Whole numbers as floats, since jax has none of over 64 bits; lists as arrays; text as it is."""
+    if isinstance(value, list):
+        return np.array(value, dtype=float)
+    return float(value) if isinstance(value, int) else value
 
 
 def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
     chosen, values = _choose(where, table, "material", own, MATERIALS)
     if chosen is not materials.Elastic:
-        arrays = {k: np.array(v, dtype=float) if isinstance(v, list) else v for k, v in values.items()}
-        return _same_length(where, chosen(**arrays))
+        return _same_length(where, chosen(**values))
     if ("G" in values) == ("E" in values):
         found = "both" if "G" in values else "neither"
         raise CaseError(f"{where}.G: found {found} G and E; accepted: one of them, a number > 0 [Pa]")
@@ -130,7 +153,7 @@ def _body(tables: Table) -> LayeredHalfSpace:
     layers = []
     if "layer" in tables:
         film = _material("layer", tables["layer"], SECTIONS["layer"])
-        layers = [Layer(film, tables["layer"]["thickness"])]
+        layers = [Layer(film, float(tables["layer"]["thickness"]))]
     substrate = _material("substrate", tables["substrate"], SECTIONS["substrate"])
     if layers and not isinstance(substrate, materials.Elastic):
         found = tables["substrate"]["material"]
@@ -153,14 +176,16 @@ def _heights(path: Path) -> np.ndarray:
     """The heights in a .npy file: two-dimensional, finite."""
     accepted = "accepted: a .npy file of finite heights (nx, ny) [m]"
     try:
-        heights = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+        heights = read_npy(path)
+    except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "not a .npy file of numbers"
         raise CaseError(f"indenter.heights: {path}: {reason}; {accepted}") from error
-    if not isinstance(heights, np.ndarray) or heights.dtype.kind not in "fiu" or heights.ndim != 2:
+    if heights.dtype.kind not in "fiu" or heights.ndim != 2:
         raise CaseError(f"indenter.heights: {path}: not a two-dimensional array of numbers; {accepted}")
-    if not np.all(np.isfinite(heights)):
-        raise CaseError(f"indenter.heights: {path}: found values that are not finite; {accepted}")
+    if not np.all(np.abs(heights) <= LARGEST):
+        raise CaseError(
+            f"indenter.heights: {path}: found values that are not finite or not below {LARGEST:g}; {accepted}"
+        )
     return heights.astype(float)
 
 
@@ -187,14 +212,14 @@ def _times(table: Table) -> np.ndarray:
     for name in ("end", "steps") + (("first",) if logarithmic else ()):
         if name not in table:
             raise CaseError(f"times.{name}: missing; accepted: {SECTIONS['times'][name].words}")
-    end, steps = table["end"], table["steps"]
+    end, steps = float(table["end"]), table["steps"]
     if not logarithmic:
         if "first" in table:
             raise CaseError('times.first: found with uniform spacing; accepted: with spacing = "logarithmic"')
         return np.linspace(0.0, end, steps + 1)
     if table["first"] > end:
         raise CaseError(f"times.first: found {table['first']:g}, accepted: a number not above end = {end:g}")
-    return np.append(0.0, np.geomspace(table["first"], end, steps))
+    return np.append(0.0, np.geomspace(float(table["first"]), end, steps))
 
 
 def _grid(table: Table, body: Any, indenter: Any, control: Control, times: np.ndarray) -> Grid:

@@ -36,12 +36,17 @@ class Key:
         return f"{self.accept.words}: {self.meaning}{absent}" if self.meaning else self.accept.words
 
 
+SMALLEST, LARGEST = 1e-30, 1e30  # of any quantity: products and squares of them stay within float64
+MOST_CELLS, MOST_TIMES, MOST_ITERATIONS = 2**16, 10**7, 10**9  # along an axis; in a run; of a step
+
+
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """A number, not so large that it must be a slip; whole numbers may have any number of digits here."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
-def _is_whole(value: Any, low: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= low
+def _is_whole(value: Any, low: int, high: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
 def _all_numbers(value: Any, low: float = -math.inf) -> bool:
@@ -55,7 +60,7 @@ def _pair(value: Any, test: Callable[[Any], bool]) -> bool:
 def _is_load(value: Any) -> bool:
     """A load, or a history of loads that is positive somewhere."""
     values = value if isinstance(value, list) else [value]
-    return _all_numbers(values, 0.0) and max(values) > 0
+    return _all_numbers(values, 0.0) and max(values) >= SMALLEST
 
 
 def one_of(*names: str) -> Accept:
@@ -63,23 +68,27 @@ def one_of(*names: str) -> Accept:
     return Accept(lambda v: v in names, " | ".join(f'"{name}"' for name in names))
 
 
-def whole(low: int) -> Accept:
-    """A whole number, not below ``low``."""
-    return Accept(lambda v: _is_whole(v, low), f"a whole number of at least {low}")
+def whole(low: int, high: int) -> Accept:
+    """A whole number from ``low`` to ``high``."""
+    return Accept(lambda v: _is_whole(v, low, high), f"a whole number from {low} to {high}")
 
 
-POSITIVE = Accept(lambda v: _is_number(v) and v > 0, "a number > 0")
-NOT_NEGATIVE = Accept(lambda v: _is_number(v) and v >= 0, "a number >= 0")
-NUMBER = Accept(_is_number, "a number")
+RANGE = f"up to {LARGEST:g}"
+POSITIVE = Accept(
+    lambda v: _is_number(v) and v >= SMALLEST, f"a number > 0, from {SMALLEST:g} to {LARGEST:g}"
+)
+NOT_NEGATIVE = Accept(lambda v: _is_number(v) and v >= 0, f"a number >= 0, {RANGE}")
 POISSON = Accept(lambda v: _is_number(v) and -1 < v <= 0.5, "a number with -1 < nu <= 0.5")
-LOAD = Accept(_is_load, "a number > 0, or a list of numbers >= 0 that are not all zero")
-NUMBERS = Accept(lambda v: _is_number(v) or _all_numbers(v), "a number or a list of numbers")
-POSITIVE_LIST = Accept(lambda v: _all_numbers(v) and min(v) > 0, "a list of numbers > 0")
-NOT_NEGATIVE_LIST = Accept(lambda v: _all_numbers(v, 0.0), "a list of numbers >= 0")
+LOAD = Accept(_is_load, f"a number > 0, or a list of numbers >= 0 that are not all zero, {RANGE}")
+NUMBERS = Accept(lambda v: _is_number(v) or _all_numbers(v), f"a number or a list of numbers, {RANGE}")
+POSITIVE_LIST = Accept(lambda v: _all_numbers(v) and min(v) >= SMALLEST, f"a list of numbers > 0, {RANGE}")
+NOT_NEGATIVE_LIST = Accept(lambda v: _all_numbers(v, 0.0), f"a list of numbers >= 0, {RANGE}")
 TIMES = Accept(
     lambda v: _all_numbers(v) and sorted(v) == v, "a list of numbers that do not decrease, one or more"
 )
-SHAPE = Accept(lambda v: _pair(v, lambda n: _is_whole(n, 4)), "[nx, ny], whole numbers of at least 4")
+SHAPE = Accept(
+    lambda v: _pair(v, whole(4, MOST_CELLS).test), f"[nx, ny], whole numbers from 4 to {MOST_CELLS}"
+)
 SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
 TEXT = Accept(lambda v: isinstance(v, str), "text")
 TABLE = Accept(lambda v: isinstance(v, dict), "a table")
@@ -139,25 +148,21 @@ SECTIONS: dict[str, dict[str, Key]] = {
     },
     "times": {
         "end": Key(POSITIVE, "the last time [s]; the first is 0"),
-        "steps": Key(whole(1), "number of steps to the end"),
+        "steps": Key(whole(1, MOST_TIMES), "number of steps to the end"),
         "spacing": Key(one_of("uniform", "logarithmic"), "of the times", default="uniform"),
         "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
         "values": Key(TIMES, "the times themselves [s], in place of the others"),
     },
     "grid": {
-        "n": Key(whole(4), "cells along x and y", default=256),
+        "n": Key(whole(4, MOST_CELLS), "cells along x and y", default=256),
         "width": Key(POSITIVE, "width along x and y [m]; from the expected contact when absent"),
         "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
         "spacing": Key(SPACING, "size of a cell [m]; with shape"),
     },
     "solver": {
         "tolerance": Key(POSITIVE, "dimensionless error of a step", default=1e-8),
-        "max_iterations": Key(whole(1), "most iterations of a step", default=500),
-        "substeps": Key(
-            Accept(lambda v: _is_whole(v, 1) and v <= 1000, "a whole number from 1 to 1000"),
-            "inner steps between two times",
-            default=1,
-        ),
+        "max_iterations": Key(whole(1, MOST_ITERATIONS), "most iterations of a step", default=500),
+        "substeps": Key(whole(1, 1000), "inner steps between two times", default=1),
         "correspondence": Key(one_of("exact", "quasi-elastic"), "of layer and time", default="exact"),
         "save": Key(one_of("all", "last"), "fields kept, of which times", default="all"),
     },

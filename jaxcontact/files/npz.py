@@ -1,4 +1,4 @@
-"""Files that are whole or absent, and npz files: written part by part, read only if they are what they claim."""
+"""Files that are whole or absent, and arrays in them: written in parts, read only if they are what they claim."""
 
 import math
 import os
@@ -6,10 +6,11 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
+T = TypeVar("T")
 HIGHEST_COMPRESSION = 1040  # deflate packs zeros 1032 times at most; what claims more is forged
 
 
@@ -51,12 +52,22 @@ def read_npz(path: Path, *names: str) -> dict[str, np.ndarray]:
     Raises ValueError for what is no npz file, is cut off, or claims more than it has; OSError for what cannot
     be read at all.
     """
+    return _read(path, lambda file: dict(_members(file, names)))
+
+
+def read_npy(path: Path) -> np.ndarray:
+    """The array in a .npy file. Raises as ``read_npz`` does."""
+    return _read(path, lambda file: _array(file, path.stat().st_size))
+
+
+def _read(path: Path, read: Callable[[IO[bytes]], T]) -> T:
     with path.open("rb") as file:
         try:
-            return dict(_members(file, names))
+            return read(file)
         except Exception as error:  # what zipfile, zlib and numpy raise for broken bytes has no common base
             raise ValueError(
-                f"{path}: not an npz file of arrays; accepted: a file written by jaxcontact.save"
+                f"{path}: not an {path.suffix.lstrip('.')} file of arrays;"
+                " accepted: a file written by jaxcontact.save"
             ) from error
 
 
@@ -78,17 +89,19 @@ def _members(file: IO[bytes], names: tuple[str, ...]) -> Iterator[tuple[str, np.
         for info in archive.infolist():
             name = info.filename.removesuffix(".npy")
             if not names or name in names:
+                if info.file_size > HIGHEST_COMPRESSION * info.compress_size:
+                    raise ValueError(f"{name}: {info.file_size} bytes out of {info.compress_size}")
                 with archive.open(info) as member:
-                    _check_size(member, info)
-                    member.seek(0)
-                    yield name, np.lib.format.read_array(member, allow_pickle=False)
+                    yield name, _array(member, info.file_size)
 
 
-def _check_size(member: IO[bytes], info: zipfile.ZipInfo) -> None:
-    """Refuse an array whose header claims what its bytes do not have, before memory is set aside for it."""
-    major, _ = np.lib.format.read_magic(member)
-    read = {1: np.lib.format.read_array_header_1_0, 2: np.lib.format.read_array_header_2_0}[major]
-    shape, _, dtype = read(member)
-    claimed = math.prod(shape) * dtype.itemsize + member.tell()
-    if claimed != info.file_size or claimed > HIGHEST_COMPRESSION * info.compress_size:
-        raise ValueError(f"{info.filename}: {shape} of {dtype} in {info.compress_size} bytes")
+def _array(file: IO[bytes], size: int) -> np.ndarray:
+    """An array, unless its header claims other than its size, before memory is set aside for it."""
+    major, _ = np.lib.format.read_magic(file)
+    header = {1: np.lib.format.read_array_header_1_0, 2: np.lib.format.read_array_header_2_0}[major]
+    shape, _, dtype = header(file)
+    claimed = math.prod(shape) * dtype.itemsize + file.tell()
+    if claimed != size:
+        raise ValueError(f"{shape} of {dtype} in {size} bytes")
+    file.seek(0)
+    return np.lib.format.read_array(file, allow_pickle=False)

@@ -66,7 +66,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
         The path.
 
     Raises:
-        ValueError: another ending or another kind of result.
+        ValueError: another ending, another kind of result, or one made by ``jax.vmap``.
         ImportError: ``.nc`` without the extra ``jaxcontact[io]``.
 
     Example:
@@ -81,8 +81,10 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
+    arrays = arrays_of(result)
+    _check_arrays(type(result), arrays)
     notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case))
-    write_whole(path, lambda partial: write(partial, arrays_of(result), notes))
+    write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
 
 
@@ -115,13 +117,14 @@ def load(path: str | Path) -> Any:
             f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"
         )
     cls = KINDS[kind]
-    names = stored_fields(cls)
     try:
-        _check_arrays(cls, names, arrays)
+        _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     saved = {} if cls is SteadySliding else {"saved": None}
-    return cls(**{name: arrays[name] for name in names}, **saved, grid=_grid(arrays["x"], arrays["y"]))
+    return cls(
+        **{name: arrays[name] for name in stored_fields(cls)}, **saved, grid=_grid(arrays["x"], arrays["y"])
+    )
 
 
 def status_names() -> list[str]:
@@ -134,9 +137,10 @@ def stored_fields(cls: type) -> list[str]:
     return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
 
 
-def _check_arrays(cls: type, names: list[str], arrays: dict[str, np.ndarray]) -> None:
+def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     """All arrays of a result are there, and of sizes that fit each other."""
-    for name in ("x", "y", *names):
+    names = stored_fields(cls)
+    for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
         if arrays[name].dtype.kind not in "fiu":
@@ -144,26 +148,27 @@ def _check_arrays(cls: type, names: list[str], arrays: dict[str, np.ndarray]) ->
     for name in ("x", "y"):
         _check_axis(name, arrays[name])
     sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
-    steady = cls is SteadySliding
-    if not steady:
+    if cls is not SteadySliding:
         sizes["time"] = _count_of_times(arrays["times"])
     for name in names:
-        full = tuple(dim for dim in FIELDS[name][0] if not (steady and dim == "time"))
-        last = tuple(dim for dim in full if dim != "time") if "x" in full else full
-        accepted = [tuple(sizes[dim] for dim in dims) for dims in (full, last)]
+        accepted = _shapes(name, sizes)
         if arrays[name].shape not in accepted:
-            raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} {full}")
+            raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} as its axes")
+
+
+def _shapes(name: str, sizes: dict[str, int]) -> list[tuple[int, ...]]:
+    """The shape of a field on axes of these sizes; of a map the one without time as well, with save="last"."""
+    spec = [dim for dim in FIELDS[name][0] if dim in sizes]
+    without_time = [dim for dim in spec if dim != "time"] if "x" in spec else spec
+    return [tuple(sizes[dim] for dim in dims) for dims in (spec, without_time)]
 
 
 def _check_axis(name: str, values: np.ndarray) -> None:
     """Cell centres in equal steps, so that they make a grid."""
-    steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
-    if (
-        not steps.size
-        or not np.all(np.isfinite(values))
-        or steps[0] <= 0.0
-        or np.ptp(steps) > 1e-6 * steps[0]
-    ):
+    with np.errstate(all="ignore"):  # what overflows is not in equal steps
+        steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
+        equal = steps.size > 0 and steps[0] > 0.0 and np.ptp(steps) <= 1e-6 * steps[0]
+    if not equal:
         raise ValueError(
             f"{name}: found an array of shape {values.shape}, accepted: two or more cell centres in equal steps"
         )
@@ -277,10 +282,18 @@ def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, 
 
 
 def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
-    with _xarray().open_dataset(path, engine="h5netcdf", decode_times=False) as file:
-        ordered = file.transpose(..., "x", "y")
-        arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
-        kind = str(file.attrs.get(KIND, ""))
+    xarray = _xarray()
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
+            ordered = file.transpose(..., "x", "y")
+            arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
+            kind = str(file.attrs.get(KIND, ""))
+    except Exception as error:  # what the libraries below raise for broken bytes has no common base
+        if isinstance(error, OSError) and error.errno:
+            raise
+        raise ValueError(
+            f"{path}: not a whole NetCDF file; accepted: a file written by jaxcontact.save"
+        ) from error
     if "time" in arrays:
         arrays["times"] = arrays.pop("time")
     return arrays, kind

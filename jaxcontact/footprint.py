@@ -1,0 +1,78 @@
+"""What a run needs of the machine, known before anything is computed, and what the machine has.
+
+Memory: the process with its compiler; the kernels, the state and the fields of a block of steps, whose shapes
+jax tells without computing; and the work arrays of the compiled programs, in units of the kernels. The finished
+steps are on disk: with all fields once in blocks and, at the end, a second time together.
+"""
+
+import math
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from jaxcontact.files.case_file import Case
+from jaxcontact.files.run_directory import UNFINISHED
+from jaxcontact.simulation import first_block, prepare
+
+# measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
+PROCESS = 0.6e9  # bytes
+WORK = 3.0  # bytes for each byte of the kernels
+WEIGHING = 210.0  # bytes for each byte of the tables of the direct superposition, while they are made
+
+
+def memory_needed(case: Case) -> float:
+    """Bytes that a run of the case needs at its peak; measured ones are within a factor of 1.5."""
+    given = (case.body, case.indenter, case.control, case.times)
+    simulation = jax.eval_shape(lambda: prepare(*given, grid=case.grid, **case.options))
+    kernels, steps = _bytes(simulation.plan.setup), _bytes(simulation.plan.steps)
+    block = _bytes(jax.eval_shape(first_block, simulation))
+    work = WORK * kernels
+    if simulation.experiment.options.correspondence == "quasi-elastic":
+        work = max(work, WEIGHING * steps)
+    lines = 3.0 * _bytes_of_lines(case)
+    return PROCESS + kernels + steps + 2.0 * block + work + lines
+
+
+def disk_needed(case: Case) -> float:
+    """Bytes that a run of the case has on disk at most, just before it is through."""
+    nx, ny = case.grid.shape
+    all_maps = case.options.get("save", "all") == "all"
+    maps = 2.0 * nx * ny * 8.0 * (case.times.size if all_maps else 1)
+    return 2.0 * (maps + _bytes_of_lines(case))
+
+
+def disk_room(directory: Path) -> float:
+    """Bytes that a run in this directory may use: what is free on its disk, and what its finished steps have."""
+    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    own = sum(path.stat().st_size for path in (directory / UNFINISHED).glob("*"))
+    return float(shutil.disk_usage(there).free + own)
+
+
+def _bytes_of_lines(case: Case) -> float:
+    """Of what a result has for each step beside its maps: two lines and a dozen numbers."""
+    return 8.0 * case.times.size * (2 * case.grid.shape[0] + 12)
+
+
+def machine_memory() -> float:
+    """Bytes that processes may use here: of the machine, or of the container; inf where the system does not say."""
+    if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
+        return math.inf
+    return min(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")), _container_memory())
+
+
+def _container_memory(groups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> float:
+    """The least of the limits of this process's control group (version 2) and those above it."""
+    try:
+        path = next(line[4:] for line in own.read_text().splitlines() if line.startswith("0::/"))
+    except (OSError, StopIteration):
+        return math.inf
+    files = [groups / part / "memory.max" for part in (Path(path), *Path(path).parents)]
+    limits = [file.read_text().strip() for file in files if file.is_file()]
+    return min((float(limit) for limit in limits if limit != "max"), default=math.inf)
+
+
+def _bytes(tree: Any) -> float:
+    return sum(math.prod(leaf.shape) * leaf.dtype.itemsize for leaf in jax.tree.leaves(tree))
