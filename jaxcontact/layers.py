@@ -95,19 +95,17 @@ def check_material(where: str, material: Material) -> Verdict:
     kind = type(material).__name__
     valid = _checks.poisson_ratio(f"{where} nu", material.nu)
     for name, value in vars(material).items():
-        lists = name in ("J", "tau")
+        listed = name in material.lists
         _checks.require(
-            np.ndim(value) <= lists,
-            f"{where} {kind} {name}: expected {'a list' if lists else 'a number'}, got shape {np.shape(value)}",
+            np.ndim(value) <= listed,
+            f"{where} {kind} {name}: expected {'a list' if listed else 'a number'}, got shape {np.shape(value)}",
         )
         if name != "nu":
-            check = _checks.non_negative if name in ("J0", "fluidity", "J") else _checks.positive
+            check = _checks.non_negative if name in material.may_be_zero else _checks.positive
             valid = valid & check(f"{where} {kind} {name}", value)
-    if hasattr(material, "tau"):
-        _check_relaxation_times(where, material)
+    shapes = [np.shape(getattr(material, name)) for name in material.lists]
+    _checks.require(
+        len(set(shapes)) <= 1,
+        f"{where} {kind}: expected {' and '.join(material.lists)} of one shape, got {' and '.join(map(str, shapes))}",
+    )
     return valid
-
-
-def _check_relaxation_times(where: str, material: Material) -> None:
-    J, tau = np.shape(material.J), np.shape(material.tau)  # type: ignore[attr-defined]
-    _checks.require(tau == J, f"{where} Prony: expected J and tau of one shape, got {J} and {tau}")

@@ -25,7 +25,7 @@ The relaxation modulus has the transform G(s) = 1/h(s), so that with the roots -
 """
 
 import abc
-from typing import Self
+from typing import ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -132,9 +132,14 @@ def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> A
 
 
 class Material(abc.ABC):
-    """Constant Poisson's ratio nu; creep in shear given by ``spectrum``."""
+    """Constant Poisson's ratio nu; creep in shear given by ``spectrum``.
+
+    Parameters are numbers above zero, but for those of ``may_be_zero`` and the lists, all of one length.
+    """
 
     nu: Array | float
+    may_be_zero: ClassVar[tuple[str, ...]] = ()
+    lists: ClassVar[tuple[str, ...]] = ()
 
     @abc.abstractmethod
     def spectrum(self) -> Spectrum:
@@ -343,6 +348,9 @@ class Prony(Material):
         >>> f"{polymer.relaxation(1e6) / 1e6:.0f} MPa"            # 1/(J0 + sum J) in the end
         '125 MPa'
     """
+
+    may_be_zero = ("J0", "J", "fluidity")
+    lists = ("J", "tau")
 
     J0: Array | float
     J: Array
