@@ -39,7 +39,8 @@ class Moving(Operator):
         return None
 
     def restricted(self) -> Moving:
-        raise NotImplementedError("a moving operator has no window")
+        """The whole: there is no window."""
+        return self
 
     def even(self) -> FreeSpace:
         return FreeSpace(self.spectrum.real, self.circulant.real, None)
