@@ -327,10 +327,6 @@ FILES = {
     ),
     "neither G nor E": ("E = 210e9", "", r"found neither G and E; accepted: one of them"),
     "a Prony series": (LAYER, PRONY, r"layer.tau: found 1 for 2 in J; accepted: as many numbers as in J"),
-    "a thickness over the plane": (
-        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",
-    ),
     "a creeping substrate": (
         '"elastic"\nE = 210e9',
         '"maxwell"\nG = 1.0\neta = 1.0',
