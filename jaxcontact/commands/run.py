@@ -17,15 +17,16 @@ from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain,
 from jaxcontact.files import advice, run_directory
 from jaxcontact.files.case_file import Case, read_case
 from jaxcontact.files.case_text import case_text
-from jaxcontact.files.finished_steps import FinishedSteps, Standing, fingerprint
+from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
 from jaxcontact.simulation import prepare
 
 
 @dataclass(frozen=True)
 class Ending:
-    """How a march ended: how far it has come, the signal that stopped it, and warnings of one line each."""
+    """How a march ended: how far it has come, with what, the signal that stopped it, warnings of one line each."""
 
     standing: Standing
+    run: FinishedRun | None
     interrupt: KeyboardInterrupt | None
     notes: list[str]
 
@@ -58,8 +59,8 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
             steps.remove()
         ending = _march(case, steps)
         spared = taken and not options.resume and ending.status == BAD_INPUT
-        if ending.standing.steps and not spared:
-            _write(case, steps, ending, options)
+        if ending.run is not None and not spared:
+            _write(ending.run, case, ending, options)
         if ending.interrupt is None:
             steps.remove()
     for note in ending.notes:
@@ -69,7 +70,7 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
 
 def _march(case: Case, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
-    standing, interrupt = steps.standing(), None
+    standing, interrupt, run = steps.standing(), None, None
     began = time.perf_counter() - standing.seconds
     # disable=None: silent when stderr is not a terminal; the delay: none for a short run
     bar = tqdm(
@@ -77,20 +78,22 @@ def _march(case: Case, steps: FinishedSteps) -> Ending:
     )
     with warnings.catch_warnings(record=True) as caught, bar:
         warnings.simplefilter("always")
-        options = {name: value for name, value in case.options.items() if name != "save"}
-        simulation = prepare(case.body, case.indenter, case.control, case.times, grid=case.grid, **options)
+        given = (case.body, case.indenter, case.control, case.times)
+        simulation = prepare(*given, grid=case.grid, **case.options)
         try:
-            for block in simulation.blocks(standing.blocks, standing.carry):
+            for block in simulation.blocks(standing.blocks, standing.carry) if standing.status == 0 else ():
                 standing = steps.add(standing, block, time.perf_counter() - began)
                 bar.update(block.history.times.size)
         except KeyboardInterrupt as error:
             interrupt, standing = error, steps.standing()
         if standing.steps:
-            reported(steps.together(case.grid).history, simulation.plan.separation, None)
-    return Ending(standing, interrupt, [" ".join(str(warning.message).split()) for warning in caught])
+            run = steps.together(case.grid)
+            reported(run.history, simulation.plan.separation, None)
+    notes = [" ".join(str(warning.message).split()) for warning in caught]
+    return Ending(standing, run, interrupt, notes)
 
 
-def _write(case: Case, steps: FinishedSteps, ending: Ending, options: argparse.Namespace) -> None:
+def _write(run: FinishedRun, case: Case, ending: Ending, options: argparse.Namespace) -> None:
     """The results of the finished steps into the directory, the main figures on stdout."""
     from jaxcontact.files.run_results import write_results  # matplotlib takes a second to import
 
@@ -102,7 +105,7 @@ def _write(case: Case, steps: FinishedSteps, ending: Ending, options: argparse.N
         "warnings": ending.notes,
         "wall_time_s": ending.standing.seconds,
     }
-    _report(write_results(steps.together(case.grid), options.directory, case, facts), options.directory)
+    _report(write_results(run, options.directory, case, facts), options.directory)
 
 
 def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:

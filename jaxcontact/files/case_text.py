@@ -63,7 +63,7 @@ def _grid(case: Case, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
 
 def _block(name: str, values: Table, keys: dict[str, Key]) -> str:
     lines = [f"{key} = {_toml(value)}" for key, value in values.items()]
-    width = max(len(line) for line in lines if len(line) < 60)
+    width = max((len(line) for line in lines if len(line) < 60), default=0)
     meanings = [_meaning(key, value, keys[key]) for key, value in values.items()]
     rows = [f"{line:{width}}  # {meaning}" for line, meaning in zip(lines, meanings, strict=True)]
     return f"[{name}]\n" + "\n".join(rows) + "\n"
@@ -71,7 +71,7 @@ def _block(name: str, values: Table, keys: dict[str, Key]) -> str:
 
 def _meaning(name: str, value: Any, key: Key) -> str:
     """What a value means; of a material or a shape, its formula."""
-    if name in ("material", "shape"):
+    if isinstance(value, str) and name in ("material", "shape"):  # the shape of a grid is two numbers
         return ((MATERIALS | SHAPES)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
     return key.meaning.split("; from the expected")[0]
 

@@ -283,7 +283,11 @@ def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, 
 
 def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
     xarray = _xarray()
+    import h5py
+
     try:
+        with h5py.File(path, "r") as file:
+            list(file)  # a broken file fails here; later it would leave h5netcdf with a noisy destructor
         with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
             ordered = file.transpose(..., "x", "y")
             arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
