@@ -78,14 +78,14 @@ def _least_squares(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def _fit(x: np.ndarray, y: np.ndarray, point: float) -> tuple[float, float]:
-    """(sum of squares, b) of y = b + c (x - point)^(3/2), c >= 0, in units of the largest y and x."""
-    past = np.maximum(x - point, 0.0) / (np.ptp(x) or 1.0)
-    law = past * np.sqrt(past)
+    """(sum of squares over the range of y squared, b) of y = b + c (x - point)^(3/2), c >= 0."""
+    past, unit = np.maximum(x - point, 0.0) / (np.ptp(x) or 1.0), np.ptp(y) or 1.0
+    law, y = past * np.sqrt(past), y / unit
     mean, mid = law.mean(), y.mean()
     law -= mean
     square = np.sum(law * law)
     slope = max(np.sum(law * y) / square, 0.0) if square > 0 else 0.0
-    return float(np.sum((y - mid - slope * law) ** 2)) / (np.ptp(y) or 1.0) ** 2, float(mid - slope * mean)
+    return float(np.sum((y - mid - slope * law) ** 2)), float(mid - slope * mean) * unit
 
 
 def tip_depth(

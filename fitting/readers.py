@@ -87,8 +87,9 @@ def read_creep(
     fields: dict[str, Any] = {"convention": convention, "nu": nu}
     if "J" in taken.values:
         taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
-        taken = onset.note_late(mending.ordered(taken), start)
+        taken = mending.ordered(taken)
         fields["J"] = taken.values["J"]
+        onset.check_clock(table.path, taken.values["t"], start)
         onset.check_course(table.path, taken.values["t"], fields["J"])
     else:
         taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))
@@ -96,7 +97,7 @@ def read_creep(
         taken = mending.window(taken, window)
         fields["strain"] = taken.values["strain"]
         onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
-    taken = mending.check_clock(table.path, taken)
+    taken = mending.check_signs(table.path, taken)
     return _build(table.path, CreepData, t=taken.values["t"], notes=_once(taken.notes), **fields)
 
 
@@ -228,7 +229,14 @@ def _parts(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict)
         if len({column.place for column in places.values()}) < len(places):
             raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
         found += mending.runs(series(table, block, places))
-    return found
+    others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
+    if not others:
+        return found
+    first, last = others[0].rows[0][0], others[-1].rows[-1][0]
+    return [
+        part.say(f"{len(others)} other blocks of numbers, lines {first} to {last}, not read")
+        for part in found
+    ]
 
 
 def _stressed(table: Table, taken: Series, stress: float | None) -> Series:

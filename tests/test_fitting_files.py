@@ -133,6 +133,7 @@ REFUSED = {
     "stress before the file": (table(NAMES, 1286 + T, STRAIN, S), ["start="], {}),
     "no stress": (table(NAMES, T, STRAIN, 0 * T), ["stress"], {}),
     "strain against the stress": (table(NAMES, T, -STRAIN, S), ["strain", "sign"], {}),
+    "clock from before the load": (table("t [s],J [1/Pa]", 1286 + T, J), ["start="], {}),
     "start after the end": (PLAIN, ["start", "100"], {"start": 100.0}),
     "tensile compliance": (table("t [s],D(t) [1/Pa]", T, J), ["D(t)", "nu="], {}),
     "tensile strain": (table("t [s],ε [-],σ [Pa]", T, STRAIN, S), ["ε", "nu="], {}),
@@ -271,6 +272,22 @@ def test_compliance_is_read_right(tmp_path, name):
     data = fitting.read_creep(save(tmp_path, text), **options)
     np.testing.assert_allclose(data.t, T, rtol=5e-6)
     np.testing.assert_allclose(data.compliance, J, rtol=2e-7)
+
+
+def test_what_was_chosen_and_what_was_left_is_said(tmp_path):
+    text = (
+        trios(CREEP, RECOVERY) + "[step]\nTime sweep - 3\nStep time\tTorque\ns\tN.m\n" + rows(T, T, sep="\t")
+    )
+    data = fitting.read_creep(save(tmp_path, text), segment="Creep - 1", window=(1.0, 1300))
+    said = " | ".join(data.notes)
+    for phrase in (
+        "'Step time' taken, not 'Time'",
+        "segment taken: Creep - 1",
+        "window (1.0, 1300)",
+        "1 other blocks",
+    ):
+        assert phrase in said
+    assert data.t[0] > 1.0
 
 
 @pytest.mark.parametrize("name", STRAINED)

@@ -79,14 +79,22 @@ def _trimmed(cells: list[str], width: int) -> list[str]:
 
 
 def _units(lines: list[Line], cells: list[str], separator: str | None) -> list[str]:
-    """The line in which a known column has a unit of its kind: unit or "" for each column."""
+    """Units under the names, "" where none: the line in which a known column has a unit of its kind; else the
+    words right above the numbers, if there is one for each name, for the reader of the column to refuse."""
     for line in lines:
         for texts in ways_to_split(line.text, separator):
-            texts = [text.strip("[]() ") for text in _trimmed(texts, len(cells))]
-            texts += [""] * (len(cells) - len(texts))
-            if len(texts) == len(cells) and any(map(_fits, cells, texts)):
+            texts = _under(texts, len(cells))
+            if texts and any(map(_fits, cells, texts)):
                 return texts
-    return [""] * len(cells)
+    last = _under(split(lines[-1].text, separator), len(cells)) if lines and not lines[-1].remark else []
+    words = [text for text in last if re.search(r"\w", text)]
+    return last if words and len(words) == len([text for text in last if text]) else [""] * len(cells)
+
+
+def _under(texts: list[str], width: int) -> list[str]:
+    """Without brackets, and one for each column; [] if they are too many or no more than one of several."""
+    texts = [text.strip("[]() ") for text in _trimmed(texts, width)]
+    return texts + [""] * (width - len(texts)) if 1 < len(texts) <= width else []
 
 
 def _fits(cell: str, unit: str) -> bool:

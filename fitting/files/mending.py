@@ -123,7 +123,7 @@ def ordered(series: Series) -> Series:
     return series.say(f"{same} repeated times kept as repeated measurements") if same else series
 
 
-def check_clock(path: str, series: Series) -> Series:
+def check_signs(path: str, series: Series) -> Series:
     """The series; ValueError where times are negative."""
     early = series.values["t"] < 0
     if np.any(early):

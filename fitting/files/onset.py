@@ -41,14 +41,17 @@ def shift(path: str, series: Series, start: float | None) -> Series:
     return later.say(f"the load begins at {start:g} s of the file's clock, t counts from there{note}")
 
 
-def note_late(series: Series, start: float | None) -> Series:
-    """J(t) is a function of the time since the load; a clock that seems to run from before it is noted."""
-    t = series.values["t"]
-    if start is not None or counts_from_zero(t):
-        return series
-    return series.say(
-        f"t is taken to count from the load, though the first is {t[0]:g} s; if not, give start="
-    )
+def check_clock(path: str, t: np.ndarray, start: float | None) -> None:
+    """J(t) is a function of the time since the load, which the clock of a long test need not count.
+
+    Raises:
+        ValueError: no start is given, and the clock seems to run from before it.
+    """
+    if start is None and not counts_from_zero(t):
+        raise ValueError(
+            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start= [s], "
+            "0 if it does"
+        )
 
 
 def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tuple[np.ndarray, np.ndarray]]:

@@ -19,18 +19,14 @@ NAMES = (
 
 
 class Block(NamedTuple):
-    """name: of the step, interval or segment, "" if it has none; before: the text above; rows: (line, cells)
-    of numbers, and of other words that stand between or after them."""
+    """name: of the step, interval or segment, "" if it has none; before: the text above; width: cells that a
+    row should have; rows: (line, cells) of numbers, and of other words that stand between or after them."""
 
     name: str
     before: str
     header: Header | None
+    width: int
     rows: list[Row]
-
-    @property
-    def width(self) -> int:
-        """Cells that a row should have."""
-        return len(self.header.cells) if self.header else _width(self.rows)
 
 
 class Table(NamedTuple):
@@ -61,7 +57,8 @@ def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
         header = find_header(before, _width(rows), dialect.separator) if rows else None
         if not blocks or (header and known(header.cells)):
             text = "\n".join(line.text for line in before)
-            blocks.append(Block(_name(text), text, header, list(rows)))
+            width = len(header.cells) if header else _width(rows)
+            blocks.append(Block(_name(text), text, header, width, list(rows)))
         else:
             blocks[-1].rows.extend(_as_rows(before, dialect) + rows)
     return Table(name, dialect, blocks)
