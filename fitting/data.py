@@ -5,7 +5,11 @@ from typing import Any
 
 import numpy as np
 
-CONVENTIONS = {"J": 1.0, "1/(2G)": 2.0}
+from fitting.contact import Contact, find_contact
+from fitting.curve_picture import draw
+from fitting.segments import SEGMENTS, infer
+
+CONVENTIONS = ("J", "1/(2G)", "D")
 
 
 def _array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
@@ -27,8 +31,8 @@ def _array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarr
 
 def _times(value: object) -> np.ndarray:
     t = _array("t", value)
-    if t[0] < 0 or np.any(np.diff(t) < 0):
-        raise ValueError("t: expected times >= 0 that do not decrease; read_creep sorts, CreepData does not")
+    if np.any(np.diff(t) < 0):
+        raise ValueError("t: expected times that do not decrease; the readers sort, the data classes do not")
     if np.unique(t).size < 5:
         raise ValueError(f"t: expected at least 5 different times, got {np.unique(t).size}")
     return t
@@ -38,11 +42,24 @@ def _times(value: object) -> np.ndarray:
 class CreepData:
     """A creep curve: compliance J(t) after a stress step, or strain under a stress history.
 
-    t (n,) [s], >= 0, not decreasing (repeated times are repeated measurements); J (n,) [1/Pa] > 0;
-    or strain (n,) with stress: a pair (times, values [Pa]), piecewise linear, a repeated time being
-    a jump, or an array (n,) measured at t. The stress is zero before its first time.
-    convention: "J" = gamma/tau, or "1/(2G)" as phi in the paper's Eq. (14); ``compliance`` is J.
-    notes: what a reader mended. Raises ValueError on anything else.
+    Args:
+        t: (n,) [s], >= 0, not decreasing; repeated times are repeated measurements.
+        J: (n,) [1/Pa] > 0; or else
+        strain: (n,), with
+        stress: a pair (times, values [Pa]), piecewise linear, a repeated time being a jump, or an array (n,)
+            measured at t. The stress is zero before its first time.
+        convention: what J or strain/stress is: "J" = gamma/tau in shear; "1/(2G)" as phi in the paper's
+            Eq. (14); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
+        notes: what a reader took and mended.
+        nu: Poisson's ratio of a tensile test, for "D" only.
+
+    Raises:
+        ValueError: anything else, with what was expected and what came.
+
+    Example:
+        >>> data = CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
+        >>> print(data.compliance)
+        [ 6.  9. 12. 15. 18.]
     """
 
     t: np.ndarray
@@ -51,12 +68,14 @@ class CreepData:
     stress: Any = None
     convention: str = "J"
     notes: tuple[str, ...] = ()
+    nu: float | None = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
         put("t", _times(self.t))
-        if self.convention not in CONVENTIONS:
-            raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {self.convention!r}")
+        if self.t[0] < 0:
+            raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
+        _check_convention(self.convention, self.nu)
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
         if self.J is not None:
@@ -72,13 +91,27 @@ class CreepData:
     @property
     def compliance(self) -> np.ndarray | None:
         """Shear creep compliance J = gamma/tau [1/Pa], (n,), whatever the convention of the input."""
-        return None if self.J is None else self.J * CONVENTIONS[self.convention]
+        return None if self.J is None else self.J * self._factor
 
     @property
     def response(self) -> np.ndarray:
-        """What is fitted: J [1/Pa], or the strain (times 2 for the convention 1/(2G))."""
+        """What is fitted, (n,): J [1/Pa], or the strain, times 2 for "1/(2G)" and 2 (1 + nu) for "D"."""
         values: Any = self.strain if self.J is None else self.J
-        return values * CONVENTIONS[self.convention]
+        return values * self._factor
+
+    @property
+    def _factor(self) -> float:
+        """From the convention to gamma/tau."""
+        return {"J": 1.0, "1/(2G)": 2.0, "D": 2.0 * (1.0 + (self.nu or 0.0))}[self.convention]
+
+
+def _check_convention(convention: str, nu: float | None) -> None:
+    if convention not in CONVENTIONS:
+        raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
+    if convention == "D" and (nu is None or not -1.0 < nu <= 0.5):
+        raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile compliance (convention 'D'), got {nu!r}")
+    if convention != "D" and nu is not None:
+        raise ValueError(f"nu: goes with convention 'D', not with {convention!r}; got {nu!r}")
 
 
 def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -100,17 +133,190 @@ def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class IndentationData:
-    """An indentation curve: t (n,) [s] not decreasing, load (n,) [N], depth (n,) [m].
+    """An indentation curve, load and depth over time.
 
-    notes: what a reader mended. Raises ValueError on anything else.
+    Args:
+        t: (n,) [s], not decreasing.
+        load: (n,) [N].
+        depth: (n,) [m].
+        notes: what a reader or a method took and mended.
+        marks: (n,) of "approach", "hold", "retract" where the file marks its segments, else None.
+        whole: (3, m): time, load and depth of the curve that this one was taken from, with the same zeros;
+            None if nothing was left out. ``plot`` shows it.
+
+    Raises:
+        ValueError: anything else, with what was expected and what came.
+
+    Example:
+        >>> data = IndentationData(t=range(7), load=[0, 1, 2, 2, 2, 2, 2], depth=[0, 1, 2, 3, 3, 3, 3])
+        >>> print(*data.segments)
+        approach approach hold hold hold hold hold
+        >>> print(data.only("hold").load)
+        [2. 2. 2. 2. 2.]
     """
 
     t: np.ndarray
     load: np.ndarray
     depth: np.ndarray
     notes: tuple[str, ...] = ()
+    marks: np.ndarray | None = None
+    whole: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", _times(self.t))
         object.__setattr__(self, "load", _array("load", self.load, self.t))
         object.__setattr__(self, "depth", _array("depth", self.depth, self.t))
+        if self.marks is not None:
+            object.__setattr__(self, "marks", _marks(self.marks, self.t))
+
+    @property
+    def segments(self) -> np.ndarray:
+        """(n,) of "approach", "hold", "retract": as the file marks them, else as the course shows."""
+        if self.marks is not None:
+            return self.marks
+        found = self.contact
+        return infer(self.t, found.load_sign * self.load, found.depth_sign * self.depth)
+
+    @property
+    def contact(self) -> Contact:
+        """The first contact as the load shows it, in the zeros of this curve; see ``fitting.contact``."""
+        return find_contact(self.t, self.load, self.depth)
+
+    def only(self, *segments: str) -> "IndentationData":
+        """The points of some segments; all of them without a name.
+
+        Args:
+            segments: of "approach", "hold", "retract".
+
+        Returns:
+            The points, with a note. The load before them is in no history: it counts as a step at the first.
+
+        Raises:
+            ValueError: another name, or fewer than 5 points.
+
+        Example:
+            >>> data = IndentationData(t=range(8), load=[1, 2, 2, 2, 2, 2, 1, 0], depth=[1, 2, 3, 3, 3, 3, 2, 1])
+            >>> data.only("approach", "hold").notes
+            ('approach and hold taken: 6 of 8 points',)
+        """
+        if not segments:
+            return self
+        for name in segments:
+            if name not in SEGMENTS:
+                raise ValueError(f"segment: expected one of {', '.join(SEGMENTS)}; got {name!r}")
+        keep = np.isin(self.segments, segments)
+        return self._take(keep, f"{' and '.join(segments)} taken: {keep.sum()} of {keep.size} points")
+
+    def window(self, begin: float | None = None, end: float | None = None) -> "IndentationData":
+        """The points from ``begin`` to ``end`` [s], None for an open side.
+
+        Returns:
+            The points, with a note; t as it was.
+
+        Raises:
+            ValueError: begin is not before end, or fewer than 5 points.
+
+        Example:
+            >>> data = IndentationData(t=range(8), load=range(8), depth=range(8))
+            >>> print(data.window(2, None).t[0])
+            2.0
+        """
+        low, high = -np.inf if begin is None else begin, np.inf if end is None else end
+        if not low < high:
+            raise ValueError(f"window: expected begin < end, got {begin!r} and {end!r}")
+        keep = (self.t >= low) & (self.t <= high)
+        return self._take(keep, f"{begin} to {end} s taken: {keep.sum()} of {keep.size} points")
+
+    def in_contact(self, depth: float | None = None) -> "IndentationData":
+        """The curve from first contact on, with time, load and depth counted from there.
+
+        Contact, the zero of the load and the signs come from ``fitting.contact``. The first point is the
+        contact itself, (0, 0, 0), between two samples. The curve ends where a retract has unloaded it.
+
+        Args:
+            depth: of first contact [m] as measured, where it is known.
+
+        Returns:
+            The points, with notes on what was taken; the same data if they begin in contact.
+
+        Raises:
+            ValueError: the depth of contact is outside the curve, or fewer than 5 points follow.
+
+        Example:
+            >>> t = np.arange(40.0)
+            >>> air = IndentationData(t=t, load=np.maximum(t - 9.5, 0) ** 1.5, depth=t)
+            >>> print(round(air.contact.depth, 3), air.in_contact().t.size)
+            9.5 31
+        """
+        if depth is not None and not self.depth.min() <= depth < self.depth.max():
+            limits = f"{self.depth.min():g} to {self.depth.max():g} m"
+            raise ValueError(f"depth: expected a contact within the curve, {limits}; got {depth!r}")
+        found = find_contact(self.t, self.load, self.depth, depth)
+        if not found.before:
+            return dataclasses.replace(
+                self, notes=(*self.notes, "the curve begins in contact: all points taken")
+            )
+        return self._zeroed(found)
+
+    def _zeroed(self, found: Contact) -> "IndentationData":
+        """From the contact on, in its zeros and signs."""
+        t = self.t - found.t
+        load = found.load_sign * (self.load - found.load)
+        depth = found.depth_sign * (self.depth - found.depth)
+        first, last = found.before, found.before + _unloaded(load[found.before :])
+        take = lambda y: np.concatenate([[0.0], y[first:last]])
+        marks = (
+            None
+            if self.marks is None
+            else np.concatenate([self.marks[first : first + 1], self.marks[first:last]])
+        )
+        notes = [
+            f"contact at {found.t:.4g} s and {found.depth:.4g} m: {first} points before it left out,"
+            f" {found.load:.3g} N taken off the load"
+        ]
+        notes += [f"{what} with the other sign" for what, sign in
+                  (("load", found.load_sign), ("depth", found.depth_sign)) if sign < 0]  # fmt: skip
+        notes += [f"{t.size - last} points after the contact left out"] if last < t.size else []
+        return IndentationData(
+            t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=marks,
+            whole=self._whole() * [[1], [found.load_sign], [found.depth_sign]]
+            - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
+        )  # fmt: skip
+
+    def _whole(self) -> np.ndarray:
+        return np.stack([self.t, self.load, self.depth]) if self.whole is None else self.whole
+
+    def _take(self, keep: np.ndarray, note: str) -> "IndentationData":
+        """Some of the points, with a note."""
+        if keep.sum() < 5:
+            raise ValueError(f"expected at least 5 points, got: {note}")
+        marks = None if self.marks is None else self.marks[keep]
+        fields = {"t": self.t[keep], "load": self.load[keep], "depth": self.depth[keep]}
+        return IndentationData(**fields, notes=(*self.notes, note), marks=marks, whole=self._whole())
+
+    def plot(self) -> Any:
+        """Load and depth over time, what was left out in grey.
+
+        Returns:
+            A matplotlib Figure.
+
+        Example:
+            >>> data = IndentationData(t=range(8), load=range(8), depth=range(8))
+            >>> len(data.window(2, None).plot().axes)
+            3
+        """
+        return draw(self)
+
+
+def _marks(value: Any, t: np.ndarray) -> np.ndarray:
+    marks = np.asarray(value)
+    if marks.shape != t.shape or not set(marks.tolist()) <= set(SEGMENTS):
+        raise ValueError(f"marks: expected {t.size} of {', '.join(SEGMENTS)}; got {marks.shape}")
+    return marks
+
+
+def _unloaded(load: np.ndarray) -> int:
+    """Points until the load is back at zero after its greatest."""
+    top = int(np.argmax(load))
+    back = np.flatnonzero(load[top:] <= 0)
+    return top + int(back[0]) if back.size else load.size

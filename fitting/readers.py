@@ -1,340 +1,294 @@
-"""Readers of delimited text: CSV, TSV and simple exports with lines before the header.
+"""Readers of creep and indentation files: delimited text of any instrument, and force curves of microscopes.
 
-What is mended, because nothing is lost by it, and is always said in ``notes``: times out of order
-are sorted; repeated times are kept as repeated measurements; rows with an empty or NaN cell, and
-rows with J <= 0 (noise before the load, usually), are left out if they are at most a tenth of the
-rows; a column without a unit is taken as SI. Everything else is a ValueError of one line that
-names the file, the line and the column.
+A file is read in steps, one module of ``fitting.files`` for each: lines (``text``), cells and decimal mark
+(``cells``), blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``).
+What is mended because nothing is lost by it is said in ``notes``: rows out of order are sorted, repeated
+times kept as repeated measurements, rows with an empty cell or J <= 0 left out if they are at most a tenth,
+a column without a unit taken as SI. Everything else is a ValueError of one line that names the file, the
+line, the column, and the option that would read it.
 """
 
-import math
+import dataclasses
 import os
 import re
-from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from fitting import units as unit_table
+from fitting.contact import tip_depth
 from fitting.data import CONVENTIONS, CreepData, IndentationData
+from fitting.files import afm, mending, onset
+from fitting.files.columns import Series, Wanted, has, locate, series
+from fitting.files.names import says_shear
+from fitting.files.table import Table, read_table
+from fitting.segments import label, named
 
-SYNONYMS = {
-    "t": {"t", "time", "steptime", "testtime", "zeit"},
-    "J": {"j", "j(t)", "jt", "compliance", "creepcompliance", "shearcompliance"},
-    "strain": {"strain", "gamma", "shearstrain", "creepstrain"},
-    "stress": {"stress", "shearstress", "tau"},
-    "load": {"load", "force", "p", "f", "normalforce"},
-    "depth": {"depth", "h", "indentation", "delta", "displacement", "indentationdepth"},
-}
-MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
-LOSS = 0.1  # share of rows that may be left out
-
-
-class Table(NamedTuple):
-    """The header and data rows of a file: path, header cells or None, header's line, (line, cells) rows."""
-
-    path: str
-    header: list[str] | None
-    line: int
-    rows: list[tuple[int, list[str]]]
-    comma: bool
-
-
-class Column(NamedTuple):
-    """Where a quantity is: position, name as shown, factor to SI, note or None."""
-
-    place: int
-    label: str
-    factor: float
-    note: str | None
+TIME = Wanted("t", ("step time", "time"))
+COMPLIANCE = Wanted("J", ("compliance", "tensile compliance"))
+STRAIN = Wanted("strain", ("strain", "tensile strain"))
+STRESS = Wanted("stress", ("stress", "tensile stress"))
+MODULUS = Wanted("J", ("relaxation modulus",))
+CLOCK = Wanted("t", ("time", "step time"))
+LOAD = Wanted("load", ("load",))
+DEPTH = Wanted("depth", ("depth",))
+HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
+AIR = 5  # points before contact that are too few to speak of
+STRESS_FACT = r"(?im)\bstress\s*=\s*([0-9.eE+-]+)"  # RepTate, in Pa
+SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)"  # JPK, Optics11, in N/m
 
 
 def read_creep(
-    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None, convention: str = "J"
-) -> CreepData:
-    """Read time and compliance ("t [s]", "J [1/GPa]", "Creep Compliance [MPa^-1]", "J_1_per_Pa", ...).
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None, convention: str = "J",
+    nu: float | None = None, stress: float | None = None, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> CreepData:  # fmt: skip
+    """Read time and compliance, or time, strain and stress, of a creep test.
 
-    columns: {"t": header or zero-based position, "J": ...} where the header does not say it; units:
-    {"t": "h", "J": "1/MPa"}, which take precedence over the header. Returns SI data. A file with
-    strain and stress columns in place of J gives data with that stress history. Raises ValueError.
+    Args:
+        path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
+        columns: where the header does not say it: {"t": header or position from 0, "J": ..., "strain": ...,
+            "stress": ...}.
+        units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
+        convention: what the compliance is: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
+            tension, which needs nu.
+        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D. A column that says it is tensile
+            ("D(t)", "tensile strain") is read only with it.
+        stress: the constant stress [Pa] of a file that has strain alone.
+        start: when the load began [s], on the file's clock. Without it the file must show it, and notes
+            say what was taken.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
+        >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
+        >>> data = read_creep(file)
+        >>> print(data.t[0], data.J[0])
+        60.0 3e-06
     """
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
-    table = load(path, ("t", "J", "strain", "stress"), columns)
-    wanted = (
-        ("t", "J")
-        if _has(table, "J", columns) or not _has(table, "strain", columns)
-        else ("t", "strain", "stress")
-    )
-    arrays, notes = gather(table, wanted, columns, units, positive=("J",))
-    if len(wanted) == 2:
-        return _build(table, CreepData, notes, t=arrays[0], J=arrays[1], convention=convention)
-    return _build(
-        table, CreepData, notes, t=arrays[0], strain=arrays[1], stress=arrays[2], convention=convention
-    )
+    table = read_table(path, decimal)
+    columns, units = _options(table, columns, units, ("t", "J", "strain", "stress"))
+    wanted = _what(table, columns, stress)
+    taken = mending.choose(table.path, "segment", _parts(table, wanted, columns, units), segment)
+    convention, taken = _tension(table, taken, convention, nu)
+    taken = onset.shift(table.path, taken, start)
+    fields: dict[str, Any] = {"convention": convention, "nu": nu}
+    if "J" in taken.values:
+        taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
+        taken = mending.ordered(taken)
+        fields["J"] = taken.values["J"]
+        onset.check_clock(table.path, taken.values["t"], start)
+        onset.check_course(table.path, taken.values["t"], fields["J"])
+    else:
+        taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))
+        taken, fields["stress"] = onset.loaded(table.path, taken, start)
+        taken = mending.window(taken, window)
+        fields["strain"] = taken.values["strain"]
+        onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
+    taken = mending.check_signs(table.path, taken)
+    return _build(table.path, CreepData, t=taken.values["t"], notes=_once(taken.notes), **fields)
 
 
 def read_indentation(
-    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None
-) -> IndentationData:
-    """Read time, load and depth ("time_s", "force_N", "Depth (nm)", "Load (µN)", ...); as ``read_creep``."""
-    table = load(path, ("t", "load", "depth"), columns)
-    arrays, notes = gather(table, ("t", "load", "depth"), columns, units)
-    return _build(table, IndentationData, notes, t=arrays[0], load=arrays[1], depth=arrays[2])
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    segment: str | Sequence[str] | None = None, window: tuple[float | None, float | None] | None = None,
+    curve: int | str | None = None, spring_constant: float | None = None, decimal: str | None = None,
+) -> IndentationData:  # fmt: skip
+    """Read time, load and depth of an indentation, or of a force curve.
 
+    The curve is returned as measured: ``in_contact`` of the result takes the points before contact off.
+    A force curve without depth has it from the height and the cantilever, depth = z - load/k, from the first
+    sample on.
 
-def _build(table: Table, cls: type, notes: list[str], **fields: object) -> Any:
-    try:
-        return cls(notes=tuple(notes), **fields)
-    except ValueError as error:
-        raise ValueError(f"{table.path}: {error}") from None
+    Args:
+        path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
+            microscope (JPK, Igor, HDF5) through the library afmformats.
+        columns: as of ``read_creep``, with the keys "t", "load", "depth", "height".
+        units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
+        segment: "approach", "hold", "retract", or several of them: what is taken.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        curve: which of several curves in the file, by position from 0 or by name.
+        spring_constant: of the cantilever [N/m], where the file does not say it.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
 
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
 
-def load(path: str | os.PathLike, kinds: tuple[str, ...], columns: dict | None) -> Table:
-    """Split a file into header and rows. The header is the last line before the numbers that has letters."""
-    name = os.fspath(path)
-    for key in columns or {}:
-        if key not in kinds:
-            raise ValueError(f"{name}: columns: expected keys among {list(kinds)}, got {key!r}")
-    lines = [(k, text) for k, text in enumerate(_text(name).splitlines(), 1) if text.strip()]
-    lines = [(k, text) for k, text in lines if not text.lstrip().startswith("#")]
-    if not lines:
-        raise ValueError(f"{name}: expected a table, got an empty file")
-    separator, comma = _separator([text for _, text in lines])
-    cells = [(k, _split(text, separator)) for k, text in lines]
-    first = next((i for i, (_, row) in enumerate(cells) if len(row) > 1 and _numeric(row, comma)), None)
-    if first is None:
-        raise ValueError(f"{name}: line {lines[-1][0]}: expected rows of at least two numbers, got none")
-    header = cells[first - 1] if first else None
-    if header and len(header[1]) < 2:
-        header = None
-    return Table(name, header[1] if header else None, header[0] if header else 0, cells[first:], comma)
+    Raises:
+        ValueError: what cannot be read, in one line.
+        ImportError: a microscope's format without afmformats.
 
-
-def _text(name: str) -> str:
-    """The file's text: UTF-8 with or without mark, UTF-16 with mark, else Latin-1."""
-    try:
-        raw = Path(name).read_bytes()
-    except OSError as error:
-        raise ValueError(f"{name}: cannot be read: {error.strerror}") from None
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="replace")
-    if b"\0" in raw:
-        raise ValueError(f"{name}: expected delimited text, got binary data")
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")
-
-
-def _separator(lines: list[str]) -> tuple[str | None, bool]:
-    """(separator, whether the comma is a decimal mark); None is any white space."""
-    body = lines[len(lines) // 2 :]
-    for separator in ("\t", ";"):
-        if all(separator in line for line in body):
-            return separator, not any("." in line for line in body) and any("," in line for line in body)
-    return ("," if all("," in line for line in body) else None), False
-
-
-def _split(text: str, separator: str | None) -> list[str]:
-    return [cell.strip().strip('"') for cell in text.strip("\r\n ").split(separator)]
-
-
-def _number(cell: str, comma: bool) -> float:
-    return float(cell.replace(",", ".") if comma else cell)
-
-
-def _numeric(row: list[str], comma: bool) -> bool:
-    """A row of data: two numbers, or one beside cells that are missing."""
-    count = _number_count(row, comma)
-    return count >= 2 or (
-        count == 1 and all(c.lower() in MISSING for c in row if not _number_count([c], comma))
-    )
-
-
-def _number_count(row: list[str], comma: bool) -> int:
-    count = 0
-    for cell in row:
-        try:
-            _number(cell, comma)
-            count += 1
-        except ValueError:
-            pass
-    return count
-
-
-def _heading(cell: str) -> tuple[str, str | None]:
-    """(plain name, unit or None) of "J [1/GPa]", "Depth (nm)", "time / s", "time_s", "J_1_per_Pa"."""
-    bracket = re.fullmatch(r"(.*?)\s*[\[(]([^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*", cell)
-    if bracket and bracket.group(1) and not (bracket.group(1).lower() == "j" and bracket.group(2) == "t"):
-        return _plain(bracket.group(1)), bracket.group(2)
-    for mark in (" / ", " in ", "_"):
-        name, found, unit = cell.partition(mark)
-        if found and _plain(name) in set().union(*SYNONYMS.values()):
-            return _plain(name), unit
-    return _plain(cell), None
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[\s_\-]", "", name).lower()
-
-
-def _has(table: Table, kind: str, columns: dict | None) -> bool:
-    return kind in (columns or {}) or any(_heading(cell)[0] in SYNONYMS[kind] for cell in table.header or [])
-
-
-def locate(table: Table, kind: str, position: int, columns: dict | None, units: dict | None) -> Column:
-    """Find the column of ``kind``; ``position`` serves only in a file without a header."""
-    index, notes = _index(table, kind, position, columns)
-    heading = table.header[index] if table.header else f"column {index + 1}"
-    unit = (units or {}).get(kind)
-    said = _heading(table.header[index])[1] if table.header else None
-    text = unit if unit is not None else said
-    if text is None:
-        notes.append(f"{heading}: no unit, taken as {next(iter(unit_table.KINDS[kind]))}")
-        return Column(index, heading, 1.0, "; ".join(notes))
-    try:
-        return Column(index, heading, unit_table.factor(kind, str(text)), "; ".join(notes) or None)
-    except KeyError:
-        accepted = unit_table.accepted(kind)
-        _fail(table, table.line, heading, f"expected a unit among {accepted}; got {text!r}")
-
-
-def _index(table: Table, kind: str, position: int, columns: dict | None) -> tuple[int, list[str]]:
-    """Position of the column, and notes on how it was found."""
-    choice = (columns or {}).get(kind)
-    if isinstance(choice, int) and not isinstance(choice, bool):
-        width = len(table.header or table.rows[0][1])
-        if not 0 <= choice < width:
-            raise ValueError(f"{table.path}: columns[{kind!r}]: expected 0 to {width - 1}, got {choice}")
-        return choice, []
-    if table.header is None:
-        if choice is not None:
-            raise ValueError(
-                f"{table.path}: columns[{kind!r}]: the file has no header, expected a position, got {choice!r}"
-            )
-        if position >= len(table.rows[0][1]):
-            _fail(
-                table, table.rows[0][0], kind, f"expected {position + 1} columns, got {len(table.rows[0][1])}"
-            )
-        return position, [f"no header: column {position + 1} taken as {kind}"]
-    if choice is not None:
-        hits = [i for i, cell in enumerate(table.header) if cell == choice]
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "hold.txt"
+        >>> rows = "".join(f"{t}\\t2\\t{3 + t}\\n" for t in range(6))
+        >>> _ = file.write_text("Time (s)\\tLoad (uN)\\tDepth (nm)\\n" + rows)
+        >>> print(read_indentation(file).load.max())
+        2e-06
+    """
+    if afm.is_force_curve(path):
+        found = afm.read(path, curve, spring_constant)
+        data = _build(os.fspath(path), IndentationData, **found)
     else:
-        hits = [i for i, cell in enumerate(table.header) if _heading(cell)[0] in SYNONYMS[kind]]
-        known = [i for i in hits if _readable(kind, table.header[i])]
-        hits = known or hits  # "Depth (nm)" beside "Depth (V)"
-    if len(hits) != 1:
-        found = "none" if not hits else " and ".join(repr(table.header[i]) for i in hits)
-        _fail(
-            table,
-            table.line,
-            kind,
-            f"expected one column for {choice or kind!r} in {table.header}; got {found}",
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+    data = data.only(segment) if isinstance(segment, str) else data.only(*(segment or ()))
+    data = data.window(*window) if window else data
+    before = data.contact.before
+    if before <= AIR:
+        return data
+    note = f"{before} of {data.t.size} points are before contact: in_contact() leaves them out"
+    return dataclasses.replace(data, notes=(*data.notes, note))
+
+
+def _indentation_text(
+    path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
+    spring_constant: float | None, decimal: str | None,
+) -> IndentationData:  # fmt: skip
+    """A text file as it is, all segments."""
+    table = read_table(path, decimal)
+    columns, units = _options(table, columns, units, ("t", "load", "depth", "height"))
+    raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
+        has(block, HEIGHT, columns) for block in table.blocks
+    )
+    parts = _parts(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH), columns, units)
+    parts = [
+        part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
+    ]
+    one = all(named(part.name) for part in parts) and curve is None
+    taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
+    taken = mending.ordered(mending.complete(table.path, taken))
+    t, load = taken.values["t"], taken.values["load"]
+    if raised:
+        k = spring_constant or _fact(SPRING_FACT, taken.before)
+        depth, note = tip_depth(table.path, t, load, taken.values["height"], k)
+        taken = taken.say(note)
+    else:
+        depth = taken.values["depth"]
+    marks = label(taken.marks, load, depth) if taken.marks else None
+    notes = _once(taken.notes)
+    return _build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes)
+
+
+def _options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
+    """The two dictionaries, with known keys only."""
+    for name, given in (("columns", columns), ("units", units)):
+        for key in given or {}:
+            if key not in keys:
+                raise ValueError(f"{table.path}: {name}: expected keys among {list(keys)}, got {key!r}")
+    chosen = list((columns or {}).values())
+    if len(set(chosen)) < len(chosen):
+        raise ValueError(f"{table.path}: columns: expected different columns, got {columns}")
+    return columns or {}, units or {}
+
+
+def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
+    """Compliance where a block has it, else strain and stress."""
+    some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    if some(COMPLIANCE) or not some(STRAIN):
+        if not some(COMPLIANCE) and some(MODULUS):
+            raise ValueError(
+                f"{table.path}: expected a creep compliance or strain and stress, got a relaxation modulus: "
+                "creep is what read_creep reads"
+            )
+        return TIME, COMPLIANCE
+    alone = stress is not None or _fact(STRESS_FACT, table.blocks[0].before) is not None
+    if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
+        raise ValueError(
+            f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
         )
-    return hits[0], []
+    return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
 
 
-def _readable(kind: str, cell: str) -> bool:
-    unit = _heading(cell)[1]
-    try:
-        return unit is None or bool(unit_table.factor(kind, unit))
-    except KeyError:
-        return False
+def _parts(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
+    """The curves of a file: its blocks that have all that is wanted, cut where the clock starts again."""
+    blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
+    if not blocks:  # the longest block says what is missing
+        blocks = [max(table.blocks, key=lambda block: len(block.rows))]
+        if blocks[0].header is None:
+            example = {one.key: k for k, one in enumerate(wanted)}
+            line, got = blocks[0].rows[0][0], columns or "none"
+            raise ValueError(
+                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, and "
+                f"units=; got {got}"
+            )
+    found = []
+    for block in blocks:
+        places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+        if len({column.place for column in places.values()}) < len(places):
+            raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
+        found += mending.runs(series(table, block, places))
+    others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
+    if not others:
+        return found
+    first, last = others[0].rows[0][0], others[-1].rows[-1][0]
+    return [
+        part.say(f"{len(others)} other blocks of numbers, lines {first} to {last}, not read")
+        for part in found
+    ]
 
 
-def gather(
-    table: Table,
-    kinds: tuple[str, ...],
-    columns: dict | None,
-    units: dict | None,
-    positive: tuple[str, ...] = (),
-) -> tuple[list[np.ndarray], list[str]]:
-    """Columns of ``kinds`` in SI, mended, and the notes."""
-    for key in units or {}:
-        if key not in kinds:
-            raise ValueError(f"{table.path}: units: expected keys among {list(kinds)}, got {key!r}")
-    places = [_index(table, kind, k, columns)[0] for k, kind in enumerate(kinds)]
-    if len(set(places)) < len(places):
-        raise ValueError(f"{table.path}: columns: expected different columns for {list(kinds)}")
-    found = [locate(table, kind, k, columns, units) for k, kind in enumerate(kinds)]
-    values, lines = _values(table, found)
-    notes = [c.note for c in found if c.note]
-    keep = _kept(table, found, kinds, values, lines, positive, notes)
-    values = values[keep]
-    if np.any(values[:, 0] < 0):
-        row = int(np.flatnonzero(keep)[np.argmax(values[:, 0] < 0)])
-        _fail(
-            table, lines[row], found[0].label, f"expected times >= 0, got {values[values[:, 0] < 0][0, 0]:g}"
+def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
+    """With a stress, from the file or the caller."""
+    if "stress" in taken.values:
+        if stress is not None:
+            raise ValueError(
+                f"{table.path}: stress: the file has a column of it, expected None, got {stress!r}"
+            )
+        return taken
+    value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)
+    if not value or not np.isfinite(value):
+        raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
+    values = taken.values | {"stress": np.full(taken.lines.size, value)}
+    return taken._replace(values=values).say(f"constant stress {value:g} Pa")
+
+
+def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
+    """The convention that the columns declare; tension never passes for shear."""
+    columns = [taken.columns[key] for key in ("J", "strain", "stress") if key in taken.columns]
+    tensile = [column.label for column in columns if (column.name or "").startswith("tensile")]
+    if tensile and nu is None:
+        raise ValueError(
+            f"{table.path}: column {tensile[0]!r}: a tensile test needs nu= for J = 2 (1 + nu) D, got none"
         )
-    values = _ordered(values, notes)
-    return [values[:, k] * c.factor for k, c in enumerate(found)], notes
+    if tensile:
+        return "D", taken.say(f"{tensile[0]}: tension, J = 2 (1 + nu) D with nu = {nu:g}")
+    if nu is not None and convention != "D":
+        raise ValueError(
+            f"{table.path}: nu: goes with tension, convention='D'; got convention={convention!r}"
+        )
+    silent = [column.label for column in columns if not says_shear(column.shown)]
+    if convention == "J" and len(silent) == len(columns):
+        return convention, taken.say(f"{silent[0]}: taken as shear; for tension give convention='D' and nu=")
+    return convention, taken
 
 
-def _values(table: Table, found: list[Column]) -> tuple[np.ndarray, list[int]]:
-    """Numbers as they stand (rows, columns), NaN where missing, and the lines they are from."""
-    numbers = np.empty((len(table.rows), len(found)))
-    for i, (line, row) in enumerate(table.rows):
-        for k, column in enumerate(found):
-            numbers[i, k] = _cell(table, line, row, column)
-    return numbers, [line for line, _ in table.rows]
-
-
-def _cell(table: Table, line: int, row: list[str], column: Column) -> float:
-    if column.place >= len(row):
-        _fail(table, line, column.label, f"expected {column.place + 1} columns or more, got {len(row)}")
-    width = len(table.header) if table.header else len(table.rows[0][1])
-    if len(row) > width and any(row[width:]):
-        _fail(table, line, column.label, f"expected {width} columns, got {len(row)}")
-    cell = row[column.place]
-    if cell.lower() in MISSING:
-        return math.nan
+def _fact(pattern: str, text: str) -> float | None:
+    """A number that the text above the columns states."""
+    found = re.findall(pattern, text)
     try:
-        value = _number(cell, table.comma)
+        return float(found[-1]) if found else None
     except ValueError:
-        _fail(table, line, column.label, f"expected a number, got {cell[:40]!r}")
-    if math.isinf(value):
-        _fail(table, line, column.label, f"expected a finite number, got {cell!r}")
-    return value
+        return None
 
 
-def _kept(
-    table: Table, found: list[Column], kinds: tuple[str, ...], values: np.ndarray, lines: list[int],
-    positive: tuple[str, ...], notes: list[str],
-) -> np.ndarray:  # fmt: skip
-    """Rows that stay: without missing cells, and with J > 0."""
-    keep = np.ones(len(values), dtype=bool)
-    for k, column in enumerate(found):
-        checks = [(np.isnan(values[:, k]), "an empty or NaN cell", "numbers")]
-        if kinds[k] in positive:
-            checks.append((values[:, k] <= 0, "a value <= 0", "values > 0"))
-        for bad, what, expected in checks:
-            if not bad.any():
-                continue
-            line = lines[int(np.argmax(bad))]
-            if bad.sum() > LOSS * len(values):
-                _fail(
-                    table,
-                    line,
-                    column.label,
-                    f"expected {expected}, got {what} in {bad.sum()} of {len(bad)} rows",
-                )
-            notes.append(f"{column.label}: {bad.sum()} rows with {what} left out, the first in line {line}")
-            keep &= ~bad
-    return keep
+def _once(notes: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(notes))
 
 
-def _ordered(values: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Rows by time, with a note on what was out of order or repeated."""
-    back = int(np.sum(np.diff(values[:, 0]) < 0))
-    if back:
-        notes.append(f"times sorted: {back} of {len(values)} steps went back")
-        values = values[np.argsort(values[:, 0], kind="stable")]
-    same = int(np.sum(np.diff(values[:, 0]) == 0))
-    if same:
-        notes.append(f"{same} repeated times kept as repeated measurements")
-    return values
-
-
-def _fail(table: Table, line: int, column: str, what: str) -> NoReturn:
-    raise ValueError(f"{table.path}: line {line}, column {column!r}: {what}")
+def _build(path: str, cls: type, **fields: Any) -> Any:
+    try:
+        return cls(**fields)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None

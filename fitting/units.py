@@ -1,42 +1,108 @@
-"""Units of a column: their text and the factor to SI."""
+"""Units of a column: their spellings and the factor to SI, one table for each quantity."""
 
 import re
 
-PREFIX = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12}
-TIME = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0,
-        "minutes": 60.0, "h": 3600.0, "hr": 3600.0, "hours": 3600.0,
-        "d": 86400.0, "days": 86400.0}  # fmt: skip
-FORCE = {prefix + "N": factor for prefix, factor in PREFIX.items() if prefix != "G"}
-LENGTH = {prefix + "m": PREFIX[prefix] for prefix in ("", "m", "u", "n", "p")}
-STRESS = {prefix + "Pa": factor for prefix, factor in PREFIX.items() if prefix in ("", "k", "M", "G", "m")}
-STRAIN = {"-": 1.0, "1": 1.0, "": 1.0, "m/m": 1.0, "%": 1e-2, "mm/mm": 1.0}
-COMPLIANCE = {f"1/{unit}": 1.0 / factor for unit, factor in STRESS.items()}
+PREFIX = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9, "p": 1e-12, "h": 1e2}
+POUND = 0.45359237 * 9.80665  # of force [N]
+KILOPOND = 9.80665  # [N]
+
+
+def _prefixed(unit: str, prefixes: str) -> dict[str, float]:
+    """The unit bare and with each of the prefixes."""
+    return {prefix + unit: PREFIX[prefix] for prefix in ("", *prefixes)}
+
+
+TIME = {
+    "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "us": 1e-6, "ns": 1e-9,
+    "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "Sek": 1.0, "Sekunde": 1.0, "Sekunden": 1.0,
+    "msec": 1e-3, "mins": 60.0, "minute": 60.0, "minutes": 60.0, "Minute": 60.0, "Minuten": 60.0,
+    "hr": 3600.0, "hrs": 3600.0, "hour": 3600.0, "hours": 3600.0,
+    "Std": 3600.0, "Stunde": 3600.0, "Stunden": 3600.0,
+    "day": 86400.0, "days": 86400.0, "Tag": 86400.0, "Tage": 86400.0, "week": 604800.0, "weeks": 604800.0,
+}  # fmt: skip
+FORCE = {
+    **_prefixed("N", "munpkM"), "kgf": KILOPOND, "kp": KILOPOND, "gf": 1e-3 * KILOPOND,
+    "mgf": 1e-6 * KILOPOND, "lbf": POUND, "dyn": 1e-5,
+}  # fmt: skip
+LENGTH = {
+    **_prefixed("m", "munp"), "cm": 1e-2, "micron": 1e-6, "microns": 1e-6,
+    "Angstrom": 1e-10, "angstrom": 1e-10, "Angstroms": 1e-10, "Å": 1e-10, "A": 1e-10,
+}  # fmt: skip
+AREA = {"m2": 1.0, "cm2": 1e-4, "mm2": 1e-6, "um2": 1e-12, "nm2": 1e-18}
+STRESS = {
+    **_prefixed("Pa", "kMGmh"), "bar": 1e5, "mbar": 1e2, "psi": POUND / 0.0254**2,
+    "ksi": 1e3 * POUND / 0.0254**2,
+    **{f"{force}/{area}": FORCE[force] / AREA[area] for force in FORCE for area in AREA},
+}  # fmt: skip
+STRAIN = {
+    "-": 1.0, "%": 1e-2, "m/m": 1.0, "1": 1.0, "": 1.0, "mm/mm": 1.0, "um/um": 1.0, "nm/nm": 1.0,
+    "percent": 1e-2, "Prozent": 1e-2, "‰": 1e-3, "mm/m": 1e-3, "um/m": 1e-6, "ppm": 1e-6,
+    "microstrain": 1e-6, "ustrain": 1e-6, "ue": 1e-6,
+}  # fmt: skip
+COMPLIANCE = {
+    **{f"1/{unit}": 1.0 / factor for unit, factor in STRESS.items() if "/" not in unit},
+    **{f"{area}/{force}": AREA[area] / FORCE[force] for force in FORCE for area in AREA},
+    "%/Pa": 1e-2, "%/kPa": 1e-5, "%/MPa": 1e-8,
+}  # fmt: skip
 KINDS = {"t": TIME, "J": COMPLIANCE, "strain": STRAIN, "stress": STRESS, "load": FORCE, "depth": LENGTH}
+SHOWN = {"t": 5, "load": 6, "depth": 6, "stress": 5, "J": 5, "strain": 3}  # canonical ones come first
+SIGNS = str.maketrans(
+    {"µ": "u", "μ": "u", "ε": "e", "²": "2", "·": ".", "⋅": ".", "⁻": "-", "¹": "1", "−": "-"}
+)
 
 
 def factor(kind: str, text: str) -> float:
     """Factor from unit ``text`` to SI for a column of ``kind``; KeyError if it is not one.
 
-    "1/MPa", "MPa^-1", "MPa⁻¹", "MPa-1", "1_per_MPa" and "per MPa" are one unit;
-    the micro sign may be µ, μ or u.
+    "1/MPa", "MPa^-1", "MPa⁻¹", "MPa-1", "1_per_MPa", "per MPa" and "mm²/N" are one unit; the micro sign
+    may be µ, μ or u. Upper and lower case may differ where no other unit is meant: "SEC", "kpa", but not
+    "MPA", which is mPa or MPa.
+
+    Args:
+        kind: of ``KINDS``: "t", "J", "strain", "stress", "load" or "depth".
+        text: the unit as written.
+
+    Returns:
+        The number that takes a value to s, 1/Pa, 1, Pa, N or m.
+
+    Raises:
+        KeyError: the text is no unit of that kind.
     """
-    return KINDS[kind][_plain(text)]
+    unit = _plain(text)
+    known = KINDS[kind]
+    if unit in known:
+        return known[unit]
+    alike = {known[name] for name in known if name.lower() == unit.lower()}
+    if len(alike) != 1:
+        raise KeyError(text)
+    return alike.pop()
+
+
+def is_unit(kind: str, text: str) -> bool:
+    """Whether the text is a unit of the kind."""
+    try:
+        return factor(kind, text) > 0
+    except KeyError:
+        return False
 
 
 def accepted(kind: str) -> str:
-    """The units of a kind, for a message."""
-    return ", ".join(unit for unit in KINDS[kind] if unit)
+    """The usual units of a kind, for a message."""
+    return ", ".join([*list(KINDS[kind])[: SHOWN[kind]], "..."])
 
 
 def _plain(text: str) -> str:
-    unit = (
-        text.strip()
-        .replace("µ", "u")
-        .replace("μ", "u")
-        .replace("⁻¹", "^-1")
-        .replace(" ", "")
-        .replace("**", "^")
-    )
-    unit = re.sub(r"^(?:1_?)?per_?", "1/", unit)
-    inverse = re.fullmatch(r"\(?([A-Za-z]+)\)?\^?\(?-1\)?", unit)
-    return f"1/{inverse.group(1)}" if inverse else unit
+    """One spelling: inverses as "1/Pa", powers as "mm2", a product as "N.mm-2", no closing dot."""
+    unit = text.strip().translate(SIGNS).replace("**", "^").removesuffix(".")
+    unit = unit[1:-1] if re.fullmatch(r"\([^()]*\)", unit) else unit
+    unit = re.sub(r"\s*([/^()-])\s*", r"\1", unit)
+    unit = re.sub(r"[\s*]+", ".", unit)
+    unit = re.sub(r"^(?:1[._])?per[._]", "1/", unit)
+    inverse = re.fullmatch(r"\(?([^\W\d_]+)\)?\^?\(?-1\)?|1/\((\w+)\)", unit)
+    if inverse:
+        return f"1/{inverse.group(1) or inverse.group(2)}"
+    product = re.fullmatch(r"(\w+)(?:\^2)?\.(\w+?)\^?\(?-([12])\)?", unit.replace("^2.", "2."))
+    if product:
+        above, below, power = product.groups()
+        return f"{above}/{below}{power.strip('1')}"
+    return unit.replace("^", "")

@@ -61,7 +61,9 @@ def test_good_files(tmp_path, name):
     data = fitting.read_creep(write(tmp_path, text))
     np.testing.assert_allclose(data.t, scale * T, rtol=1e-12)
     np.testing.assert_allclose(data.J, J, rtol=1e-12)
-    assert data.notes == ()
+    says_shear = "J" in text.replace("\ufeff", "")
+    assert len(data.notes) == (0 if says_shear else 1)
+    assert says_shear or "taken as shear" in data.notes[0]
 
 
 def test_columns_and_units_are_taken_as_given(tmp_path):
@@ -72,11 +74,14 @@ def test_columns_and_units_are_taken_as_given(tmp_path):
     np.testing.assert_allclose(data.J, J)
 
 
-def test_no_header_and_no_unit_are_said(tmp_path):
-    text = "\n".join(f"{t:g},{j:g}" for t, j in zip(T, J, strict=True))
-    data = fitting.read_creep(write(tmp_path, text))
+def test_numbers_without_a_header_need_places_and_say_what_unit_was_taken(tmp_path):
+    path = write(tmp_path, "\n".join(f"{j:g},{t:g}" for t, j in zip(T, J, strict=True)))
+    with pytest.raises(ValueError, match=r"line 1: no header.*columns=\{'t': 0, 'J': 1\}"):
+        fitting.read_creep(path)
+    data = fitting.read_creep(path, columns={"t": 1, "J": 0})
+    np.testing.assert_allclose(data.t, T)
     np.testing.assert_allclose(data.J, J)
-    assert any("no header" in note for note in data.notes) and any("taken as 1/Pa" in n for n in data.notes)
+    assert any("no unit, taken as 1/Pa" in note for note in data.notes)
 
 
 def test_unsorted_repeated_and_missing_are_mended_and_said(tmp_path):

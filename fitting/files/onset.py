@@ -1,0 +1,110 @@
+"""When the load of a creep test began: as the caller says, as the file shows, or a question to the caller."""
+
+import numpy as np
+
+from fitting.files.columns import Series
+from fitting.segments import noise, smooth
+
+ZERO = 0.01  # share of the largest stress below which there is none
+LATE = 5.0  # spacings of the samples by which the first may be late if the clock starts with the load
+FALL = 0.2  # share of its largest by which a creep curve may fall
+SURE = 3.0  # standard deviations of the noise by which it then falls for sure
+LEAST = 5  # samples below which nothing is judged
+ALIKE = 0.3  # by which a spacing may differ from one that grows with time
+
+
+def counts_from_zero(t: np.ndarray) -> bool:
+    """Whether the clock seems to start with the load: the first sample is early, or spacing grows with time."""
+    different = np.unique(t[np.isfinite(t)])
+    if different.size < 3 or different[0] <= LATE * (different[1] - different[0]):
+        return True
+    middle = different.size // 2
+    grown = (different[middle + 1] - different[middle]) / (different[1] - different[0])
+    return bool(abs(grown / (different[middle] / different[0]) - 1) < ALIKE and grown > 1 + ALIKE)
+
+
+def shift(path: str, series: Series, start: float | None) -> Series:
+    """Times from the start of the load [s] on; rows before it are left out. None: the series as it is.
+
+    Raises:
+        ValueError: a start that is not before the last sample.
+    """
+    if start is None:
+        return series
+    t = series.values["t"]
+    if not (np.isfinite(start) and start < np.nanmax(t)):
+        raise ValueError(f"{path}: start: expected a time before the last, {np.nanmax(t):g} s; got {start!r}")
+    later = series.pick(~(t < start))
+    later = later._replace(values=later.values | {"t": later.values["t"] - start}, zero=series.zero + start)
+    left = series.lines.size - later.lines.size
+    note = f"; {left} rows before it left out" if left else ""
+    return later.say(f"the load begins at {start:g} s of the file's clock, t counts from there{note}")
+
+
+def check_clock(path: str, t: np.ndarray, start: float | None) -> None:
+    """J(t) is a function of the time since the load, which the clock of a long test need not count.
+
+    Raises:
+        ValueError: no start is given, and the clock seems to run from before it.
+    """
+    if start is None and not counts_from_zero(t):
+        raise ValueError(
+            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start= [s], "
+            "0 if it does"
+        )
+
+
+def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tuple[np.ndarray, np.ndarray]]:
+    """Strain from the start of the stress on, and the stress: (knots [s], values [Pa]), linear in between.
+
+    With a start (``shift`` went before) the stress steps there to its first value. Else, where it is zero
+    at first, it rises between two samples; where it is there from the first sample on, it steps at the zero
+    of a clock that seems to start with it.
+
+    Raises:
+        ValueError: the file does not tell when the stress began; names ``start``.
+    """
+    t, stress = series.values["t"], series.values["stress"]
+    first = int(np.argmax(np.abs(stress) > ZERO * np.max(np.abs(stress))))
+    if start is not None:
+        return series.pick(slice(first, None)), _step(t[first:], stress[first:])
+    if first > 0:
+        begin, end = float(t[first - 1]), float(t[first])
+        series = shift(path, series.pick(slice(first - 1, None)), begin)
+        series = series.say(f"the stress rises between {begin:g} and {end:g} s; if it is a step, give start=")
+        return series, (series.values["t"], series.values["stress"])
+    if series.columns["t"].name != "step time" and not counts_from_zero(t):
+        raise ValueError(
+            f"{path}: stress: expected to see it begin, got it from the first sample on, at {t[0]:g} s: say "
+            "when it began, start= [s]"
+        )
+    return series.say("the stress is taken to begin at t = 0; if not, give start="), _step(t, stress)
+
+
+def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | None = None) -> None:
+    """A compliance, or a strain under a constant stress, may not fall as in a recovery.
+
+    Raises:
+        ValueError: it falls by a fifth, or strain and stress have opposite signs.
+    """
+    if stress is not None:
+        if np.median(y) * np.median(stress) < 0:
+            raise ValueError(f"{path}: strain: expected the sign of the stress, got the opposite")
+        if np.ptp(stress) > ZERO * np.max(np.abs(stress)):
+            return
+    if t.size < LEAST:
+        return
+    course = smooth(np.abs(y))
+    top = int(np.argmax(course))
+    fall = course[top] - course[top:].min()
+    if fall > FALL * course[top] and fall > SURE * noise(y):
+        last = t[np.argmax(np.abs(y))]
+        raise ValueError(
+            f"{path}: expected a creep curve that rises, got one that falls after {last:g} s: a recovery? "
+            f"window=(0, {last:.6g}) takes the creep"
+        )
+
+
+def _step(t: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A stress that steps at t = 0 to its first value."""
+    return np.concatenate([[0.0], t]), np.concatenate([stress[:1], stress])

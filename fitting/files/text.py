@@ -1,0 +1,59 @@
+"""The text of a file as numbered lines, whatever wrote it."""
+
+import os
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
+REMARK = re.compile(r"\s*(#+|//+|%+(?=\s*\w))\s?")
+
+
+class Line(NamedTuple):
+    """number: in the file, from 1; text: without a comment mark; remark: whether it had one."""
+
+    number: int
+    text: str
+    remark: bool
+
+
+def read_lines(path: str | os.PathLike) -> list[Line]:
+    """The lines that are not blank. A line that begins with #, // or % is a remark.
+
+    Raises:
+        ValueError: no such file, not text, or nothing in it.
+    """
+    name = os.fspath(path)
+    found = [
+        _line(number, text)
+        for number, text in enumerate(decode(name).splitlines(), 1)
+        if text.strip(" \t\r\n,;")
+    ]
+    if not any(line.text.strip() and not line.remark for line in found):
+        raise ValueError(f"{name}: expected a table, got an empty file")
+    return found
+
+
+def _line(number: int, text: str) -> Line:
+    mark = REMARK.match(text)
+    return Line(number, text[mark.end() :] if mark else text, bool(mark))
+
+
+def decode(name: str) -> str:
+    """UTF-8 or UTF-16, with or without mark, else Latin-1."""
+    try:
+        raw = Path(name).read_bytes()
+    except OSError as error:
+        raise ValueError(f"{name}: cannot be read: {error.strerror}") from None
+    if raw.startswith(PACKED):
+        raise ValueError(f"{name}: expected text, got binary data (a workbook or an archive): save a CSV")
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace")
+    if raw and raw[1::2].count(0) > 0.8 * len(raw[1::2]):
+        return raw.decode("utf-16-le", errors="replace")
+    if b"\0" in raw:
+        raise ValueError(f"{name}: expected text, got binary data: export it as text or CSV")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")

@@ -1,0 +1,189 @@
+"""Contact, segments and windows of indentation curves: what is taken, against curves whose contact is known."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fitting
+
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+R, G1, G2, ETA1, ETA2 = 100e-6, 2e5, 1e5, 5e6, 4e5
+TAU = ETA2 / G2
+RNG = np.random.default_rng(7)
+
+
+def integral_of_compliance(t):
+    """int_0^t J(s) ds of the Burgers material, 0 for t < 0."""
+    t = np.maximum(t, 0.0)
+    return t / G1 + (t + TAU * np.expm1(-t / TAU)) / G2 + t**2 / (2 * ETA1)
+
+
+def indentation(t, rate, ramp):
+    """Depth [m] of a ball, nu = 0.5, at t after contact: load rises at ``rate`` [N/s] for ``ramp`` [s], then stays.
+
+    depth^(3/2) = 3/(16 sqrt R) int J(t - s) dP (Lee and Radok)
+    """
+    created = rate * (integral_of_compliance(t) - integral_of_compliance(t - ramp))
+    return (3 / (16 * np.sqrt(R)) * created) ** (2 / 3)
+
+
+def curve(contact=2.0, end=20.0, noise=0.0, offset=0.0, step=0.02):
+    """t, load, depth with an approach in air at 1 um/s, contact at 3 um, a ramp of 2 s to 10 uN, and a hold."""
+    t = np.arange(0.0, end, step)
+    load = 5e-6 * np.clip(t - contact, 0.0, 2.0) + offset + noise * 1e-5 * RNG.standard_normal(t.size)
+    depth = 3e-6 + np.where(t < contact, 1e-6 * (t - contact), indentation(t - contact, 5e-6, 2.0))
+    return t, load, depth + noise * 1e-6 * RNG.standard_normal(t.size)
+
+
+def test_contact_of_the_edge_set_is_found():
+    """Contact at 3 um after 5 s; then the depth of the known material under the known load."""
+    path = DATA / "edge" / "c_approach.csv"
+    if not path.exists():
+        pytest.skip("the edge sets are not beside the project")
+    data = fitting.read_indentation(path)
+    assert any("of 2350 points are before contact" in note for note in data.notes)
+    taken = data.in_contact()
+    assert data.contact.depth == pytest.approx(3e-6, abs=10e-9)
+    assert data.contact.t == pytest.approx(5.0, abs=0.02)
+    assert abs(taken.t.size - 2100) <= 2 and taken.load[0] == taken.depth[0] == 0.0  # 0.02 s apart
+    truth = indentation(taken.t, 5e-6, 2.0)
+    assert np.sqrt(np.mean((taken.depth - truth) ** 2)) < 10e-9  # of 2.7 um
+    assert any("contact at" in note for note in taken.notes)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+@pytest.mark.parametrize("offset", [0.0, 4e-6, -4e-6])
+@pytest.mark.parametrize(("load_sign", "depth_sign"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
+def test_contact_baseline_and_signs(noise, offset, load_sign, depth_sign):
+    t, load, depth = curve(noise=noise, offset=offset)
+    data = fitting.IndentationData(t=t, load=load_sign * load, depth=depth_sign * depth)
+    found, taken = data.contact, data.in_contact()
+    assert (found.load_sign, found.depth_sign) == (load_sign, depth_sign)
+    assert found.depth == pytest.approx(depth_sign * 3e-6, abs=30e-9)
+    assert found.t == pytest.approx(2.0, abs=0.04)
+    assert np.median(taken.load[-500:]) == pytest.approx(1e-5, rel=2e-3)
+    np.testing.assert_allclose(taken.depth[1:], indentation(taken.t[1:], 5e-6, 2.0), atol=40e-9)
+    assert any("load with the other sign" in note for note in taken.notes) == (load_sign < 0)
+
+
+def test_a_known_contact_is_taken():
+    t, load, depth = curve()
+    taken = fitting.IndentationData(t=t, load=load, depth=depth).in_contact(depth=3e-6)
+    np.testing.assert_allclose(taken.depth, indentation(taken.t, 5e-6, 2.0), atol=1e-12)
+    with pytest.raises(ValueError, match="depth: expected a contact within the curve"):
+        fitting.IndentationData(t=t, load=load, depth=depth).in_contact(depth=1.0)
+
+
+def test_adhesion_on_the_way_back_does_not_turn_the_signs():
+    t, load, depth = curve()
+    back = t[-1] + np.arange(1, 101) * 0.02
+    pull = np.interp(back - t[-1], [0, 1, 1.5, 2], [1e-5, -2e-5, 0, 0])
+    away = np.interp(back - t[-1], [0, 2], [depth[-1], -4e-6])
+    data = fitting.IndentationData(
+        t=np.append(t, back), load=np.append(load, pull), depth=np.append(depth, away)
+    )
+    taken = data.in_contact()
+    assert data.contact.depth == pytest.approx(3e-6, abs=30e-9)
+    assert taken.load.min() >= 0 and taken.t[-1] == pytest.approx(18.0 + 1 / 3, abs=0.05)
+    assert set(data.segments) == {"approach", "hold", "retract"}
+
+
+T = np.linspace(0.0, 10.0, 200)
+IN_CONTACT = {
+    "load held": (np.full(200, 1e-5), indentation(T, 1e-5, 1e-9)),
+    "load held, with drift": (1e-5 * (1 - 0.004 * T), indentation(T, 1e-5, 1e-9)),
+    "ramp": (1e-6 * T, indentation(T, 1e-6, 10.0)),
+    "depth held": (1e-5 * np.exp(-T / 3), np.full(200, 1e-6)),
+    "retract": (1e-5 * (1 - T / 10) ** 1.5, 1e-6 * (1 - T / 10)),
+}
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+@pytest.mark.parametrize("name", IN_CONTACT)
+def test_a_curve_that_begins_in_contact_stays_whole(name, noise):
+    load, depth = (y + noise * y.max() * RNG.standard_normal(y.size) for y in IN_CONTACT[name])
+    data = fitting.IndentationData(t=T, load=load, depth=depth)
+    taken = data.in_contact()
+    np.testing.assert_array_equal(taken.depth, data.depth)
+    np.testing.assert_array_equal(taken.load, data.load)
+    assert "begins in contact" in taken.notes[-1]
+
+
+def spans(t, segments):
+    return {name: (t[segments == name][0], t[segments == name][-1]) for name in np.unique(segments)}
+
+
+@pytest.mark.parametrize(
+    ("load", "depth", "known"),
+    [
+        # knots over time 0, 1, 2, 6, 7: air, ramp, hold under load or at depth, back
+        ([0, 0, 4, 4, 0], [0, 1, 2, 3, 1.5], {"approach": (0, 2), "hold": (2, 6), "retract": (6, 7)}),
+        ([0, 0, 4, 1, 0], [0, 1, 2, 2, 0], {"approach": (0, 2), "hold": (2, 6), "retract": (6, 7)}),
+        ([0, 0, 1, 5, 0], [0, 1, 2, 6, 0], {"approach": (0, 6), "retract": (6, 7)}),
+        ([0, 0, 4, 4, 4], [0, 1, 2, 3, 3.2], {"approach": (0, 2), "hold": (2, 7)}),
+        ([0, 0, 1, 5, 6], [0, 1, 2, 6, 7], {"approach": (0, 7)}),
+    ],
+    ids=["load held", "depth held", "no hold", "no retract", "ramp alone"],
+)
+def test_segments_are_seen_in_the_course(load, depth, known):
+    t = np.linspace(0.0, 7.0, 701)
+    noisy = lambda y: np.interp(t, [0, 1, 2, 6, 7], y) + 0.005 * RNG.standard_normal(t.size)
+    data = fitting.IndentationData(t=t, load=noisy(load), depth=noisy(depth))
+    found = spans(t, data.segments)
+    assert found.keys() == known.keys()
+    for name, span in known.items():
+        np.testing.assert_allclose(found[name], span, atol=0.15)
+
+
+@pytest.mark.parametrize(
+    "name", ["brain_afm_cc/brain", "polymergel_afm_cc/polymergel", "afm_cc_example1/example1"]
+)
+def test_segments_seen_are_those_that_the_microscope_marked(name):
+    path = DATA / f"indent_{name}_creep.csv"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not beside the project")
+    data = fitting.read_indentation(path)
+    assert [(data.marks == mark).sum() for mark in ("approach", "hold", "retract")] == [3000, 3000, 3000]
+    unmarked = dataclasses.replace(data, marks=None)
+    assert np.mean(unmarked.segments == data.marks) > 0.99
+
+
+def test_hold_of_the_steel_is_taken():
+    """3000 uN from 12.2 to 17.2 s at 156.3 to 159.3 nm (provenance)."""
+    path = DATA / "indent_hysitron_steel_hold" / "RobinSteel0000LC.txt"
+    if not path.exists():
+        pytest.skip("the nanoindentation is not beside the project")
+    hold = fitting.read_indentation(path, segment="hold")
+    np.testing.assert_allclose(hold.t[[0, -1]], [12.2, 17.2], atol=0.5)
+    np.testing.assert_allclose(hold.load, 3e-3, rtol=0.03)
+    within = fitting.read_indentation(path, window=(12.5, 17.0))
+    assert within.t.min() >= 12.5 and within.t.max() <= 17.0
+    assert within.depth.min() > 156.3e-9 and within.depth.max() < 160e-9
+
+
+def test_what_was_taken_is_said_and_drawn():
+    t, load, depth = curve()
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    taken = data.in_contact().only("hold").window(None, 10.0)
+    assert [note.split(" ")[0] for note in taken.notes] == ["contact", "hold", "None"]
+    figure = taken.plot()
+    lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
+    assert set(lines) == {"left out", "hold"}
+    assert lines["left out"].size == t.size and lines["left out"][0] == pytest.approx(-2.0, abs=0.04)
+    np.testing.assert_array_equal(lines["hold"], taken.t)
+
+
+@pytest.mark.parametrize(
+    ("call", "word"),
+    [
+        (lambda data: data.only("pause"), "segment"),
+        (lambda data: data.only("retract"), "at least 5"),
+        (lambda data: data.window(5.0, 1.0), "window"),
+        (lambda data: data.window(100.0), "at least 5"),
+    ],
+)
+def test_what_cannot_be_taken(call, word):
+    with pytest.raises(ValueError, match=word):
+        call(fitting.IndentationData(*curve()))
