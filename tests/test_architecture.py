@@ -8,6 +8,7 @@ PACKAGE = ROOT / "jaxcontact"
 
 LAYERS = {
     "_pytree": 0,
+    "_installed_jax": 0,
     "_checks": 1,
     "reference": 0,
     "grid": 2,
