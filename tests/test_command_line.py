@@ -14,6 +14,8 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.case_file import read_case
 
+pytestmark = pytest.mark.versions
+
 CASE = """
 [layer]
 material = "burgers"

@@ -1,4 +1,4 @@
-"""The jax that is installed computes what it says, and a release known not to is named on import."""
+"""The jax that is installed computes what it says and comes to an end; a release known not to is named on import."""
 
 import importlib
 import tomllib
@@ -9,10 +9,12 @@ import jax.numpy as jnp
 import jaxlib
 import numpy as np
 import pytest
+from tolerances import APPROACH
 
 import jaxcontact
 from jaxcontact._installed_jax import FAULTS
 
+pytestmark = pytest.mark.versions
 RIGHT = "pip install 'jax>=0.7,!=0.10.2,!=0.11.1', as pyproject.toml says"
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
 
@@ -29,6 +31,16 @@ def test_reduced_rows_of_a_matrix_are_those_of_numpy(columns, reduction):
         expected = getattr(np, reduction)(rows[:count] @ matrix.T, axis=1)
         wrong = int(np.sum(np.abs(reduced(rows[:count]) - expected) > 1e-12))
         assert wrong == 0, f"jaxlib {jaxlib.__version__}: {wrong} of {count} rows are wrong; {RIGHT}"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:film strain")
+def test_a_large_run_comes_to_its_end(body, ball):
+    """The paper's film, 60 N for 7200 s: reference.abel's march of 50 steps ends at 3.35542 um. jaxlib 0.11.1 hangs."""
+    times, grid = jnp.linspace(0.0, 7200.0, 151), jaxcontact.Grid.square(512, 620e-6)
+    run = jaxcontact.indent(body, ball, jaxcontact.Load(60.0), times, grid=grid, save="last")
+    assert float(run.approach[-1]) == pytest.approx(3.35542e-6, rel=APPROACH)
+    assert bool(jnp.all(run.converged))
 
 
 @pytest.mark.parametrize("version", FAULTS)
