@@ -8,6 +8,10 @@ import jax
 
 jax.config.update("jax_enable_x64", True)
 
+from jaxcontact import _installed_jax  # noqa: E402
+
+_installed_jax.warn_of_a_known_fault()
+
 from jaxcontact._status import Status as Status  # noqa: E402
 from jaxcontact._version import __version__ as __version__  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402

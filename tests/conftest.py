@@ -1,14 +1,29 @@
-"""Shared pieces of the tests: the paper's film, ball and substrate."""
+"""Shared pieces of the tests: the paper's film, ball and substrate, and one store of compiled programs."""
 
+import os
 import sys
+import tempfile
 from pathlib import Path
 
-import jax
 import pytest
 
-import jaxcontact as jc
+# Equal programs of two files, and of the processes that tests start, are compiled once in a session: jax reads these
+# when it is first imported. A folder of your own, JAX_COMPILATION_CACHE_DIR=~/.cache/jax, serves the next session too.
+COMPILED = tempfile.TemporaryDirectory(prefix="jaxcontact-tests-")
+os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", COMPILED.name)
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
+# it writes a screen of names of processor features to stderr for each program that it finds there
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+
+import jax  # noqa: E402
+
+import jaxcontact as jc  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+def pytest_unconfigure():
+    COMPILED.cleanup()
 
 
 @pytest.fixture(scope="session")

@@ -13,6 +13,7 @@ LAYERS = {
     "_pytree": 0,
     "_exponential": 0,
     "_version": 0,
+    "_installed_jax": 0,
     "_checks": 1,
     "_status": 1,
     "_scale": 1,

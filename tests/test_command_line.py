@@ -25,6 +25,8 @@ from jaxcontact.files.run_directory import claimed
 
 ROOT = Path(__file__).parents[1]
 
+pytestmark = pytest.mark.versions
+
 CASE = """
 [layer]
 material = "burgers"

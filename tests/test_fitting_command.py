@@ -10,7 +10,7 @@ from jaxcontact.__main__ import main
 
 TRUTH = {"G1_Pa": 0.75e9, "G2_Pa": 13.89e6, "eta1_Pa_s": 3148.6e9, "eta2_Pa_s": 120.9e9}
 R, NU = 9.525e-3, 0.3
-T = np.linspace(0.0, 40000.0, 201)
+T = np.linspace(0.0, 40000.0, 200)
 J = 1 / 0.75e9 - np.expm1(-13.89e6 / 120.9e9 * T) / 13.89e6 + T / 3148.6e9
 
 
@@ -57,7 +57,7 @@ def test_creep_writes_what_it_says(tmp_path, capsys):
     path, out = table(tmp_path / "film.csv", "t [s],J [1/GPa]", T, 1e9 * J), tmp_path / "out"
     assert main(["fit", "creep", path, "-o", str(out)]) == 0
     printed = capsys.readouterr().out
-    assert "Burgers fit of 201 points" in printed and "weights: relative" in printed
+    assert "Burgers fit of 200 points" in printed and "weights: relative" in printed
     summary = json.loads((out / "summary.json").read_text())
     for key, value in TRUTH.items():
         assert summary["parameters"][key] == pytest.approx(value, rel=1e-6)

@@ -48,6 +48,7 @@ def fit(data, indenter=BALL, **options):
     return fitting.fit_indentation(data, model=jc.Burgers, indenter=indenter, nu=NU, **options)
 
 
+@pytest.mark.versions
 def test_load_control_recovers_lee_and_radok():
     found = fit(hold())
     for name, value in TRUTH.items():
@@ -86,6 +87,7 @@ def unloading(n):
     return t, depth(t), np.array(loads)
 
 
+@pytest.mark.slow
 def test_unloading_is_tings():
     t, depth, load = unloading(601)
     data = fitting.IndentationData(t=t, load=load, depth=depth)

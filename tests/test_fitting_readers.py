@@ -5,6 +5,8 @@ import pytest
 
 import fitting
 
+pytestmark = pytest.mark.versions
+
 T = np.arange(1.0, 13.0)
 J = 1e-9 * (1 + T)
 

@@ -102,9 +102,8 @@ def hold(name):
     return data, t[begin] - t[first]
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if "gel" not in n else n for n in HOLDS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", HOLDS)
 def test_afm_holds(name):
     """The radius of the tip is not known, so only the shape of J(t) is: measured load, Oyen's ramp, step."""
     data, rise = hold(name)

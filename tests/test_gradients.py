@@ -56,7 +56,7 @@ def creep_and_relaxation(q, control, n, times):
     )
 
 
-@pytest.mark.parametrize("control", ["load", "approach"])
+@pytest.mark.parametrize("control", ["load", pytest.param("approach", marks=pytest.mark.slow)])
 def test_reverse_forward_and_central_differences_agree_for_every_leaf(control):
     """64 x 64 cells, 16 steps, tolerance 1e-12, where no cell enters or leaves contact within the step.
 
@@ -121,12 +121,8 @@ CHECKS = {
 }
 
 
-LONG = ("responses", "influence coefficients")
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in CHECKS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CHECKS)
 def test_derivatives_to_second_order(name, monkeypatch):
     """In log parameters, outputs of order one; and the check fails once part of the rule is cut off."""
     f, size, module, part = CHECKS[name]
@@ -144,6 +140,7 @@ def test_derivatives_to_second_order(name, monkeypatch):
         check()
 
 
+@pytest.mark.slow
 def test_no_contact_and_zero_load_have_zero_gradients():
     grid, times = jc.Grid.square(32, 560e-6), jnp.linspace(0.0, 1600.0, 5)
     with warnings.catch_warnings():
@@ -160,6 +157,7 @@ def test_no_contact_and_zero_load_have_zero_gradients():
         assert np.all(np.asarray(jax.grad(lifted)(jnp.array([1.0, 0.0]))) == 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:only")
 def test_after_unloading_the_approach_has_the_derivative_of_the_print_left_behind():
     """A Maxwell half-space under 10 N for 600 s, then 300 s without: central differences."""
@@ -185,6 +183,7 @@ def test_a_derivative_whose_solve_fails_is_nan(monkeypatch):
     assert np.isnan(slope[1])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
 def test_a_film_that_may_flow_but_does_not_has_a_value_and_a_slope():
     """Fluidity zero: the solid without flow, and the slope towards flow."""
@@ -205,6 +204,7 @@ def test_a_film_that_may_flow_but_does_not_has_a_value_and_a_slope():
     assert float(forward) == pytest.approx(float(of_flow(1e-3) - of_flow(0.0)) / 1e-3, rel=1e-3)
 
 
+@pytest.mark.versions
 def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
     """The load at which four cells enter is bracketed; the pressure is continuous, its slope jumps."""
     grid, body = jc.Grid.square(16, 300e-6), jc.LayeredHalfSpace([], STEEL)
@@ -258,6 +258,7 @@ def test_hessians_through_time_of_many_solids_at_once():
     np.testing.assert_allclose(found, found.transpose(0, 2, 1), rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_second_derivatives_hold_the_area_of_contact():
     """As the docs say: the slope of Hertz's load over approach is met, its curvature is not seen.
 
@@ -276,6 +277,7 @@ def test_second_derivatives_hold_the_area_of_contact():
     assert float(wide) == pytest.approx(float(jax.hessian(hertz)(1.0)), rel=2e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:only")
 def test_a_second_derivative_by_the_approach_of_what_creeps_is_there():
     """The load's cotangent is constant while the history moves with the approach; the area is held."""
@@ -301,6 +303,7 @@ def test_a_function_that_saves_is_only_asked_where_there_is_contact():
     assert float(jax.grad(deepest)(1e9)) < 0.0
 
 
+@pytest.mark.slow
 def test_many_parameter_sets_at_once_equal_the_loop():
     """Also prints the time of a case of either (a benchmark of neither: compile time is apart, once each)."""
     times = jnp.linspace(0.0, 1600.0, 4)
@@ -334,6 +337,7 @@ def test_what_reverse_mode_keeps_does_not_change_what_it_finds():
     np.testing.assert_allclose(gradient("blocks"), gradient("pressures"), rtol=ROUND_OFF * 100)
 
 
+@pytest.mark.versions
 def test_sensitivities_of_hertz_are_its_exponents():
     """approach ~ E*^(-2/3) R^(-1/3), peak pressure ~ E*^(2/3) R^(-2/3), on a grid of 64."""
     grid = jc.Grid.square(64, 330e-6)
@@ -356,6 +360,7 @@ def test_sensitivities_of_hertz_are_its_exponents():
         table.plot(np.zeros(3))
 
 
+@pytest.mark.slow
 def test_sensitivities_refuse_and_warn_as_the_calculation_does():
     def outputs(body, **keywords):
         ball, grid = jc.Sphere(9e-3), jc.Grid.square(32, 330e-6)

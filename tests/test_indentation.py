@@ -13,7 +13,7 @@ from jaxcontact._experiment import fine_steps
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.operators.kernels import build_images
-from jaxcontact.reference import abel, hertz, lee_radok, ting
+from jaxcontact.reference import abel, lee_radok, ting
 
 TAU = 1.0
 MAXWELL = jc.Maxwell(80.77e9, 80.77e9 * TAU)
@@ -97,12 +97,13 @@ def test_second_order_in_the_time_step():
     body, load = jc.LayeredHalfSpace([], MAXWELL), 100.0
     final = float(lee_radok.step_radius(2.0, creep(MAXWELL), load, 3.5e-3, 0.3))
     grid = jc.Grid.square(48, 2.4 * final)
-    run = lambda n: (
-        quietly(
-            body, BALL, jc.Load(load), jnp.linspace(0.0, 2.0, n + 1), grid=grid, save="last", tolerance=1e-10
-        ).pressure
-    )
-    fine = run(320)
+
+    def run(n, most=40):
+        # the last time again and again: steps of no length, so that one program serves all
+        times = jnp.minimum(jnp.arange(most + 1) * 2.0 / n, 2.0)
+        return quietly(body, BALL, jc.Load(load), times, grid=grid, save="last", tolerance=1e-10).pressure
+
+    fine = run(320, most=320)
     errors = [float(jnp.sum(jnp.abs(run(n) - fine)) / jnp.sum(fine)) for n in (10, 20, 40)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     print("L1 error in time with 10, 20, 40 steps:", errors, "orders", orders)
@@ -126,6 +127,7 @@ def test_relaxation_of_a_half_space_keeps_its_contact_and_follows_the_modulus():
     np.testing.assert_allclose(result.load / result.load[0], np.exp(-times), rtol=2e-3)
 
 
+@pytest.mark.versions
 def test_unloading_against_ting():
     """Depth up and down again: load within 0.5 % of its peak, loss of contact included."""
     body = jc.LayeredHalfSpace([], MAXWELL)
@@ -158,6 +160,7 @@ def test_re_contact_remembers_the_imprint():
     assert float(late.load[4]) == pytest.approx(float(late.load[0]), rel=1e-6)
 
 
+@pytest.mark.versions
 @pytest.mark.parametrize(("load", "approach", "peak", "radius", "papers"), [
     (10.0, 0.780865e-6, 0.630787e9, 89.94e-6, 0.7796e-6),
     (60.0, 2.55166e-6, 1.16724e9, 160.207e-6, 2.5468e-6),
@@ -170,15 +173,6 @@ def test_tribofilm_at_once(body, ball, load, approach, peak, radius, papers):
     assert float(result.approach[0]) == pytest.approx(papers, rel=3e-3)
     assert float(jnp.max(result.pressure)) == pytest.approx(peak, rel=PEAK)
     assert float(result.contact_radius[0]) == pytest.approx(radius, rel=5e-3)
-
-
-def test_film_as_half_space_meets_the_papers_approach(film, steel, ball):
-    """W = 60 N: 36.130 um; the paper has 36.1380."""
-    grid = jc.Grid.square(256, 1.6e-3)
-    result = quietly(jc.LayeredHalfSpace([], film), ball, jc.Load(60.0), np.zeros(1), grid=grid)
-    A = 0.7 / float(film.G1) + 0.7 / float(steel.G)
-    assert float(result.approach[0]) == pytest.approx(hertz.approach(60.0, 9.525e-3, A), rel=APPROACH)
-    assert hertz.approach(60.0, 9.525e-3, A) == pytest.approx(36.138e-6, rel=3e-3)
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 0.03, 0.3, 1.0, 10.0])
@@ -255,6 +249,7 @@ def test_recursion_equals_superposition_with_exact_kernels_to_the_separation_err
     np.testing.assert_allclose(ours, direct, rtol=SEPARATION)
 
 
+@pytest.mark.slow
 def test_quasi_elastic_equals_exact_for_the_papers_film(body, ball):
     times, grid = jnp.linspace(0.0, 7200.0, 9), jc.Grid.square(32, 600e-6)
     exact = quietly(body, ball, jc.Load(60.0), times, grid=grid)
@@ -266,13 +261,14 @@ def test_quasi_elastic_equals_exact_for_the_papers_film(body, ball):
 
 def test_film_strain_is_that_of_a_bed_of_springs_and_warns(body, ball, film):
     """Thin film: shortening/h = (1 - 2 nu)/(2 (1 - nu)) J p at first; above 0.2 there is a warning."""
-    grid = jc.Grid.square(32, 500e-6)
+    grid = jc.Grid.square(256, 416e-6)
     with pytest.warns(UserWarning, match="film strain"):
         result = jc.indent(body, ball, jc.Load(60.0), np.zeros(1), grid=grid)
     expected = 0.4 / 1.4 / film.G1 * float(jnp.max(result.pressure))
     assert float(result.film_strain[0]) == pytest.approx(expected, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_substeps_save_and_kernels_change_nothing_but_the_cost(body, ball):
     times, grid = jnp.linspace(0.0, 900.0, 4), jc.Grid.square(24, 600e-6)
     whole = quietly(body, ball, jc.Load(60.0), times, grid=grid, substeps=3)
@@ -293,6 +289,7 @@ def test_substeps_save_and_kernels_change_nothing_but_the_cost(body, ball):
     assert peaks.saved.shape == (4,)
 
 
+@pytest.mark.slow
 def test_extreme_approaches_of_figure_12(body, ball, film, steel):
     """50 um: Hertz on steel in 1 %; 0.01 nm: the radius stays, the pressure falls as the film relaxes.
 
@@ -321,6 +318,7 @@ def test_extreme_approaches_of_figure_12(body, ball, film, steel):
     assert 50.0 < expected < 62.0
 
 
+@pytest.mark.slow
 def test_the_gap_of_many_runs_is_zero_in_contact_in_each():
     """Whatever axes vmap has put before, with the fields of all times or of the last."""
     grid, times, body = jc.Grid.square(16, 2.2e-3), jnp.array([0.0, 300.0]), jc.LayeredHalfSpace([], MAXWELL)

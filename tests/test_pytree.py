@@ -5,6 +5,8 @@ import pytest
 
 import jaxcontact as jc
 
+pytestmark = pytest.mark.versions
+
 
 @pytest.mark.parametrize(
     ("one", "other"),

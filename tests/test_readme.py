@@ -29,6 +29,7 @@ HERE = {  # the other commands, and what runs them
 }
 
 
+@pytest.mark.slow
 def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     monkeypatch.chdir(tmp_path)
@@ -40,6 +41,7 @@ def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
     assert len(list(tmp_path.glob("creep_*.nc"))) == 31
 
 
+@pytest.mark.slow
 def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
     """With the case files as from the root of a checkout but on few cells; the paper's figures stand aside."""
     cases = tmp_path / "jaxcontact" / "cases"

@@ -51,17 +51,17 @@ def test_great_speed_is_the_glassy_film(body, ball, film, steel):
     """At 1 m/s the film has no time to creep, also where the same place was long under load at rest."""
     fast = slide(body, ball, times=TIMES * 4e-6, velocity=1.0)
     glass = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(film.G1, film.nu), 150e-9)], steel)
-    elastic = indent(glass, ball, LOAD, TIMES, grid=GRID, tolerance=1e-12)
+    elastic = indent(glass, ball, LOAD, jnp.zeros(1), grid=GRID, tolerance=1e-12, save="last")
     assert apart(fast.pressure, elastic.pressure) < 1e-4
     # 600 s at rest, then away by a third of the grid within 0.1 s: fresh film under the indenter
     times = jnp.append(jnp.linspace(0.0, 600.0, 5), 600.0 + jnp.linspace(0.0, 0.8, 8))
     velocity = jnp.zeros((13, 2)).at[5:, 0].set(5e-4)
     away = slide(body, ball, times=times, velocity=velocity)
-    assert apart(away.pressure[4], elastic.pressure[0]) > 0.1
-    assert apart(away.pressure[-1], elastic.pressure[0]) < 2e-3
+    assert apart(away.pressure[4], elastic.pressure) > 0.1
+    assert apart(away.pressure[-1], elastic.pressure) < 2e-3
 
 
-@pytest.mark.parametrize("speed", [0.4e-6, 1.6e-6])
+@pytest.mark.parametrize("speed", [0.4e-6, pytest.param(1.6e-6, marks=pytest.mark.slow)])
 def test_long_transient_is_the_steady_state(body, ball, speed):
     run = slide(body, ball, times=TIMES * 8.0, velocity=speed, substeps=1 if speed < 1e-6 else 4)
     with pytest.warns(UserWarning, match="film strain"):
@@ -71,6 +71,7 @@ def test_long_transient_is_the_steady_state(body, ball, speed):
     np.testing.assert_allclose(run.approach[-1], steady.approach, rtol=1e-4)
 
 
+@pytest.mark.versions
 def test_direction_reversed_mirrors_the_field(body, ball):
     forth, back = (slide(body, ball, velocity=v) for v in (0.4e-6, -0.4e-6))
     assert apart(back.pressure[:, ::-1], forth.pressure) < 1e-10
@@ -144,6 +145,7 @@ def test_doubling_the_window_of_a_half_space(ball, film):
     assert 0.0 <= missed <= float(narrow.dropped[-1])
 
 
+@pytest.mark.slow
 def test_work_done_is_energy_stored_and_dissipated(body, ball):
     """Force times speed plus load times rate of approach, from 30 s on; the film starts to slide at 200 s."""
     times = jnp.linspace(0.0, 600.0, 61)

@@ -11,7 +11,6 @@ from tolerances import TIGHT_SOLVER
 import jaxcontact as jc
 from jaxcontact import slide_steady as public_slide_steady
 from jaxcontact._scale import Scale
-from jaxcontact.cases import speed_map
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.normal import Problem
 from jaxcontact.operators.free_space import FreeSpaceFamily
@@ -122,6 +121,7 @@ def test_line_contact_of_a_standard_solid(speed):
 # limits ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.versions
 def test_infinite_speed_is_the_glassy_film(body, ball, film, steel):
     glass = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(film.G1, film.nu), 150e-9)], steel)
     elastic = indent(glass, ball, LOAD, jnp.zeros(1), grid=GRID, tolerance=1e-12, save="last")
@@ -155,6 +155,7 @@ def test_all_speeds_within_400_convolutions(body, ball):
         assert 4 * int(found.iterations) + nonsymmetric.COLD_ITERATIONS < 400
 
 
+@pytest.mark.slow
 def test_the_slowest_film_on_a_fine_grid_is_solved_too(body, ball):
     """From a cruder start cells deep inside were lost for good here, and 500 iterations did not do."""
     found = slide_steady(body, ball, velocity=1e-9, grid=jc.Grid.square(256, 620e-6), tolerance=1e-8)
@@ -172,6 +173,7 @@ def test_force_times_speed_is_the_power_of_the_dashpots(body, ball, speed):
     )  # of a paraboloid
 
 
+@pytest.mark.slow
 def test_directions_mirror_and_agree(body, ball):
     v = 0.4e-6
     x, back, y, diagonal = (
@@ -186,6 +188,7 @@ def test_directions_mirror_and_agree(body, ball):
     np.testing.assert_allclose(diagonal.approach, x.approach, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_window(body, ball):
     """Twice the cells behind and ahead: the peak of the film stays."""
     narrow = slide_steady(body, ball, velocity=0.1e-6)
@@ -194,6 +197,7 @@ def test_window(body, ball):
     np.testing.assert_allclose(wide.approach, narrow.approach, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_half_space_that_flows_drifts(ball, film):
     """The approach after one width of the grid and after two differ by the drift times ln 2."""
     half, speed = jc.LayeredHalfSpace([], film), 1.6e-6
@@ -244,6 +248,7 @@ def test_no_steady_state(body, ball, film):
         jc.slide_steady(body, ball, LOAD, velocity=jnp.ones(3), grid=GRID)
 
 
+@pytest.mark.slow
 def test_a_held_approach_gives_back_its_load(body, ball):
     pressed = slide_steady(body, ball, velocity=0.4e-6, tolerance=TIGHT_SOLVER)
     held = slide_steady(body, ball, jc.Approach(pressed.approach), velocity=0.4e-6, tolerance=TIGHT_SOLVER)
@@ -265,6 +270,7 @@ def solid(x):
     return jnp.sum(found.pressure**2) + found.approach + 10.0 * (found.tangential_force + found.power)
 
 
+@pytest.mark.slow
 def test_derivatives_reverse_forward_and_central():
     """Along one direction in all six parameters."""
     x, direction = jnp.ones(6), jnp.asarray([0.5, -0.3, 0.7, 0.4, -0.6, 0.8])
@@ -275,12 +281,3 @@ def test_derivatives_reverse_forward_and_central():
     central = (plain(x + h * direction) - plain(x - h * direction)) / (2.0 * h)
     np.testing.assert_allclose(forward(direction), central, rtol=1e-5)
     assert abs(float(gradient[5])) > 1e-3 * float(jnp.max(jnp.abs(gradient)))  # the speed matters
-
-
-@pytest.mark.slow
-def test_speed_map_holds_and_a_wrong_reference_is_noticed():
-    found, right = speed_map.simulate(64), speed_map.REFERENCES
-    assert all(row.holds for row in speed_map.compare(found, right))
-    for key, value in right.items():
-        rows = speed_map.compare(found, {**right, key: 1.1 * value})
-        assert [row.quantity for row in rows if not row.holds] == [key]

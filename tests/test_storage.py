@@ -12,6 +12,8 @@ import pytest
 import jaxcontact as jc
 from jaxcontact.files import storage
 
+pytestmark = pytest.mark.versions
+
 NT, NX, NY = 3, 6, 5
 SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2}
 GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))

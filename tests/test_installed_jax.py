@@ -1,0 +1,53 @@
+"""The jax that is installed computes what it says and comes to an end; a release known not to is named on import."""
+
+import importlib
+import tomllib
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import jaxlib
+import numpy as np
+import pytest
+from tolerances import APPROACH
+
+import jaxcontact
+from jaxcontact._installed_jax import FAULTS
+
+pytestmark = pytest.mark.versions
+RIGHT = "pip install 'jax>=0.7,!=0.10.2,!=0.11.1', as pyproject.toml says"
+PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+
+
+@pytest.mark.parametrize("reduction", ["sum", "max"])
+@pytest.mark.parametrize("columns", [3, 5, 7])
+def test_reduced_rows_of_a_matrix_are_those_of_numpy(columns, reduction):
+    """jit(vmap(matrix @ row, reduced)), where jaxlib 0.10.2 is wrong beyond the 16384th row (jax issue 39103)."""
+    generator = np.random.default_rng(columns)
+    matrix = generator.standard_normal((columns, columns))
+    rows = generator.standard_normal((20000, columns))
+    reduced = jax.jit(jax.vmap(lambda row: getattr(jnp, reduction)(jnp.asarray(matrix) @ row)))
+    for count in (16384, 16385, 20000):
+        expected = getattr(np, reduction)(rows[:count] @ matrix.T, axis=1)
+        wrong = int(np.sum(np.abs(reduced(rows[:count]) - expected) > 1e-12))
+        assert wrong == 0, f"jaxlib {jaxlib.__version__}: {wrong} of {count} rows are wrong; {RIGHT}"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:film strain")
+def test_a_large_run_comes_to_its_end(body, ball):
+    """The paper's film, 60 N for 7200 s: reference.abel's march of 50 steps ends at 3.35542 um. jaxlib 0.11.1 hangs."""
+    times, grid = jnp.linspace(0.0, 7200.0, 151), jaxcontact.Grid.square(512, 620e-6)
+    run = jaxcontact.indent(body, ball, jaxcontact.Load(60.0), times, grid=grid, save="last")
+    assert float(run.approach[-1]) == pytest.approx(3.35542e-6, rel=APPROACH)
+    assert bool(jnp.all(run.converged))
+
+
+@pytest.mark.parametrize("version", FAULTS)
+def test_a_faulty_release_is_named_on_import_and_excluded_by_the_project(version, monkeypatch):
+    monkeypatch.setattr(jaxlib, "__version__", version)
+    with pytest.warns(UserWarning, match=rf"jaxlib {version} .*pip install 'jax!={version}'") as caught:
+        importlib.reload(jaxcontact)
+    assert len(caught) == 1 and "\n" not in str(caught[0].message)
+    (required,) = [dependency for dependency in PROJECT["dependencies"] if dependency.startswith("jax>")]
+    assert required in RIGHT and f"!={version}" in required
