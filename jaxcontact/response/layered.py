@@ -1,0 +1,90 @@
+"""Any stack of layers on a half-space, by the recursion: the same questions as one layer, by another formula.
+
+For one layer on an elastic substrate it answers what ``response.one_layer`` answers in closed form, to 1e-12,
+which shows that nothing else depends on the formula. Stacks themselves are not offered yet: the images of several
+layers of unlike thickness are not verified.
+"""
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.layers import Layer, LayeredHalfSpace
+from jaxcontact.materials import Material
+from jaxcontact.response.base import Response, Separable
+from jaxcontact.response.half_space import HalfSpace, may_flow
+from jaxcontact.response.images import Images
+from jaxcontact.response.layer import two_port
+from jaxcontact.response.one_layer import QUADRATURE_NODES, QUADRATURE_WEIGHTS, OneLayer
+from jaxcontact.response.rational import separate
+from jaxcontact.response.stack import mean_step, scaled_response, solids
+
+
+@pytree
+class Stack(Response):
+    """One layer or more on a substrate; layers: the top one first."""
+
+    layers: tuple[Layer, ...]
+    substrate: Material
+
+    @property
+    def body(self) -> LayeredHalfSpace:
+        return LayeredHalfSpace(self.layers, self.substrate)
+
+    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        return mean_step(self.body, wavenumber, start, end)
+
+    def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """The mean over an interval by five Gauss points."""
+        wavenumber, start, end = (jnp.asarray(a, float)[..., None] for a in (wavenumber, start, end))
+        t = (start + end) / 2.0 + (end - start) / 2.0 * QUADRATURE_NODES
+        compliances = jnp.stack([solid.creep(t) for solid in solids(self.body)])
+        return jnp.sum(scaled_response(self.body, wavenumber, compliances) * QUADRATURE_WEIGHTS, -1) / 2.0
+
+    def wavenumbers(self) -> Array:
+        return self._top().wavenumbers()
+
+    def separate(self, nodes: int) -> Separable:
+        """Fixed rates, four a decade or so; ``nodes`` is not needed, ``error`` says how good they are."""
+        return separate(self.body, self.wavenumbers())
+
+    def expand(self, values: Array, at_zero: Array | None) -> Images:
+        return self._top().expand(values, at_zero)
+
+    def _top(self) -> OneLayer:
+        """The top layer on the substrate."""
+        return OneLayer(self.layers[0], self.substrate)
+
+    def wide(self, t: Array | float) -> Array:
+        return HalfSpace(self.substrate).wide(t)
+
+    def narrow(self, t: Array | float) -> Array:
+        return self._top().narrow(t)
+
+    def springs(self, t: Array | float) -> Array:
+        """Of all layers, one under the other."""
+        each = [OneLayer(layer, self.substrate).springs(t) for layer in self.layers]
+        return jnp.sum(jnp.stack(each), 0)
+
+    def long_term(self) -> Array:
+        return HalfSpace(self.substrate).long_term()
+
+    def flows(self) -> Array:
+        return jnp.any(jnp.stack([may_flow(solid) for solid in solids(self.body)]))
+
+    def rigid_at_first(self) -> Array | bool:
+        return self._top().rigid_at_first()
+
+    def surface(self) -> Material:
+        return self._top().surface()
+
+    def film(self) -> Layer:
+        """The top layer."""
+        return self.layers[0]
+
+    def on_rigid_base(self) -> Array:
+        top = self.layers[0]
+        return two_port(self.wavenumbers() * top.thickness, top.material.nu).A[2]
+
+    def far_strength(self) -> None:
+        return None

@@ -1,0 +1,184 @@
+"""The surface of any stack of bonded layers on a half-space, elastic or viscoelastic.
+
+At a wavevector of length alpha the surface moves by (r along the wavevector, s across, z into the body)
+
+    u_r = L t_r + i K p,      u_z = -i K t_r + N p,      u_s = T t_s
+
+under tractions t_r, t_s and a pressure p. For a half-space of shear compliance j = 1/G
+
+    alpha (L, K, N, T) = j (1 - nu, 1/2 - nu, 1 - nu, 1).
+
+A layer (A, B, C of ``response.layer``) on a foundation of compliance S = alpha [[L, K], [K, N]] makes it
+
+    S' = j A + B X B^T,      X = (S^-1 + C/j)^-1 = (j^2 S + j det S adj C)/(j^2 + j tr(C S) + det C det S),
+
+for elastic solids a sum of positive definite terms: nothing overflows and nothing cancels, whatever the
+thickness. Measured against arithmetic of 60 digits, random stacks of up to three layers, stiffness ratios up
+to 1e16, alpha h from 1e-8 to 1e3: 2e-15 (K relative to the root of L N).
+
+In time the correspondence principle puts s J(s), J(s) the Laplace transform of the creep compliance, in the
+place of j. The response to a pressure that steps on at t = 0 is the inverse transform of N(s)/s, taken on
+Talbot's contour with 14 points (constants: J. A. C. Weideman, SIAM J. Numer. Anal. 44 (2006) 2342).
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._exponential import phi1
+from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.materials import Material
+from jaxcontact.response.layer import TwoPort, two_port
+
+NARROW = 0.25  # length over end of an interval up to which the contour of its end serves all its times
+
+
+def _contour(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Half of Talbot's contour: points z and weights w with f(t) = Re sum w F(z/t)/t, each (count/2,)."""
+    theta = np.pi * (2.0 * np.arange(count // 2) + 1.0) / count
+    cot = 1.0 / np.tan(0.6407 * theta)
+    z = count * (0.5017 * theta * cot - 0.6122 + 0.2645j * theta)
+    slope = 0.5017 * (cot - 0.6407 * theta * (1.0 + cot**2)) + 0.2645j
+    return z, -2j * np.exp(z) * slope
+
+
+POINTS, WEIGHTS = _contour(28)
+
+
+class SurfaceCompliance(NamedTuple):
+    """alpha L, alpha K, alpha N and alpha T of the module's formulas [1/Pa]."""
+
+    in_plane: Array
+    coupling: Array
+    normal: Array
+    transverse: Array
+
+
+def surface_compliance(
+    compliances: Array, poissons: Array, thicknesses: Array, wavenumber: Array
+) -> SurfaceCompliance:
+    """alpha (L, K, N, T) [1/Pa] of a stack, the top layer first and the half-space last.
+
+    compliances: j = 1/G [1/Pa], real or complex, zero for a rigid layer, (layers + 1, ...); poissons:
+    (layers + 1, ...); thicknesses: (layers, ...) [m]; wavenumber: alpha >= 0 [rad/m], (...): all broadcast
+    behind the first axis. At alpha = 0 it is the half-space's.
+    """
+    compliances, poissons, thicknesses = map(jnp.asarray, (compliances, poissons, thicknesses))
+    wavenumber = jnp.asarray(wavenumber, float)
+    j, nu = compliances[-1], poissons[-1]
+    shape = jnp.broadcast_shapes(j.shape, nu.shape, thicknesses.shape[1:], wavenumber.shape)
+    entries = (j * (1.0 - nu), j * (0.5 - nu), j * (1.0 - nu), j * jnp.ones_like(nu))
+    base = SurfaceCompliance(*(jnp.broadcast_to(entry, shape) for entry in entries))
+
+    @jax.checkpoint
+    def cover(below: SurfaceCompliance, layer: tuple[Array, ...]) -> tuple[SurfaceCompliance, None]:
+        j, nu, thickness = layer
+        return _covered(below, j, two_port(wavenumber * thickness, nu)), None
+
+    return jax.lax.scan(cover, base, (compliances[:-1], poissons[:-1], thicknesses), reverse=True)[0]
+
+
+def _covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceCompliance:
+    """The compliance with one more layer on top."""
+    (A11, A12, A22), (B11, B12, B21, B22), (C11, C12, C22) = port.A, port.B, port.C
+    L, K, N, T = below
+    det = L * N - K**2
+    total = j**2 + j * (C11 * L + 2.0 * C12 * K + C22 * N) + port.det_C * det
+    fixed = total == 0.0  # a rigid layer: without thickness it changes nothing, on a rigid base nothing moves
+    share = j / jnp.where(fixed, 1.0, total)
+    X11 = jnp.where(fixed, L, share * (j * L + det * C22))
+    X12 = jnp.where(fixed, K, share * (j * K - det * C12))
+    X22 = jnp.where(fixed, N, share * (j * N + det * C11))
+    across = j + port.tanh * T
+    loose = across == 0.0
+    return SurfaceCompliance(
+        j * A11 + B11**2 * X11 + 2.0 * B11 * B12 * X12 + B12**2 * X22,
+        j * A12 + B11 * B21 * X11 + (B11 * B22 + B12 * B21) * X12 + B12 * B22 * X22,
+        j * A22 + B21**2 * X11 + 2.0 * B21 * B22 * X12 + B22**2 * X22,
+        j * port.tanh + port.sech**2 * jnp.where(loose, T, j * T / jnp.where(loose, 1.0, across)),
+    )
+
+
+def solids(body: LayeredHalfSpace) -> list[Material]:
+    """The materials of the layers, the top one first, and of the substrate."""
+    return [*(layer.material for layer in body.layers), body.substrate]
+
+
+class Spectra(NamedTuple):
+    """``materials.Spectrum`` of all solids on a first axis, short ones filled with zeros.
+
+    instantaneous [1/Pa] and fluidity [1/(Pa s)]: (layers + 1,); amplitudes [1/Pa] and rates [1/s]:
+    (layers + 1, longest).
+    """
+
+    instantaneous: Array
+    amplitudes: Array
+    rates: Array
+    fluidity: Array
+
+
+def spectra(body: LayeredHalfSpace) -> Spectra:
+    """The spectra of the layers' materials, the top one first, and of the substrate's."""
+    each = [solid.spectrum() for solid in solids(body)]
+    longest = max(spectrum.rates.size for spectrum in each)
+    pad = lambda a: jnp.pad(a, (0, longest - a.size))
+    return Spectra(
+        jnp.stack([spectrum.instantaneous for spectrum in each]),
+        jnp.stack([pad(spectrum.amplitudes) for spectrum in each]),
+        jnp.stack([pad(spectrum.rates) for spectrum in each]),
+        jnp.stack([jnp.zeros(()) if one.fluidity is None else one.fluidity for one in each]),
+    )
+
+
+def compliances(spectra: Spectra, period: Array) -> Array:
+    """s J(s) = J0 + fluidity/s + sum_i J_i/(1 + tau_i s) [1/Pa] of every solid, (layers + 1, ...).
+
+    period: 1/s [s], (...), real or complex; zero gives J0.
+    """
+
+    def one(solid: Spectra) -> Array:
+        z = solid.rates * jnp.asarray(period)[..., None]
+        return solid.instantaneous + solid.fluidity * period + (z / (1.0 + z)) @ solid.amplitudes
+
+    return jax.vmap(one)(spectra)
+
+
+def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:
+    """alpha N [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...)."""
+    poissons = jnp.stack([jnp.asarray(solid.nu, float) for solid in solids(body)])
+    thicknesses = jnp.asarray([layer.thickness for layer in body.layers], float)
+    return surface_compliance(compliances, poissons, thicknesses, wavenumber).normal
+
+
+def step(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> Array:
+    """alpha N(alpha, t) [1/Pa]: the response at t >= 0 [s] to a pressure that steps on at t = 0.
+
+    wavenumber [rad/m] and t broadcast. Measured against the closed form of one layer: 4e-14 relative, over
+    14 decades of time.
+    """
+    return jnp.real(_on_contour(body, wavenumber, jnp.asarray(t, float)) @ (WEIGHTS / POINTS))
+
+
+def mean_step(body: LayeredHalfSpace, wavenumber: Array, start: Array | float, end: Array | float) -> Array:
+    """Mean of ``step`` over start <= t <= end [s]; its value where the two coincide.
+
+    All arguments broadcast. A short interval is integrated on the contour of its end, a long one is the
+    difference of two integrals from t = 0. Measured as ``step``: 7e-13.
+    """
+    wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
+    length = 1.0 - jnp.where(end == 0.0, 1.0, start / jnp.where(end == 0.0, 1.0, end))  # over the end
+    late = _on_contour(body, wavenumber, end)
+    within = jnp.real(jnp.sum(late * phi1(POINTS * length[..., None]) * (WEIGHTS / POINTS), -1))
+    integral = lambda values, t: t * jnp.real(values @ (WEIGHTS / POINTS**2))
+    grown = integral(late, end) - integral(_on_contour(body, wavenumber, start), start)
+    narrow = length <= NARROW
+    return jnp.where(narrow, within, grown / jnp.where(narrow, 1.0, end - start))
+
+
+def _on_contour(body: LayeredHalfSpace, wavenumber: Array, t: Array) -> Array:
+    """alpha N at the points of the contour for time t, (..., points) complex."""
+    soft = compliances(spectra(body), t[..., None] / POINTS)
+    return scaled_response(body, jnp.asarray(wavenumber, float)[..., None], soft)
