@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting import models
 from fitting.creep import fit_creep
 from fitting.indentation import fit_indentation
 from fitting.readers import read_creep, read_indentation
+from fitting.structure import CLASSICAL
 
 
 def main(arguments: list[str]) -> int:
@@ -60,7 +60,7 @@ def _add_common(parser: Any, weights: str, text: str) -> None:
         "-o", dest="directory", type=Path, metavar="DIR", required=True, help="where results go"
     )
     parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
-    names = ", ".join(cls.__name__ for cls in models.PARTS)
+    names = ", ".join(cls.__name__ for cls in CLASSICAL)
     parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
     parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
     parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")

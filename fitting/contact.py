@@ -20,7 +20,7 @@ SURE = 5.0  # standard deviations of its noise by which the depth changes for su
 FEW = 2  # points before contact
 
 
-class Contact(NamedTuple):
+class FirstTouch(NamedTuple):
     """t [s], depth [m]: of the first contact; load [N]: the baseline; load_sign, depth_sign: +1 or -1, which
     make compression and indentation positive; before: samples before contact. t, depth, load as measured."""
 
@@ -32,7 +32,7 @@ class Contact(NamedTuple):
     before: int
 
 
-def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float | None = None) -> Contact:
+def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float | None = None) -> FirstTouch:
     """First contact of a curve that approaches, t, load, depth (n,), at depth ``at`` [m] if that is known.
 
     A curve that begins in contact, with the load there from the start or no way before it rises, has nothing
@@ -42,7 +42,7 @@ def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float |
     force = np.abs(load - base)
     first = int(np.argmax(force >= ONSET * force.max()))
     moved = abs(depth[first] - depth[0]) > SURE * noise(depth)
-    whole = Contact(float(t[0]), 0.0, 0.0, 1, 1, 0)
+    whole = FirstTouch(float(t[0]), 0.0, 0.0, 1, 1, 0)
     if at is None and (force.max() <= PRESENT * abs(base) or not moved):
         return whole
     depth_sign, load_sign = signs(load - base, depth)
@@ -54,7 +54,7 @@ def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float |
         return whole
     offset = base + load_sign * _fit(x[:top], y[:top], point)[1]
     began = np.interp(point, x[before - 1 : before + 1], t[before - 1 : before + 1]) if before else t[0]
-    return Contact(float(began), depth_sign * point, offset, load_sign, depth_sign, before)
+    return FirstTouch(float(began), depth_sign * point, offset, load_sign, depth_sign, before)
 
 
 def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.contact import Contact, find_contact
+from fitting.contact import FirstTouch, find_contact
 from fitting.curve_picture import draw
 from fitting.segments import SEGMENTS, infer
 
@@ -178,7 +178,7 @@ class IndentationData:
         return infer(self.t, found.load_sign * self.load, found.depth_sign * self.depth)
 
     @property
-    def contact(self) -> Contact:
+    def contact(self) -> FirstTouch:
         """The first contact as the load shows it, in the zeros of this curve; see ``fitting.contact``."""
         return find_contact(self.t, self.load, self.depth)
 
@@ -230,7 +230,7 @@ class IndentationData:
     def in_contact(self, depth: float | None = None) -> "IndentationData":
         """The curve from first contact on, with time, load and depth counted from there.
 
-        Contact, the zero of the load and the signs come from ``fitting.contact``. The first point is the
+        FirstTouch, the zero of the load and the signs come from ``fitting.contact``. The first point is the
         contact itself, (0, 0, 0), between two samples. The curve ends where a retract has unloaded it.
 
         Args:
@@ -258,7 +258,7 @@ class IndentationData:
             )
         return self._zeroed(found)
 
-    def _zeroed(self, found: Contact) -> "IndentationData":
+    def _zeroed(self, found: FirstTouch) -> "IndentationData":
         """From the contact on, in its zeros and signs."""
         t = self.t - found.t
         load = found.load_sign * (self.load - found.load)

@@ -10,8 +10,7 @@ with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. A
 The load, or depth^(3/2) and depth, are linear between samples; then both integrals are exact
 recursions. The measured depth is depth + contact point + drift t + machine compliance P.
 
-All is scaled: times by the last, loads and depths by their largest, compliance so that no factor is
-left: depth^(3/2) = int (J + a) dP.
+All is scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
 """
 
 import functools
@@ -19,19 +18,19 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
+from fitting._exponential import phi1
+from fitting.coordinates import Coordinates
 from fitting.history import columns, recursion
+from fitting.structure import Compliances
 
-# coordinates: logarithms of j0, j2 and j2/tau, and f, contact point, drift, machine compliance as they are
-J0, J2, FLOW, RATE, CONTACT, DRIFT, MACHINE = range(7)
-LOGS = (J0, J2, RATE)
 BISECTIONS = 24
 
 
 class Curve(NamedTuple):
-    """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: a, of the ball.
+    """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball,
+    over 1 - nu.
 
     top: index of the greatest depth, from which on the contact may shrink.
     """
@@ -45,39 +44,28 @@ class Curve(NamedTuple):
     top: Array
 
 
-def parts(theta: Array) -> tuple[Array, Array, Array, Array]:
-    """(j0, j2, f, 1/tau) of the coordinates; any 1/tau where j2 is absent."""
-    j2, q = jnp.exp(theta[J2]), jnp.exp(theta[RATE])
-    some = (j2 > 0) & (q > 0)
-    return jnp.exp(theta[J0]), j2, theta[FLOW], jnp.where(some, q / jnp.where(some, j2, 1.0), 1.0)
-
-
-def depth_residual(theta: Array, curve: Curve) -> Array:
+def depth_residual(point: Coordinates, curve: Curve) -> Array:
     """Weighted depth of the model less that measured, (n,); the load is given."""
-    j0, j2, f, k = parts(theta)
+    spring, retarded, flow, rates = point.compliances()
+    x = jnp.concatenate([jnp.stack([spring + curve.extra]), retarded, jnp.stack([flow])])
     # an integral at or below zero: not in contact yet; the slope of the root stays finite
-    total = columns(curve.basis, 1.0 / k) @ jnp.stack([j0 + curve.extra, j2, f])
+    total = columns(curve.basis, 1.0 / rates) @ x
     depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (2.0 / 3.0), 0.0)
-    return curve.weights * (depth + offset(theta, curve) - curve.depth)
+    return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
-def offset(theta: Array, curve: Curve) -> Array:
-    """Contact point, drift and machine compliance in the measured depth, (n,)."""
-    return theta[CONTACT] + theta[DRIFT] * curve.t + theta[MACHINE] * curve.load
-
-
-def load_residual(theta: Array, curve: Curve) -> Array:
+def load_residual(point: Coordinates, curve: Curve) -> Array:
     """Weighted load of the model less that measured, (n,); the depth is given and the contact grows."""
-    weights, rates = relaxation(theta, curve)
-    power = jnp.maximum(curve.depth - offset(theta, curve), 0.0) ** 1.5
+    weights, rates = relaxation_modes(point.compliances(), curve.extra)
+    power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** 1.5
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
-def load_residual_ting(theta: Array, curve: Curve) -> Array:
+def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     """As ``load_residual``, for one maximum of the depth: after it the integral ends at t1(t)."""
-    weights, rates = relaxation(theta, curve)
+    weights, rates = relaxation_modes(point.compliances(), curve.extra)
     rising = jnp.arange(curve.t.size) <= curve.top
-    depth = jnp.maximum(curve.depth - offset(theta, curve), 0.0)
+    depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
     depth = jnp.where(rising, jax.lax.cummax(jnp.where(rising, depth, 0.0)), depth)
     last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
     power = depth**1.5
@@ -86,19 +74,31 @@ def load_residual_ting(theta: Array, curve: Curve) -> Array:
     return curve.weights * ((decay * ended) @ weights - curve.load)
 
 
-def relaxation(theta: Array, curve: Curve) -> tuple[Array, Array]:
-    """G(t) = sum_k weights_k exp(-rates_k t) of J + a, (2,) and (2,).
+def relaxation_modes(c: Compliances, extra: Array) -> tuple[Array, Array]:
+    """G(t) = sum_m weights_m exp(-rates_m t) of J + extra, (k + 1,) and (k + 1,).
 
-    The rates are the roots of J0 s^2 + (J0 k + f + q) s + f k at s = -rate, with k = 1/tau, q = j2 k.
+    With j0 = spring + extra, s^2 J(s) = j0 prod_m (s + rate_m)/prod_i (s + 1/tau_i), so that
+    weight_m = prod_i (1/tau_i - rate_m)/(j0 prod_(l != m) (rate_l - rate_m)), which has no singularity where
+    a j_i or the flow is zero. The rates are eigenvalues of a symmetric matrix, which are well conditioned;
+    Newton steps on the polynomial carry their derivatives, which those lack at zero.
     """
-    j0, j2, f, k = parts(theta)
-    j0 = j0 + curve.extra
-    b = j0 * k + f + j2 * k
-    root = jnp.sqrt(jnp.maximum((j0 * k + j2 * k - f) ** 2 + 4.0 * f * j2 * k, 1e-300))
-    fast = (b + root) / (2.0 * j0)
-    slow = 2.0 * f * k / (b + root)
-    weights = jnp.stack([(fast - k) / (root / j0), (k - slow) / (root / j0)]) / j0
-    return weights, jnp.stack([fast, slow])
+    j0, k, q = c.spring + extra, c.rates, c.retarded * c.rates
+    fixed_j0, fixed_k, fixed_q = jax.lax.stop_gradient((j0, jnp.append(0.0, k), jnp.append(c.flow, q)))
+    root = jnp.sqrt(fixed_q)
+    rates = jnp.linalg.eigvalsh(jnp.diag(fixed_k) + root[:, None] * root / fixed_j0)
+    for _ in range(2):
+        gaps = k - rates[:, None]
+        value = (c.flow - j0 * rates) * jnp.prod(gaps, -1) - rates * (_leaving_out(gaps) @ q)
+        slope = fixed_j0 * jnp.diagonal(_leaving_out(rates - rates[:, None]))
+        rates = rates + value / jax.lax.stop_gradient(slope)
+    weights = jnp.prod(k - rates[:, None], -1) / jnp.diagonal(_leaving_out(rates - rates[:, None]))
+    return weights / j0, rates
+
+
+def _leaving_out(factors: Array) -> Array:
+    """Products along the rows of (m, k) with each factor left out in turn, (m, k)."""
+    k = factors.shape[-1]
+    return jnp.prod(jnp.where(jnp.eye(k, dtype=bool), 1.0, factors[:, None, :]), -1)
 
 
 def _memory(t: Array, y: Array, rates: Array) -> Array:
@@ -106,13 +106,7 @@ def _memory(t: Array, y: Array, rates: Array) -> Array:
     gap = jnp.diff(t, prepend=t[:1])
     rise = jnp.diff(y, prepend=jnp.zeros_like(y[:1]))
     x = rates * gap[:, None]
-    return recursion(jnp.exp(-x), rise[:, None] * _mean_decay(x))
-
-
-def _mean_decay(x: Array) -> Array:
-    """(1 - exp(-x))/x, 1 at 0."""
-    small = x < 1e-8
-    return jnp.where(small, 1.0 - 0.5 * x, -jnp.expm1(-x) / jnp.where(small, 1.0, x))
+    return recursion(jnp.exp(-x), rise[:, None] * phi1(x))
 
 
 def _at(t: Array, y: Array, memory: Array, rates: Array, when: Array) -> Array:
@@ -121,7 +115,7 @@ def _at(t: Array, y: Array, memory: Array, rates: Array, when: Array) -> Array:
     gap, since = t[j + 1] - t[j], jnp.maximum(when - t[j], 0.0)
     slope = (y[j + 1] - y[j]) / jnp.where(gap > 0, gap, 1.0)
     x = rates * since[:, None]
-    return jnp.exp(-x) * memory[j] + (slope * since)[:, None] * _mean_decay(x)
+    return jnp.exp(-x) * memory[j] + (slope * since)[:, None] * phi1(x)
 
 
 def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> Array:
@@ -158,18 +152,13 @@ MODELS = {"load": depth_residual, "depth": load_residual, "ting": load_residual_
 
 
 @functools.partial(jax.jit, static_argnames="kind")
-def evaluate(theta: Array, curve: Curve, kind: str) -> Array:
+def evaluate(point: Coordinates, curve: Curve, kind: str) -> Array:
     """Weighted residuals (n,) of one of ``MODELS``."""
-    return MODELS[kind](theta, curve)
+    return MODELS[kind](point, curve)
 
 
 @functools.partial(jax.jit, static_argnames="kind")
-def slopes(theta: Array, free: Array, curve: Curve, kind: str) -> Array:
-    """Their Jacobian (n, k) with respect to the coordinates ``free``."""
-    some = lambda x: MODELS[kind](jnp.asarray(theta).at[free].set(x), curve)
-    return jax.jacfwd(some)(jnp.asarray(theta)[free])
-
-
-def scale_compliance(radius: float, nu: float, load: float, depth: float) -> float:
-    """J [1/Pa] that a scaled compliance of one stands for: 8 sqrt(R) depth^(3/2)/(3 (1 - nu) load)."""
-    return 8.0 * np.sqrt(radius) * depth**1.5 / (3.0 * (1.0 - nu) * load)
+def slopes(point: Coordinates, free: Array, curve: Curve, kind: str) -> Array:
+    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    some = lambda x: MODELS[kind](point.moved(free, x), curve)
+    return jax.jacfwd(some)(point.vector()[free])

@@ -1,4 +1,4 @@
-"""Columns of the linear model for a stress history: strain = j0 E + j2 D(tau) + f F.
+"""Columns of the linear model for a stress history: strain = j0 E + sum_i j_i D(tau_i) + f F.
 
     E(t) = sigma(t),   D(t; tau) = int (1 - exp(-(t-s)/tau)) dsigma(s),   F(t) = int sigma ds
 
@@ -13,6 +13,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+
+from fitting._exponential import phi2
 
 
 class Step(NamedTuple):
@@ -37,21 +39,20 @@ class History(NamedTuple):
 
 
 def columns(basis: Step | History, tau: Array) -> Array:
-    """[E, D(tau), F], (n, 3)."""
+    """[E, D(tau_1) .. D(tau_k), F], (n, k + 2), for tau (k,)."""
     if isinstance(basis, Step):
-        t = jnp.asarray(basis.t)
-        return jnp.stack([jnp.ones_like(t), -jnp.expm1(-t / tau), t], -1)
-    delayed = _delayed(basis, tau)
-    return jnp.stack([basis.stress, delayed, basis.integral], -1)[basis.pick]
+        t = jnp.asarray(basis.t)[:, None]
+        return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t / tau), t], -1)
+    whole = [basis.stress[:, None], _delayed(basis, tau), basis.integral[:, None]]
+    return jnp.concatenate(whole, -1)[basis.pick]
 
 
 def _delayed(basis: History, tau: Array) -> Array:
-    """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly."""
-    ratio = basis.gap / tau
-    decay, rise = jnp.exp(-ratio), -jnp.expm1(-ratio)
-    forced = basis.start * rise + basis.slope * (basis.gap - tau * rise)
-
-    return recursion(decay, forced)
+    """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
+    ratio = basis.gap[:, None] / tau
+    held = basis.start[:, None] * -jnp.expm1(-ratio)
+    ramp = (basis.slope * basis.gap)[:, None] * ratio * phi2(ratio)
+    return recursion(jnp.exp(-ratio), held + ramp)
 
 
 def recursion(decay: Array, forced: Array) -> Array:

@@ -1,23 +1,76 @@
 """Fit of a material to an indentation curve: a ball on a half-space, or on a film on a substrate."""
 
+import dataclasses
 import time
 from typing import Any
 
 import numpy as np
 
 import jaxcontact as jc
-from fitting import halfspace, layered, nonlinear
-from fitting.creep import tau_range, threshold
+from fitting import evidence, half_space_search, layered_search, nonlinear, report
+from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
-from fitting.halfspace import LOGS, Curve
-from fitting.history import merge
-from fitting.indentation_result import Film, IndentationFit, allowed, build
-from fitting.nonlinear import Best, Objective
-from fitting.press import Press, prepare
-from fitting.varpro import Problem, sides
-from fitting.varpro import solve as solve_linear
+from fitting.press import Found, Medium, prepare
+from fitting.result import Estimate, Fit, findings, plain
+from fitting.structure import Structure, limits, resolve, series
+from fitting.uncertainty import covariance, log_covariance
 
-FALL = 0.02  # share of the greatest depth by which a depth may fall before the contact counts as shrinking
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class IndentationFit(Fit):
+    """The fit of an indentation curve; ``Fit`` has what it shares with other fits.
+
+    control: what drove the model; nu, indenter and film: what the moduli are conditional on.
+    nuisances {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
+    kept (n,) bool: the points fitted, which ``fitted`` and ``residuals`` are of. runs: (forward, gradient)
+    evaluations of the model; seconds: for all of the fit.
+    """
+
+    indenter: Any
+    nu: float
+    control: str
+    film: Medium
+    nuisances: dict[str, tuple[float, float, float]]
+    kept: np.ndarray
+    runs: tuple[int, int]
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``Fit.to_dict``, with the nuisances and what the moduli are conditional on."""
+        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
+        return super().to_dict() | {
+            "control": self.control,
+            "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
+            "indenter_radius_m": float(self.indenter.radius), "poisson_ratio": self.nu,
+            "film_thickness_m": plain(self.film.thickness),
+            "bias_over_standard_error": dict(self.film.bias),
+            "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
+        }  # fmt: skip
+
+    def _choices(self) -> list[str]:
+        ball = f"ball of R = {float(self.indenter.radius):.4g} m"
+        return [f"{self.control} control", *super()._choices(), ball]
+
+    def _nuisance_lines(self) -> list[str]:
+        lines = []
+        for name, (value, low, high) in self.nuisances.items():
+            between = report.span(low, high) if low > 0 else f"{low:.4g} to {high:.4g}"
+            lines.append(f"  {name} = {value:.5g} {NUISANCES[name]}, {between}")
+        return lines
+
+    def _conditions(self) -> list[str]:
+        film, runs = self.film, f"{self.runs[0]} forward and {self.runs[1]} gradient runs"
+        spent = f"  {runs} in {self.seconds:.3g} s"
+        if film.thickness is None:
+            return [f"  the moduli are conditional on nu = {self.nu:g} and a half-space", spent]
+        bias = ", ".join(f"{name} {value:.2g}" for name, value in film.bias.items())
+        n, m = film.grid.shape
+        return [
+            f"  the moduli are conditional on thickness = {film.thickness:.4g} m and nu = {self.nu:g}, "
+            "from which a wide contact cannot tell them apart",
+            f"  grid {n} x {m}; discretisation bias over standard error: {bias}",
+            spent,
+        ]
 
 
 def fit_indentation(
@@ -26,6 +79,7 @@ def fit_indentation(
     *,
     indenter: Any,
     nu: float,
+    tau: Any = None,
     control: str = "load",
     weights: str | None = "absolute",
     sigma: Any = None,
@@ -42,7 +96,8 @@ def fit_indentation(
 ) -> IndentationFit:
     """Fit ``model`` (a material class or its name) to an indentation curve.
 
-    indenter: a ``jc.Sphere``; nu: of the material, held. control: "load" (the measured load drives the
+    indenter: a ``jc.Sphere``; nu: of the material, held. tau (k,) [s]: the retardation times of
+    ``jc.Prony``, which needs them. control: "load" (the measured load drives the
     model, the depth is fitted) or "depth" (the other way). The measured history itself is in the
     integral (Lee and Radok; Ting where the depth falls after one maximum). Under load control the
     contact must grow. weights: "absolute" (one error for all points), "relative", or sigma (then weights
@@ -58,122 +113,76 @@ def fit_indentation(
     Times count from the first sample, at which load and depth may step on. Raises ValueError on bad input.
     """
     started = time.perf_counter()
-    if not 0.0 < level < 1.0:
-        raise ValueError(f"level: expected between 0 and 1, got {level!r}")
+    structure = _structure(model, tau)
+    table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
-    press = prepare(data, model, indenter, nu, control, weights, sigma, fixed, bounds, nuisances, rise)
-    n, p = int(press.kept.sum()), int(np.sum(press.upper > press.lower))
-    if n <= p:
-        raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
+    press = prepare(data, structure, table, indenter, nu, control, weights, sigma, nuisances, rise)
+    rule = evidence.threshold(level, int(press.kept.sum()), press.space.free.size, press.known)
     if layer is None and substrate is None and grid is None:
-        objective, start, notes = half_space(press, rise)
-        best = nonlinear.minimise(objective, start)
-        moves = lambda name: _moves(name, best, press)
-        return _finish(press, objective, best, level, started, notes(best), Film(), moves)
-    if rise is not None:
+        found = half_space_search.search(press, rise)
+    elif rise is not None:
         raise ValueError(f"rise: expected None with a layer, got {rise!r}")
-    layered.check(press, layer, substrate)
-    press = layered.floored(press)
-    found = layered.fit(press, layer, substrate, grid)
-    cells = jc.Grid.square(n=found.cells, width=found.width)
-    about = Film(layer, substrate, cells, layered.named(found.bias, press))
-    return _finish(press, found.objective, found.best, level, started, list(press.notes), about, found.moves)
+    else:
+        found = layered_search.search(press, layer, substrate, grid)
+    return _gather(found, rule, level, started)
 
 
-def _finish(
-    press: Press,
-    objective: Objective,
-    best: Best,
-    level: float,
-    started: float,
-    notes: list,
-    film: Film,
-    moves: Any,
-) -> IndentationFit:
-    """Profile, and gather."""
-    n, p, known = int(press.kept.sum()), objective.free.size, press.label == "sigma"
-    quality = allowed(best, press, p, threshold(level, n, p, known))
-    ends = nonlinear.profile(objective, best, quality.level)
-    spent = time.perf_counter() - started
-    runs = (objective.residual_runs, objective.jacobian_runs)
-    return build(press, best, objective.free, ends, quality, level, runs, spent, notes, film, moves)
+def _structure(model: type | str, tau: Any) -> Structure:
+    """Of a classical material, or of a series with given times."""
+    is_series = model in (jc.Prony, "Prony")
+    if is_series == (tau is None):
+        raise ValueError(f"tau: expected retardation times for jc.Prony and None else, got {tau!r}")
+    return series(tau) if is_series else resolve(model)
 
 
-def half_space(press: Press, rise: float | None) -> tuple[Objective, np.ndarray, Any]:
-    """The objective of a half-space, its start, and notes on an optimum."""
-    knots, values = (press.t, press.load) if rise is None else _held(press, rise)
-    top = int(np.argmax(press.depth))
-    curve = Curve(
-        press.t, press.load, press.depth, press.weights, merge(press.t, knots, values), press.extra, top
-    )
-    shrinks = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
-    kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
-    objective = Objective(
-        lambda theta: halfspace.evaluate(theta, curve, kind),
-        lambda theta, free: halfspace.slopes(theta, free, curve, kind),
-        press.lower,
-        press.upper,
-        floor=1e-26 * float(np.sum((press.weights * press.measured) ** 2)),
-    )
-    return objective, _start(press, curve, kind), lambda best: _notes(best, press, curve, kind)
-
-
-def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
-    """Knots and values of a linear rise to the mean load after it."""
-    size, end = float(press.load[press.kept].mean()), rise / press.duration
-    if rise == 0.0:
-        return np.array([0.0, 1.0]), np.array([size, size])
-    return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
-
-
-def _start(press: Press, curve: Curve, kind: str) -> np.ndarray:
-    """By variable projection: depth^(3/2) is linear in the compliances under the measured load."""
-    low, high = press.lower.copy(), press.upper.copy()
-    for i in LOGS:
-        # the edges of the search are those of the logarithms, not of the material
-        low[i], high[i] = (0.0 if low[i] <= -15.9 else np.exp(low[i])), np.exp(high[i])
-        high[i] = np.inf if high[i] > 8e6 else high[i]
-    high[2] = np.inf if high[2] > 8e6 else high[2]
-    root = np.sqrt(np.maximum(press.depth, 1e-3))
-    use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= curve.top))
-    box = np.stack([low[:4], high[:4]], -1)
-    linear = Problem(
-        root**3 - press.extra * press.load, use / (1.5 * root) * _even(press), curve.basis, low[:3], high[:3],
-        box[3], tau_range(press.t, box), sides(low[:4], high[:4]),
+def _gather(found: Found, rule: float, level: float, started: float) -> IndentationFit:
+    """Profile, undo the scaling, and say what there is to say."""
+    press, best, objective = found.press, found.best, found.objective
+    space, on, known, unit = press.space, press.kept, press.known, press.response_unit
+    p = space.free.size
+    allowed = evidence.allow(best.residual[on], p, press.size, rule, known)
+    ends = nonlinear.profile(objective, best, float(allowed.level))
+    measured, weights = press.measured[on] * unit, press.weights[on] / unit
+    quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known)
+    estimate = _estimate(space, found, ends, quality.spread(known))
+    return IndentationFit(
+        **findings(space.structure, press.table, level, press.nu, quality, estimate), data=press.data,
+        weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
+        indenter=press.indenter, nu=press.nu, control=press.control, film=found.medium,
+        nuisances=_nuisances(space, best.theta, ends), kept=on,
+        runs=(objective.residual_runs, objective.jacobian_runs),
+        curve=(*press.response, press.data.t[on], measured),
+        seconds=time.perf_counter() - started,
     )  # fmt: skip
-    _, x, tau, _ = solve_linear(linear)
-    parts = np.append(np.asarray(x), x[1] / tau)
-    theta = 0.5 * (press.lower + press.upper)
-    theta[:4] = parts
-    for i in LOGS:
-        theta[i] = np.log(max(parts[i], 1e-6)) if np.isfinite(press.upper[i]) else -np.inf
-    return np.clip(theta, press.lower, press.upper)
 
 
-def _even(press: Press) -> np.ndarray:
-    """Weights of the depth for the start: those of the fit under load control, even ones otherwise."""
-    return press.weights if press.control == "load" else np.ones(press.t.size)
+def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
+    """(value, low, high) in SI of those that were fitted."""
+    low, high = ends.T
+    rows = np.stack([space.to_si(vector) for vector in (theta, low, high)], -1)
+    fitted = [i for i in space.free if not space.material[i]]
+    return {space.names[i]: tuple(rows[i].tolist()) for i in fitted}
 
 
-def _moves(name: str, best: Best, press: Press) -> np.ndarray:
-    """Change of the coordinates with nu: on a half-space every compliance goes with 1/(1 - nu)."""
-    if name != "nu":
-        raise ValueError(f"spread: a half-space has no {name}")
-    change = np.where(np.isin(np.arange(7), LOGS), 1.0, best.theta) * (np.arange(7) < 4)
-    return change / (1.0 - press.nu)
+def _estimate(space: Space, found: Found, ends: np.ndarray, spread: float) -> Estimate:
+    """The scaling undone, for the material."""
+    own, theta, unit = space.material, found.best.theta, space.unit[space.material]
+    low, high = space.bounds
+    inside, slope = (theta > low) & (theta < high), space.slope(theta) * unit
+    J = np.zeros((found.best.residual.size, theta.size))
+    J[:, space.free] = found.best.jacobian
+    whole = covariance(J, low < high, spread)[np.ix_(own, own)]
+    by_log = (J * inside)[:, own] * np.where(space.logarithmic, 1.0, theta)[own]
+    spans = np.stack([space.opened(end) for end in ends.T], -1)
+    return Estimate(
+        space.to_si(theta)[own], space.opened(theta) * unit, spans * unit[:, None],
+        whole * np.outer(slope, slope),
+        log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own], spread),
+        lambda name: found.moves(name)[own] * slope,
+    )  # fmt: skip
 
 
-def _notes(best: Any, press: Press, curve: Curve, kind: str) -> list[str]:
-    """What is said of an optimum: a contact that shrinks under load control."""
-    notes = list(press.notes)
-    if kind == "ting":
-        notes.append("the depth falls: Ting's solution from its maximum on")
-    if kind == "load":
-        on = press.weights > 0
-        depth = press.depth[on] + best.residual[on] / press.weights[on]
-        fall = float(np.max(np.maximum.accumulate(depth) - depth))
-        if fall > FALL:
-            notes.append(
-                f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
-            )
-    return notes
+def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """J (n, m) less its part along the columns of others (n, k) that are not zero."""
+    Q = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
+    return J - Q @ (Q.T @ J)

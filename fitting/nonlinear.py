@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
+from fitting.uncertainty import inverse
+
 STEPS, ITERATIONS, MOST = 30, 60, 4.0
 START = 1e-3  # a first step in the units of a coordinate, where the Jacobian does not give one
 
@@ -122,14 +124,6 @@ def profile(objective: Objective, best: Best, level: float) -> np.ndarray:
         for side in (0, 1):
             ends[i, side] = _end(objective, best, covariance, place, (-1.0, 1.0)[side], level)
     return ends
-
-
-def inverse(jacobian: np.ndarray) -> np.ndarray:
-    """(J^T J)^-1 with its lost directions cut at 1e-9 of the largest singular value."""
-    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    _, s, V = np.linalg.svd(jacobian / size, full_matrices=False)
-    root = V.T / np.maximum(s, 1e-9 * s[0]) / size[:, None]
-    return root @ root.T
 
 
 def _end(

@@ -1,33 +1,35 @@
 """An indentation fit made ready: what was asked for, checked, and scaled.
 
 Scaled are times by the duration, load and depth by their largest, and compliance so that a half-space
-has depth^(3/2) = int J dP; the coordinates of the fit are those of ``halfspace.py``.
+has depth^(3/2) = int J dP (``coordinates.py``).
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import optimize
 
 import jaxcontact as jc
-from fitting import models
-from fitting.creep import choose_weights
+from fitting import varpro
+from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
-from fitting.halfspace import CONTACT, DRIFT, FLOW, LOGS, MACHINE, scale_compliance
+from fitting.history import columns
+from fitting.nonlinear import Best, Objective
+from fitting.structure import Structure
+from fitting.weights import choose_weights
 
-EDGE = 16.0  # logarithms of scaled compliances stay within 1e-7 to 1e7
 LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
-NUISANCES = {"contact_point": CONTACT, "drift": DRIFT, "machine_compliance": MACHINE}
 
 
 class Press(NamedTuple):
     """t, load, depth (n,), scaled; kept (n,) bool: points that are fitted; weights (n,), 0 elsewhere.
 
     duration [s], load_unit [N], depth_unit [m], unit [1/Pa]: undo the scaling. table: bounds of the
-    parameters; lower, upper (7,): of the coordinates; label: of the weights; notes.
+    parameters; space: of the search; label: of the weights; notes.
     """
 
     data: IndentationData
-    model: type
     indenter: Any
     nu: float
     control: str
@@ -42,8 +44,7 @@ class Press(NamedTuple):
     depth_unit: float
     unit: float
     table: dict[str, tuple[float, float]]
-    lower: np.ndarray
-    upper: np.ndarray
+    space: Space
     notes: tuple[str, ...]
 
     @property
@@ -52,9 +53,24 @@ class Press(NamedTuple):
         return float(self.indenter.compliance()) / (1.0 - self.nu) / self.unit
 
     @property
+    def known(self) -> bool:
+        """Whether the standard deviations of the points are given."""
+        return self.label == "sigma"
+
+    @property
     def measured(self) -> np.ndarray:
         """What is fitted, (n,): depth under load control, load under depth control."""
         return self.depth if self.control == "load" else self.load
+
+    @property
+    def size(self) -> float:
+        """Weighted sum of squares of what is fitted."""
+        return float(np.sum((self.weights * self.measured) ** 2))
+
+    @property
+    def response(self) -> tuple[str, str]:
+        """Name and unit of what is fitted."""
+        return ("depth", "m") if self.control == "load" else ("load", "N")
 
     @property
     def response_unit(self) -> float:
@@ -63,13 +79,11 @@ class Press(NamedTuple):
 
 
 def prepare(
-    data: IndentationData, model: type | str, indenter: Any, nu: float, control: str, weights: str | None,
-    sigma: Any, fixed: dict | None, bounds: dict | None, nuisances: dict[str, float | str], rise: float | None,
+    data: IndentationData, structure: Structure, table: dict, indenter: Any, nu: float, control: str,
+    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None,
 ) -> Press:  # fmt: skip
     """Check and scale; ValueError with expected and got."""
-    model = models.resolve(model)
     _check(data, indenter, nu, control, rise)
-    table = models.limits(model, fixed, bounds)
     t = data.t - data.t[0]
     kept = (data.load > 0) & (data.depth > 0) & (t >= (rise or 0.0))
     if kept.sum() < 5:
@@ -78,18 +92,19 @@ def prepare(
         )
     notes = [] if kept.all() else [f"{(~kept).sum()} points before contact or during the rise not fitted"]
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
-    unit = scale_compliance(float(indenter.radius), nu, P, d)
+    # J that a scaled compliance of one stands for
+    unit = 8.0 * np.sqrt(float(indenter.radius)) * d**1.5 / (3.0 * (1.0 - nu) * P)
     response = data.depth if control == "load" else data.load
     weight, label = _weights(response, kept, weights, sigma)
-    lower, upper = _box(models.compliance_box(model, table), unit, T, nuisances, (d, d / T, d / P))
+    space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
     if control == "load" and rise is None and data.load[-1] < LEAST_LOAD * P:
         raise ValueError(
             f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
     return Press(
-        data, model, indenter, nu, control, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, T, P, d, unit, table, lower, upper, tuple(notes),
+        data, indenter, nu, control, t / T, data.load / P, data.depth / d, kept,
+        weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
     )  # fmt: skip
 
 
@@ -119,23 +134,14 @@ def _weights(
     return chosen, label
 
 
-def _box(
-    box: np.ndarray, unit: float, T: float, nuisances: dict[str, float | str], units: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds (7,) of the coordinates."""
-    scaled = box / np.array([unit, unit, unit / T, unit / T])[:, None]
-    low, high = np.zeros(7), np.zeros(7)
-    low[:4], high[:4] = scaled.T
-    high[FLOW] = min(high[FLOW], np.exp(EDGE))
-    with np.errstate(divide="ignore"):
-        for i in LOGS:
-            present = high[i] > 0
-            low[i], high[i] = np.log(low[i]), np.log(high[i])
-            if present and low[i] < high[i]:
-                low[i], high[i] = max(low[i], -EDGE), min(high[i], EDGE)
-    for (name, i), size in zip(NUISANCES.items(), units, strict=True):
-        low[i], high[i] = _nuisance(name, nuisances[name], size)
-    return low, high
+def _space(
+    structure: Structure, table: dict, nuisances: dict, unit: float, T: float, sizes: np.ndarray
+) -> Space:
+    """Compliances, then contact point, drift and machine compliance, of ``sizes`` (3,) in SI."""
+    units = structure.units(unit, T)
+    held = [_nuisance(name, nuisances[name], size) for name, size in zip(NUISANCES, sizes, strict=True)]
+    box = np.concatenate([structure.box(table) / units[:, None], held])
+    return Space(structure, box, np.append(units, sizes), T)
 
 
 def _nuisance(name: str, value: float | str, size: float) -> tuple[float, float]:
@@ -145,3 +151,42 @@ def _nuisance(name: str, value: float | str, size: float) -> tuple[float, float]
     if isinstance(value, str) or not np.isfinite(value):
         raise ValueError(f'{name}: expected a number or "fit", got {value!r}')
     return value / size, value / size
+
+
+def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: float) -> np.ndarray:
+    """Coordinates (m,) near the weighted least squares of y (n,) by the columns of ``basis``, at the samples.
+
+    No logarithm begins below that of ``least``.
+    """
+    space = press.space
+    box = space.linear_box
+    if space.structure.tau is None:
+        _, x, tau, _ = varpro.solve(varpro.search(y, weights, basis, press.t, box))
+        found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
+    else:
+        A = weights[:, None] * np.asarray(columns(basis, space.structure.tau / press.duration))
+        low, high = box.T
+        found = optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
+    return space.near(found, least)
+
+
+class Medium(NamedTuple):
+    """thickness [m], substrate and grid of the solver, and {coordinate: discretisation bias left over
+    standard error}; None and empty for a half-space."""
+
+    thickness: float | None = None
+    substrate: Any = None
+    grid: Any = None
+    bias: dict[str, float] = {}  # noqa: RUF012
+
+
+class Found(NamedTuple):
+    """What was searched, the optimum and its objective; notes; moves(name) (m,): change of the coordinates with a
+    quantity held in the fit; medium: what was indented."""
+
+    press: Press
+    best: Best
+    objective: Objective
+    notes: tuple[str, ...]
+    moves: Callable[[str], np.ndarray]
+    medium: Medium

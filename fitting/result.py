@@ -1,40 +1,57 @@
-"""The result of a creep fit."""
+"""What every fit hands back: a material, and how well the data determine it."""
 
 import dataclasses
 import json
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
-from fitting import models, uncertainty
-from fitting.data import CreepData
+from fitting import report
+from fitting.evidence import Evidence, identified
+from fitting.structure import Compliances, Structure
+from fitting.uncertainty import LogCovariance
 
-NOT_DETERMINED = 0.5  # sd of a log parameter above which its value says nothing
-ENOUGH = 4.0  # T/tau from which the four Burgers parameters separate
 
+class Estimate(NamedTuple):
+    """What a search found, in SI, in the order of the structure's list of compliances.
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class CreepFit:
-    """A fitted material and how well the data determine it.
-
-    material: the best fit (an infinite parameter where its compliance is zero); model its class.
-    values, intervals, identified: {parameter: value | (low, high), inf on an open side | bool}, in
-    Pa and Pa s; fixed parameters have (value, value). sd_log: {parameter: sd of its logarithm}, inf
-    at an open end. tau [s]; duration [s]; t_over_tau. condition: of J^T J in log parameters;
-    weakest: {parameter: component} of the least known direction; weakest_sd.
-    combinations: {name: (value, sd, low, high)} for J0, slope0 = 1/eta1 + 1/eta2 and J(T), which stay
-    known where single parameters do not. fitted, residuals (n,): response and weighted residuals.
-    rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
-    correlation of neighbouring residuals; misfit: lag1 is beyond chance, and the intervals were
-    widened by ``widening``, the square root of (1 + lag1)/(1 - lag1). r2 (unweighted), aic, bic.
+    best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): ends of the intervals;
+    covariance (m, m), zero for what was held; log: of the log parameters; moves(name) (m,): change of the
+    compliances with a quantity that was held.
     """
 
+    best: np.ndarray
+    opened: np.ndarray
+    spans: np.ndarray
+    covariance: np.ndarray
+    log: LogCovariance
+    moves: Callable[[str], np.ndarray]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Fit:
+    """A fitted material and how well the data determine it.
+
+    material: the best fit (an infinite parameter where its compliance is zero); model: its class.
+    values, intervals, identified: {parameter: value | (low, high), inf on an open side | bool}, in
+    Pa and Pa s, or 1/Pa and 1/(Pa s) of a series; fixed parameters have (value, value). sd_log
+    {parameter: sd of its logarithm}, inf at an open end. tau [s]: the retardation time, nan where there is
+    none, (k,) of a series; duration [s]. condition: of J^T J in log parameters; weakest {parameter:
+    component} of the least known direction; weakest_sd. fitted, residuals (n,): response and weighted
+    residuals. rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
+    correlation of neighbouring residuals; misfit: lag1 is beyond chance, and the intervals were widened by
+    ``widening``, the square root of (1 + lag1)/(1 - lag1). r2 (unweighted), aic, bic. p: free parameters.
+    notes: on the data and on the fit. curve: (name, unit, times, values) of what was fitted.
+    """
+
+    structure: Structure
     material: Any
-    model: type
-    data: CreepData
+    data: Any
     weights: str
     level: float
     values: dict[str, float]
@@ -42,13 +59,11 @@ class CreepFit:
     identified: dict[str, bool]
     sd_log: dict[str, float]
     fixed: tuple[str, ...]
-    tau: float
+    tau: Any
     duration: float
-    t_over_tau: float
     condition: float
     weakest: dict[str, float]
     weakest_sd: float
-    combinations: dict[str, tuple[float, float, float, float]]
     fitted: np.ndarray
     residuals: np.ndarray
     rss: float
@@ -60,72 +75,91 @@ class CreepFit:
     aic: float
     bic: float
     p: int
-    _state: Any = dataclasses.field(repr=False)
+    notes: tuple[str, ...]
+    curve: tuple[str, str, np.ndarray, np.ndarray]
+    estimate: Estimate = dataclasses.field(repr=False)
 
     @property
-    def curve(self) -> tuple[str, str, np.ndarray, np.ndarray]:
-        """(name, unit, times, values) of what was fitted."""
-        name, unit = ("J", "1/Pa") if self.data.J is not None else ("strain", "-")
-        return name, unit, self.data.t, self.data.response
+    def model(self) -> type:
+        """The class of the material."""
+        return self.structure.model
+
+    @property
+    def t_over_tau(self) -> float:
+        """Duration over the longest retardation time, nan where there is none."""
+        return self.duration / float(np.max(self.tau))
+
+    def compliances(self) -> Compliances:
+        """Of the material, as found by the search: finite where a parameter is infinite."""
+        return self.structure.compliances(jnp.asarray(self.estimate.best))
+
+    def covariance(self) -> np.ndarray:
+        """Of the list of compliances (m, m) [SI], zero for what was held."""
+        return self.estimate.covariance
+
+    def moves(self, name: str) -> np.ndarray:
+        """Change of the compliances (m,) [SI] with a quantity held in the fit; ValueError if it had none."""
+        return self.estimate.moves(name)
 
     def predict(self, t: Any) -> np.ndarray:
         """Shear creep compliance J(t) [1/Pa], t [s] of any shape; exact for infinite parameters too."""
-        t, scaled, best = np.asarray(t, dtype=float), self._state[0], self._state[1]
-        j0, j2, f, _ = np.asarray(best.parts) * scaled.compliance
-        x = t / scaled.time
-        return j0 - j2 * np.expm1(-x / float(best.tau)) + f * x
+        return np.asarray(self.compliances().creep(jnp.asarray(t, dtype=float)))
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Profile-likelihood limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s]."""
-        from fitting.creep import profile
-
-        scaled, best, rule, known, _ = self._state
-        times = jnp.atleast_1d(jnp.asarray(t, dtype=float)) / scaled.time
-        ends = np.asarray(profile(scaled.problem, best, rule, known, times).ends)[5:] * scaled.compliance
-        return ends[:, 0], ends[:, 1]
-
-    def compare(self, *others: type | str) -> Any:
-        """This fit's data, weights, fixed values and bounds with other models too; see ``fitting.compare``."""
-        from fitting.creep import compare
-
-        sigma = 1.0 / np.asarray(self._state[0].problem.weights) * np.max(np.abs(self.data.response))
-        choice = {"sigma": sigma} if self.weights == "sigma" else {"weights": self.weights}
-        low_high = self._state[4]
-        fixed = {name: self.values[name] for name in self.fixed}
-        bounds = {name: pair for name, pair in low_high.items() if name not in fixed}
-        return compare(
-            self.data, [self.model, *others], level=self.level, fixed=fixed, bounds=bounds, **choice
-        )
+        """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
+        times = jnp.atleast_1d(jnp.asarray(t, dtype=float))
+        log_creep = lambda values: jnp.log(self.structure.compliances(values).creep(times))
+        slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(self.estimate.best))))
+        spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, self.covariance(), slope))
+        z, best = stats.norm.ppf(0.5 + 0.5 * self.level), self.predict(times)
+        with np.errstate(over="ignore"):
+            return best * np.exp(-z * spread), best * np.exp(z * spread)
 
     def summary(self) -> str:
         """The fit in words, for the terminal."""
-        from fitting.report import creep_summary
+        t = self.curve[2]
+        head = f"{self.model.__name__} fit of {t.size} points, t = {t[0]:.4g} to {t[-1]:.4g} s"
+        lines = [
+            "; ".join([head, *self._choices()]),
+            *(report.parameter(self, name) for name in self.values),
+            *self._nuisance_lines(),
+        ]
+        lines += [*report.separation(self), *self._combination_lines(), *report.quality(self)]
+        return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
 
-        return creep_summary(self)
+    def _choices(self) -> list[str]:
+        """What the user chose, for the first line."""
+        return [f"weights: {self.weights}"]
+
+    def _nuisance_lines(self) -> list[str]:
+        return []
+
+    def _combination_lines(self) -> list[str]:
+        return []
+
+    def _conditions(self) -> list[str]:
+        """What the result holds for."""
+        return []
 
     def plot(self, path: Any = None) -> Any:
         """Figure of data, fit, band and residuals; saved where a path is given."""
-        from fitting.report import creep_figure
-
-        return creep_figure(self, path)
+        return report.picture(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
-        keys = {name: f"{name}_{models.unit(name).replace(' ', '_')}" for name in self.values}
-        clean = lambda v: None if not math.isfinite(v) else float(v)
+        keys = {name: self.structure.key(name) for name in self.values}
         return {
             "model": self.model.__name__, "weights": self.weights, "level": self.level,
-            "points": self.data.t.size,
-            "parameters": {keys[n]: clean(v) for n, v in self.values.items()},
-            "intervals": {keys[n]: [clean(v) for v in pair] for n, pair in self.intervals.items()},
+            "points": self.fitted.size,
+            "parameters": {keys[n]: plain(v) for n, v in self.values.items()},
+            "intervals": {keys[n]: [plain(v) for v in pair] for n, pair in self.intervals.items()},
             "identified": dict(self.identified), "fixed": list(self.fixed),
-            "tau_s": clean(self.tau), "duration_s": self.duration,
-            "duration_over_tau": clean(self.t_over_tau),
-            "condition_log_parameters": clean(self.condition), "weakest_direction": dict(self.weakest),
-            "combinations": {n: [clean(v) for v in row] for n, row in self.combinations.items()},
-            "r2": self.r2, "aic": clean(self.aic), "bic": clean(self.bic), "noise": self.noise,
+            "tau_s": plain(self.tau), "duration_s": self.duration,
+            "duration_over_tau": plain(self.t_over_tau),
+            "condition_log_parameters": plain(self.condition), "weakest_direction": dict(self.weakest),
+            "r2": plain(self.r2), "aic": plain(self.aic), "bic": plain(self.bic), "noise": self.noise,
             "lag1_residual_correlation": self.lag1, "misfit": self.misfit, "interval_widening": self.widening,
-            "convention": self.data.convention, "notes": list(self.data.notes),
+            "notes": list(self.notes),
         }  # fmt: skip
 
     def to_json(self) -> str:
@@ -133,120 +167,36 @@ class CreepFit:
         return json.dumps(self.to_dict(), indent=2)
 
 
-def build(
-    data: CreepData, model: type, table: dict, weights: str, level: float, nu: float,
-    scaled: Any, best: Any, shape: Any, p: int, rule: Any, known: Any,
-) -> CreepFit:  # fmt: skip
-    """Undo the scaling and gather everything that is said about a fit."""
-    unit = scaled.compliance * np.array([1.0, 1.0, 1.0 / scaled.time, 1.0 / scaled.time])
-    parts, where = np.asarray(best.parts) * unit, models.PARTS[model]
-    n, rss, widening = data.t.size, float(best.rss), math.sqrt(float(shape.widening))
-    noise = math.sqrt(rss / (n - p))
-    spread = (1.0 if weights == "sigma" else noise) * widening
-    low_high = open_ends(np.asarray(shape.ends), np.asarray(shape.reach), scaled.problem)
-    intervals = parameter_intervals(low_high[:4] * unit[:, None], where, table)
-    values = {name: models.reciprocal(parts[part]) for name, part in where.items()}
-    log = _log_covariance(scaled, best, spread)
-    names = {part: name for name, part in where.items()}
-    tau = float(best.tau) * scaled.time if parts[1] > 0 else math.nan
-    fitted = np.asarray(best.model) * np.max(np.abs(data.response))
-    aic, bic = criteria(rss, n, p, weights == "sigma")
-    total = float(np.sum((data.response - data.response.mean()) ** 2))
-    return CreepFit(
-        material=models.material(model, parts, nu), model=model, data=data, weights=weights, level=level,
-        values=values, intervals=intervals, identified=identified(intervals, table, level),
-        sd_log={name: _sd(log, part, table[name]) for name, part in where.items()},
-        fixed=tuple(name for name, (low, high) in table.items() if low == high),
-        tau=tau, duration=scaled.time, t_over_tau=scaled.time / tau, condition=log.condition,
-        weakest={names[k]: float(v) for k, v in zip(log.parts, log.weakest, strict=True)},
-        weakest_sd=log.weakest_sd, combinations=_combinations(scaled, best, low_high, unit, spread),
-        fitted=fitted, residuals=np.asarray(best.residual), rss=rss, noise=noise, lag1=float(shape.lag1),
-        misfit=widening > 1.0, widening=widening,
-        r2=1.0 - float(np.sum((data.response - fitted) ** 2)) / total if total > 0 else math.nan,
-        aic=aic, bic=bic, p=p, _state=(scaled, best, rule, known, table),
-    )  # fmt: skip
+def plain(value: Any) -> Any:
+    """A number for JSON, None where it is infinite or missing; a list of them."""
+    if np.ndim(value):
+        return [plain(v) for v in value]
+    return None if value is None or not math.isfinite(value) else float(value)
 
 
-def open_ends(ends: np.ndarray, reach: np.ndarray, problem: Any) -> np.ndarray:
-    """Extents (m, 2) with an infinite end where they grow with tau without limit.
-
-    If every tau up to the end of the search fits, j2 has no upper limit; if every tau down to the
-    other end does, 1/eta2 = j2/tau has none, nor has the initial slope.
-    """
-    ends, (low, high) = ends.copy(), np.log(np.asarray(problem.tau))
-    if reach[1] >= high and not np.isfinite(problem.upper[1]):
-        ends[1, 1] = math.inf
-    if reach[0] <= low and not np.isfinite(problem.ratio[1]):
-        ends[3:5, 1] = math.inf
-    return ends
-
-
-def parameter_intervals(
-    ends: np.ndarray, where: dict[str, int], table: dict
-) -> dict[str, tuple[float, float]]:
-    """Intervals of the parameters from the extents (4, 2) of their reciprocals, cut to the bounds."""
-    result = {}
-    for name, part in where.items():
-        low, high = table[name]
-        least, most = models.reciprocal(ends[part, 1]), models.reciprocal(max(ends[part, 0], 0.0))
-        result[name] = (max(least, low), min(most, high))
-    return result
+def findings(
+    structure: Structure, table: dict, level: float, nu: float, evidence: Evidence, found: Estimate
+) -> dict[str, Any]:
+    """The fields of a ``Fit`` that follow from an estimate and its evidence."""
+    values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
+    intervals = structure.intervals(found.spans, table)
+    fixed = tuple(name for name, (low, high) in table.items() if low == high)
+    names, log = {place: name for name, place in structure.where.items()}, found.log
+    sd = dict.fromkeys(values, math.inf)
+    sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
+    return evidence._asdict() | {
+        "structure": structure, "level": level, "material": structure.material(values, nu), "values": values,
+        "intervals": intervals, "identified": identified(intervals, table, level), "fixed": fixed,
+        "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
+        "condition": log.condition, "weakest_sd": log.weakest_sd,
+        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
+        "estimate": found,
+    }  # fmt: skip
 
 
-def identified(intervals: dict, table: dict, level: float) -> dict[str, bool]:
-    """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be."""
-    z = stats.norm.ppf(0.5 + 0.5 * level)
-    result = {}
-    for name, (low, high) in intervals.items():
-        closed = table[name][0] < low and high < table[name][1]
-        fixed = table[name][0] == table[name][1]
-        result[name] = bool(fixed or (closed and math.log(high / low) < 2 * z * NOT_DETERMINED))
-    return result
-
-
-def _log_covariance(scaled: Any, best: Any, spread: float) -> uncertainty.LogCovariance:
-    problem, parts = scaled.problem, np.asarray(best.parts)
-    J = np.asarray(uncertainty.jacobian(problem, best.parts, best.tau))
-    lower, upper = _limits(problem)
-    inside = (parts > lower * (1 + 1e-9)) & (parts < upper * (1 - 1e-9)) & (parts > 0)
-    return uncertainty.log_covariance(J, parts, inside, spread)
-
-
-def _limits(problem: Any) -> tuple[np.ndarray, np.ndarray]:
-    lower = np.append(np.asarray(problem.lower), problem.ratio[0])
-    return lower, np.append(np.asarray(problem.upper), problem.ratio[1])
-
-
-def _sd(log: uncertainty.LogCovariance, part: int, limits: tuple[float, float]) -> float:
-    """sd of the log parameter: 0 where fixed, inf where it sits at a bound or an open end."""
-    if limits[0] == limits[1]:
-        return 0.0
-    return float(log.sd[log.parts.index(part)]) if part in log.parts else math.inf
-
-
-def _combinations(scaled: Any, best: Any, ends: np.ndarray, unit: np.ndarray, spread: float) -> dict:
-    """J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa]: (value, sd, low, high)."""
-    (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
-    lower, upper = _limits(scaled.problem)
-    decay = math.exp(-1.0 / tau)
-    # d J(T): with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
-    turn = -decay / tau if j2 > 0 else 0.0
-    by_j2 = 1.0 - decay + turn
-    by_ratio = -turn * tau
-    gradients = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 1.0], [1.0, by_j2, 1.0, by_ratio]])
-    J = np.asarray(uncertainty.jacobian(scaled.problem, best.parts, best.tau))
-    sd = uncertainty.linear_sd(J, gradients, lower < upper, spread)
-    values = [j0, ratio + f, j0 + j2 * (1.0 - decay) + f]
-    rows = zip(("J0", "slope0", "J(T)"), values, sd, ends[[0, 4, 5]], unit[[0, 2, 0]], strict=True)
-    return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
-
-
-def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
-    """(AIC, BIC) of Gaussian errors, up to a constant common to all models of the same data and weights.
-
-    -2 log L = rss where sigma is known, n log(rss/n) otherwise, with one more parameter for it.
-    """
-    if known:
-        return rss + 2 * p, rss + p * math.log(n)
-    fit = n * math.log(max(rss, 1e-300) / n)
-    return fit + 2 * (p + 1), fit + (p + 1) * math.log(n)
+def _tau(structure: Structure, values: np.ndarray) -> float | np.ndarray:
+    """The given times (k,) [s], or the one found; nan where there is none."""
+    if structure.tau is not None:
+        return structure.tau
+    retarded, rise = values[1 : structure.flow], values[structure.flow + 1 :]
+    return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan

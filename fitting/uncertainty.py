@@ -8,52 +8,35 @@ never dropped as a pseudo-inverse would, which reports what is least known as be
 import math
 from typing import NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
-
-from fitting import varpro
 
 ROUNDING = 1e-9  # singular values below this share of the largest are noise of the arithmetic
 
 
 class LogCovariance(NamedTuple):
-    """Of the parameters strictly inside their bounds, in the order of ``parts``.
+    """Of the parameters strictly inside their bounds.
 
-    parts: their indices in (j0, j2, f, j2/tau); sd (k,) of the log parameters; condition: ratio of
-    the extreme eigenvalues of J^T J; weakest (k,): unit vector of the least known direction;
-    weakest_sd: its standard deviation.
+    places: theirs among the compliances; sd (k,) of the log parameters; condition: ratio of the extreme
+    eigenvalues of J^T J; weakest (k,): unit vector of the least known direction; weakest_sd: its
+    standard deviation.
     """
 
-    parts: tuple[int, ...]
+    places: tuple[int, ...]
     sd: np.ndarray
     condition: float
     weakest: np.ndarray
     weakest_sd: float
 
 
-@jax.jit
-def jacobian(problem: varpro.Problem, parts: Array, tau: Array) -> Array:
-    """d (weighted model)/d parts, (n, 4), exact; at j2 = 0 tau stays as given."""
-
-    def model(parts: Array) -> Array:
-        some = (parts[1] > 0) & (parts[3] > 0)
-        here = jnp.where(some, parts[1] / jnp.where(some, parts[3], 1.0), tau)
-        return varpro.weighted_columns(problem, here) @ parts[:3]
-
-    return jax.jacfwd(model)(parts)
-
-
-def log_covariance(J: np.ndarray, parts: np.ndarray, inside: np.ndarray, spread: float) -> LogCovariance:
-    """From the Jacobian J (n, 4), values ``parts`` and mask ``inside`` (4,).
+def log_covariance(J: np.ndarray, inside: np.ndarray, spread: float) -> LogCovariance:
+    """From the Jacobian J (n, m) with respect to log compliances and the mask ``inside`` (m,).
 
     ``spread`` is s of the residuals.
     """
     index = np.flatnonzero(inside)
     if index.size == 0:
         return LogCovariance((), np.zeros(0), math.nan, np.zeros(0), math.nan)
-    _, s, V = np.linalg.svd(J[:, index] * parts[index], full_matrices=False)
+    _, s, V = np.linalg.svd(J[:, index], full_matrices=False)
     lost = s <= ROUNDING * s[0]
     inverse = np.where(lost, np.inf, 1.0 / np.where(lost, 1.0, s))
     # a component at rounding level does not take part in a lost direction
@@ -66,9 +49,9 @@ def log_covariance(J: np.ndarray, parts: np.ndarray, inside: np.ndarray, spread:
 
 
 def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray, spread: float) -> np.ndarray:
-    """sd of functions of the parts with ``gradients`` (m, 4), (m,): delta method with f = 0 allowed.
+    """sd of functions of the compliances with ``gradients`` (k, m), (k,): delta method with f = 0 allowed.
 
-    ``free`` (4,) marks the parts that were fitted, at their open end too. Directions lost to
+    ``free`` (m,) marks the compliances that were fitted, at their open end too. Directions lost to
     rounding give inf where a function depends on them.
     """
     index = np.flatnonzero(free)
@@ -80,3 +63,18 @@ def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray, spread: fl
     sd = spread * np.sqrt(np.sum((along[:, ~lost] / s[~lost]) ** 2, -1))
     reach = np.abs(along[:, lost]).max(-1, initial=0.0)
     return np.where(reach > 1e-6 * np.linalg.norm(along, axis=-1), np.inf, sd)
+
+
+def covariance(J: np.ndarray, free: np.ndarray, spread: float) -> np.ndarray:
+    """Of the coordinates (m, m), from their Jacobian J (n, m); zero for those that are not ``free`` (m,) bool."""
+    whole, places = np.zeros((free.size, free.size)), np.flatnonzero(free)
+    whole[np.ix_(places, places)] = inverse(J[:, places]) * spread**2
+    return whole
+
+
+def inverse(jacobian: np.ndarray) -> np.ndarray:
+    """(J^T J)^-1 with its lost directions cut at 1e-9 of the largest singular value."""
+    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    _, s, V = np.linalg.svd(jacobian / size, full_matrices=False)
+    root = V.T / np.maximum(s, ROUNDING * s[0]) / size[:, None]
+    return root @ root.T

@@ -26,6 +26,9 @@ from jax import Array
 
 from fitting.history import columns
 
+# where the two or four compliances of a material with no or one retardation time are in (j0, j2, f, j2/tau)
+PLACES = {2: [0, 2], 4: [0, 1, 2, 3]}
+ROUNDING = 1e-14  # of RSS, as a share of the data's sum of squares
 COARSE, ZOOM, ROUNDS, CLOSER, FINE = 97, 9, 4, 8, 33
 PAIRS = np.triu_indices(3)
 PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
@@ -43,15 +46,7 @@ class Sides:
         return np.array(list(itertools.product(*self.choices)))
 
 
-def sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
-    """Faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau): far fewer than 27 as a rule."""
-    low, high = np.asarray(lower), np.asarray(upper)
-    fixed = [low[0] == high[0], low[1] == high[1], low[2] == high[2]]
-    capped = [np.isfinite(high[0]), np.isfinite(high[1]) or np.isfinite(high[3]), np.isfinite(high[2])]
-    return Sides(tuple((1,) if f else (0, 1, 2) if c else (0, 1) for f, c in zip(fixed, capped, strict=True)))
-
-
-class Problem(NamedTuple):
+class TauSearch(NamedTuple):
     """A weighted fit. data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f);
     ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search; sides: of the box."""
 
@@ -64,6 +59,45 @@ class Problem(NamedTuple):
     tau: Array
     sides: Sides
 
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Bounds of (j0, j2, f, j2/tau), (4,) each."""
+        return jnp.append(self.lower, self.ratio[0]), jnp.append(self.upper, self.ratio[1])
+
+
+def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: np.ndarray) -> TauSearch:
+    """The problem for data y (n,) at t (n,), scaled, and a material's compliances in ``box`` (m, 2)."""
+    whole = np.zeros((4, 2))
+    whole[PLACES[len(box)]] = box
+    low, high = whole.T
+    return TauSearch(y, weights, basis, low[:3], high[:3], whole[3], _tau_range(t, whole), _sides(low, high))
+
+
+def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
+    """Faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau): far fewer than 27 as a rule."""
+    low, high = np.asarray(lower), np.asarray(upper)
+    fixed = [low[0] == high[0], low[1] == high[1], low[2] == high[2]]
+    capped = [np.isfinite(high[0]), np.isfinite(high[1]) or np.isfinite(high[3]), np.isfinite(high[2])]
+    return Sides(tuple((1,) if f else (0, 1, 2) if c else (0, 1) for f, c in zip(fixed, capped, strict=True)))
+
+
+def _tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Retardation times worth trying, cut to what the bounds allow.
+
+    Below t_first/40 and above 300 times the last time the curve no longer depends on tau (to 1e-17
+    and to 2e-3 of a term that flow and spring already carry).
+    """
+    low, high = np.min(t[t > 0]) / 40.0, 300.0
+    if box[1, 1] == 0.0:
+        return np.array([1.0, 1.0])  # no retarded part: any value serves
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = box[1, 0] / box[3, 1] if box[1, 0] > 0 and np.isfinite(box[3, 1]) else 0.0
+        most = box[1, 1] / box[3, 0] if box[3, 0] > 0 and np.isfinite(box[1, 1]) else np.inf
+    low, high = max(low, least) if least > 0 else low, min(high, most)
+    if low <= high:
+        return np.array([low, high])
+    return np.array([least or most, most if np.isfinite(most) else least])
+
 
 class Faces(NamedTuple):
     """Per face: minimiser x (k, 3), inverse of the free block (k, 3, 3), rss (k,), inside (k,)."""
@@ -74,12 +108,12 @@ class Faces(NamedTuple):
     inside: Array
 
 
-def weighted_columns(problem: Problem, tau: Array) -> Array:
+def weighted_columns(problem: TauSearch, tau: Array) -> Array:
     """[E, D(tau), F] times the weights, (n, 3)."""
-    return columns(problem.basis, tau) * jnp.asarray(problem.weights)[:, None]
+    return columns(problem.basis, jnp.reshape(tau, 1)) * jnp.asarray(problem.weights)[:, None]
 
 
-def box(problem: Problem, tau: Array) -> tuple[Array, Array]:
+def box(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
     """Bounds of (j0, j2, f) at this tau: those of 1/eta2 turn into bounds of j2."""
     lower = jnp.asarray(problem.lower).at[1].max(problem.ratio[0] * tau)
     upper = jnp.asarray(problem.upper).at[1].min(problem.ratio[1] * tau)
@@ -100,19 +134,19 @@ def _inverse3(A: Array) -> Array:
     return jnp.sum(L[..., :, :, None] * L[..., :, None, :] / jnp.stack([d0, d1, d2], -1)[..., None, None], -3)
 
 
-def moments(problem: Problem, tau: Array) -> tuple[Array, Array, Array]:
+def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
     """Normal matrix (3, 3), right-hand side (3,) and weighted sum of squares of the data.
 
     The squared weights stand apart from the products of columns: over many curves on one time grid
     the products are formed once and the sums are one matrix product.
     """
-    C, square = columns(problem.basis, tau), problem.weights**2
+    C, square = columns(problem.basis, jnp.reshape(tau, 1)), problem.weights**2
     sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
     pull = square * problem.data
     return sums[PLACE], pull @ C, pull @ problem.data
 
 
-def faces(problem: Problem, tau: Array) -> Faces:
+def faces(problem: TauSearch, tau: Array) -> Faces:
     """The least squares solution on each face of the box at this tau."""
     A, b, yy = moments(problem, tau)
     scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
@@ -139,7 +173,7 @@ def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
     return jnp.all(ok | ~free, -1) & jnp.all(low <= high + slack)
 
 
-def best_at(problem: Problem, tau: Array) -> tuple[Array, Array]:
+def best_at(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
     """Lowest rss at this tau and its x; inf where the box is empty."""
     face = faces(problem, tau)
     rss = jnp.where(face.inside, face.rss, jnp.inf)
@@ -148,7 +182,7 @@ def best_at(problem: Problem, tau: Array) -> tuple[Array, Array]:
 
 
 @jax.jit
-def solve(problem: Problem) -> tuple[Array, Array, Array, Array]:
+def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
     """(rss, x, tau, (COARSE,) rss on the first grid of tau): a grid in log tau, then zooming in."""
     lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
     grid = jnp.linspace(lo, hi, COARSE)
@@ -167,15 +201,15 @@ def solve(problem: Problem) -> tuple[Array, Array, Array, Array]:
     return rss, x, jnp.exp(centre), cost
 
 
-def _costs(problem: Problem, log_tau: Array) -> Array:
+def _costs(problem: TauSearch, log_tau: Array) -> Array:
     return _bests(problem, log_tau)[0]
 
 
-def _bests(problem: Problem, log_tau: Array) -> tuple[Array, Array]:
+def _bests(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
     return jax.lax.map(lambda z: best_at(problem, jnp.exp(z)), log_tau)
 
 
-def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
+def reach(problem: TauSearch, tau: Array, cost: Array, level: Array) -> Array:
     """log of the lowest and the highest tau with rss <= level, (2,); the search range where open."""
     grid = jnp.linspace(jnp.log(problem.tau[0]), jnp.log(problem.tau[1]), COARSE)
     good = cost <= level
@@ -211,7 +245,7 @@ def reach(problem: Problem, tau: Array, cost: Array, level: Array) -> Array:
     return jnp.where(open_end, grid[jnp.array([0, -1])], inner)
 
 
-def extent_at(problem: Problem, tau: Array, level: Array, d: Array) -> Array:
+def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
     """Least and greatest d . x over {x in the box: rss <= level} at this tau; d (m, 3) -> (m, 2).
 
     On a face with minimiser x and inverse V of its block of the normal matrix the extremes are
@@ -221,6 +255,8 @@ def extent_at(problem: Problem, tau: Array, level: Array, d: Array) -> Array:
     face = faces(problem, tau)
     lower, upper = box(problem, tau)
     room = level - face.rss
+    # at the ends of the reach RSS is the level itself, and rounding must not empty the set
+    slack = ROUNDING * jnp.sum((problem.weights * problem.data) ** 2)
     direction = jnp.einsum("fij,mj->fmi", face.inverse, d)
     spread = jnp.einsum("fmi,mi->fm", direction, d)
     length = jnp.sqrt(jnp.maximum(room, 0.0)[:, None] / jnp.where(spread > 0, spread, jnp.inf))
@@ -228,14 +264,14 @@ def extent_at(problem: Problem, tau: Array, level: Array, d: Array) -> Array:
     ends = []
     for sign in (-1.0, 1.0):
         x = face.x[:, None, :] + sign * length[..., None] * direction
-        ok = _within(x, lower, upper, free) & (room >= 0)[:, None] & jnp.isfinite(face.rss)[:, None]
+        ok = _within(x, lower, upper, free) & (room >= -slack)[:, None] & jnp.isfinite(face.rss)[:, None]
         value = jnp.sum(x * d, -1)
         ends.append(sign * jnp.max(jnp.where(ok, sign * value, -jnp.inf), 0))
     return jnp.stack(ends, -1)
 
 
 def extents(
-    problem: Problem, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
+    problem: TauSearch, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
 ) -> tuple[Array, Array]:
     """((m, 2) least and greatest functional(tau) . x over rss <= level, (2,) reach of log tau).
 

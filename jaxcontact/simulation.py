@@ -23,7 +23,7 @@ BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the 
 
 
 @dataclass(frozen=True)
-class Block:
+class FinishedBlock:
     """What a run has finished since the block before.
 
     history: of the steps that are fine, with all their fields, in numpy arrays and SI units; status: 0, or that
@@ -43,7 +43,7 @@ class Simulation:
     experiment: Experiment
     plan: Plan
 
-    def blocks(self, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[Block]:
+    def blocks(self, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[FinishedBlock]:
         """The blocks after the first ``done``, which ended with ``carry``; the first bad step ends them.
 
         A march that goes on from a carry gives bit for bit what it would have given without a stop.
@@ -62,7 +62,7 @@ class Simulation:
             if block.status:
                 return
 
-    def _block(self, first: int, outcomes: marching.Outcome, carry: list[np.ndarray]) -> Block:
+    def _block(self, first: int, outcomes: marching.Outcome, carry: list[np.ndarray]) -> FinishedBlock:
         """The fine steps of a block, of which ``first`` is the first, in SI units."""
         bad = np.flatnonzero(outcomes.status)
         count = int(bad[0]) if bad.size else outcomes.status.size
@@ -70,7 +70,7 @@ class Simulation:
         times = self.experiment.times[first : first + count]
         history = self.plan.history(self.experiment.grid, times, fine, fine)
         in_numpy = jax.tree.map(np.asarray, ContactHistory(**history))
-        return Block(in_numpy, int(outcomes.status[bad[0]]) if bad.size else 0, carry)
+        return FinishedBlock(in_numpy, int(outcomes.status[bad[0]]) if bad.size else 0, carry)
 
 
 def prepare(*case: Any, **options: Any) -> Simulation:

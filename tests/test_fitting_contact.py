@@ -1,4 +1,4 @@
-"""Contact, segments and windows of indentation curves: what is taken, against curves whose contact is known."""
+"""FirstTouch, segments and windows of indentation curves: what is taken, against curves whose contact is known."""
 
 import dataclasses
 from pathlib import Path
@@ -38,7 +38,7 @@ def curve(contact=2.0, end=20.0, noise=0.0, offset=0.0, step=0.02):
 
 
 def test_contact_of_the_edge_set_is_found():
-    """Contact at 3 um after 5 s; then the depth of the known material under the known load."""
+    """FirstTouch at 3 um after 5 s; then the depth of the known material under the known load."""
     path = DATA / "edge" / "c_approach.csv"
     if not path.exists():
         pytest.skip("the edge sets are not beside the project")

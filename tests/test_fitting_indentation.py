@@ -4,12 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from scipy import optimize, stats
+from scipy import integrate, optimize, stats
 
 import fitting
 import jaxcontact as jc
-from fitting import halfspace
-from fitting.press import prepare
+from fitting.coordinates import Coordinates
+from fitting.halfspace import Curve, evaluate, relaxation_modes, slopes
+from fitting.structure import Compliances
 from jaxcontact.reference import lee_radok, ting
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
@@ -98,21 +99,35 @@ def test_unloading_is_tings():
         np.testing.assert_allclose(found.values[name], value, rtol=0.01)
 
 
-def test_unloading_has_exact_slopes():
-    """The Jacobian through t1(t) against central differences."""
+@pytest.mark.parametrize("rates", [None, np.array([9.0, 0.7])])
+def test_unloading_has_exact_slopes(rates):
+    """The Jacobian through t1(t) against central differences; times that are sought, and times that are given."""
     t, depth, load = unloading(61)
-    data = fitting.IndentationData(t=t, load=load, depth=depth)
-    known = dict.fromkeys(("contact_point", "drift", "machine_compliance"), 0.0)
-    press = prepare(data, jc.Burgers, RIGID, NU, "depth", "absolute", None, None, None, known, None)
-    top = int(np.argmax(press.depth))
-    curve = halfspace.Curve(press.t, press.load, press.depth, np.ones(t.size), 0.0, press.extra, top)
-    theta, free = np.array([-2.0, 1.0, 0.5, -0.5, 0.0, 0.0, 0.0]), np.arange(7)
-    exact = np.asarray(halfspace.slopes(theta, free, curve, "ting"))
-    for i in free[:4]:
+    scaled = [a / a.max() for a in (t, load, depth)]
+    curve = Curve(*scaled, np.ones(t.size), 0.0, 0.0, int(np.argmax(depth)))
+    theta = (
+        np.array([-2.0, 1.0, 0.5, -0.5, 0.0, 0.0, 0.0])
+        if rates is None
+        else np.array([0.2, 2.0, 1.0, 0.5, 0.0, 0.0, 0.0])
+    )
+    point = lambda vector: Coordinates.of(vector, 1 if rates is None else 2, rates)
+    exact = np.asarray(slopes(point(theta), np.arange(4), curve, "ting"))
+    for i in range(4):
         step = np.zeros(7)
         step[i] = 1e-4
-        up, down = (np.asarray(halfspace.evaluate(theta + s, curve, "ting")) for s in (step, -step))
+        up, down = (np.asarray(evaluate(point(theta + s), curve, "ting")) for s in (step, -step))
         np.testing.assert_allclose(exact[:, i], (up - down) / 2e-4, atol=2e-3 * np.abs(exact[:, i]).max())
+
+
+def test_relaxation_of_any_number_of_branches_inverts_the_creep():
+    """int_0^t G(t - s) J(s) ds = t, with G of the code and J written here; one branch and the flow are absent."""
+    j0, j, rates = 0.15, np.array([0.5, 0.0, 2.0]), np.array([50.0, 3.0, 0.2])
+    decay, G = (np.asarray(a) for a in relaxation_modes(Compliances(0.1, j, 0.0, rates), 0.05)[::-1])
+    J = lambda s: j0 - np.expm1(-rates * s) @ j
+    for t in (0.01, 1.0, 20.0):
+        product = lambda s, t=t: G @ np.exp(-decay * (t - s)) * J(s)
+        total = integrate.quad(product, 0.0, t, points=[1e-3 * t, 0.01 * t, 0.1 * t], epsabs=1e-13)[0]
+        np.testing.assert_allclose(total, t, rtol=1e-9)
 
 
 def scipy_cost(data, fixed=None):
@@ -199,6 +214,32 @@ def test_ramp_is_oyens_factor():
     assert abs(step.values["G1"] / TRUTH["G1"] - 1) > 0.1
 
 
+SERIES = {"J0": 1e-9, "J1": 2e-8, "J2": 3e-8, "J3": 7e-8, "fluidity": 3e-13}
+SERIES_TIMES = np.array([100.0, 1500.0, 12000.0])
+
+
+def series_creep(t):
+    J = np.array([SERIES[f"J{i}"] for i in (1, 2, 3)])
+    return (
+        SERIES["J0"]
+        - np.expm1(-np.asarray(t)[..., None] / SERIES_TIMES) @ J
+        + SERIES["fluidity"] * np.asarray(t)
+    )
+
+
+@pytest.mark.parametrize(("control", "accuracy"), [("load", 1e-6), ("depth", 2e-3)])
+def test_a_series_is_recovered_under_either_control(control, accuracy):
+    """Depths of a step load by Lee and Radok; under depth control they are linear between the samples."""
+    t = np.concatenate([[0.0], np.geomspace(1.0, 40000.0, 800)])
+    depth = lee_radok.step_approach(t, series_creep, 1.0, R, NU)
+    data = fitting.IndentationData(t=t, load=np.ones(t.size), depth=depth)
+    found = fitting.fit_indentation(data, jc.Prony, tau=SERIES_TIMES, indenter=RIGID, nu=NU, control=control)
+    for name, value in SERIES.items():
+        np.testing.assert_allclose(found.values[name], value, rtol=accuracy, err_msg=name)
+    np.testing.assert_allclose(found.predict(t), series_creep(t), rtol=accuracy)
+    assert found.material.tau.tolist() == SERIES_TIMES.tolist() and len(found.covariance()) == 5
+
+
 def test_fixed_bounds_and_other_models():
     data = hold(noise=0.005)
     found = fit(data, weights="relative", fixed={"G2": 1.4e7}, bounds={"eta1": (None, 2.5e12)})
@@ -235,6 +276,8 @@ def test_report(tmp_path):
         ({"level": 2.0}, "level"),
         ({"model": "Zener"}, "model"),
         ({"fixed": {"E": 1.0}}, "fixed"),
+        ({"model": jc.Prony}, "tau"),
+        ({"tau": [1.0]}, "tau"),
     ],
 )
 def test_bad_options_are_named(options, word):

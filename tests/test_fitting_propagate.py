@@ -7,7 +7,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
-from fitting.design import bounds
+from fitting.planning import bounds
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
 FILM = jc.Burgers(**TRUTH)
@@ -50,6 +50,17 @@ def test_an_open_parameter_widens_what_depends_on_it():
     band = fitting.propagate(fit, lambda m: m.creep(jnp.array([3600.0, 40000.0])))
     share = band.sd / band.value
     assert share[0] < 0.01 < 0.05 < share[1] and np.all(np.isfinite(band.sd))
+
+
+def test_a_series_is_carried_as_linear_least_squares_says():
+    """J of a series is linear in its compliances: sd^2 = x (A^T A)^-1 x s^2, with numpy alone."""
+    t, J = noisy(3)
+    fit = fitting.fit_prony(fitting.CreepData(t=t, J=J), [8704.0], weights="relative")
+    A = np.column_stack([np.ones(N), 1 - np.exp(-t / 8704.0), t]) / J[:, None]
+    x = np.column_stack([np.ones(3), 1 - np.exp(-LATER / 8704.0), LATER])
+    variance = np.einsum("ni,ij,nj->n", x, np.linalg.inv(A.T @ A), x) * fit.rss / (N - 3)
+    band = fitting.propagate(fit, lambda m: m.creep(jnp.asarray(LATER)))
+    np.testing.assert_allclose(band.sd, np.sqrt(variance), rtol=1e-6)
 
 
 def hold(depth=None, seed=0):

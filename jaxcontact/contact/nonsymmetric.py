@@ -81,7 +81,7 @@ def bicgstab(
     return last.x, last.taken, jnp.sum(last.r**2) <= goal
 
 
-class _Search(NamedTuple):
+class _ActiveSet(NamedTuple):
     pressure: Array
     displacement: Array
     error: Array
@@ -107,16 +107,16 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     """
     load = problem.load_controlled
 
-    def assessed(p: Array, count: Array) -> _Search:
+    def assessed(p: Array, count: Array) -> _ActiveSet:
         u = problem.operator(p)
         approach = approach_of(problem, p, u)
         g = u + problem.gap - approach
         error = over_depth(problem, p, u, approach, jnp.max(jnp.where(p > 0.0, jnp.abs(g), -g), initial=0.0))
         if load:
             error = jnp.where(problem.target > 0.0, error, 0.0)
-        return _Search(p, u, error, count)
+        return _ActiveSet(p, u, error, count)
 
-    def improve(s: _Search) -> _Search:
+    def improve(s: _ActiveSet) -> _ActiveSet:
         r = s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
         work = (s.pressure > 0.0) | (r < 0.0)
         project = lambda values: projected(values, work, load)

@@ -22,7 +22,7 @@ from jaxcontact.files.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.storage import arrays_of, stored_fields
 from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
-from jaxcontact.simulation import Block
+from jaxcontact.simulation import FinishedBlock
 
 CHECKPOINT = "checkpoint.npz"
 MAPS = ("pressure", "displacement")  # kept of every time with save="all", else of the last
@@ -96,7 +96,7 @@ class FinishedSteps:
         carry = [found[name] for name in sorted(found) if name.startswith("carry")]
         return Standing(blocks, steps, status, float(found["seconds"]), carry)
 
-    def add(self, before: Standing, block: Block, seconds: float) -> Standing:
+    def add(self, before: Standing, block: FinishedBlock, seconds: float) -> Standing:
         """Keep a block; how far the run has then come."""
         count = block.history.times.size
         if not count:

@@ -29,7 +29,7 @@ from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_stra
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
-from jaxcontact.sliding.observables import Observer, Slid, clearance, dropped_share, energies
+from jaxcontact.sliding.observables import Observer, SlidingStep, clearance, dropped_share, energies
 
 ABSORPTION = 40.0  # the layer lets exp(-40) through
 ABSORB_AFTER = 1 / 32  # of the padded length moved
@@ -154,7 +154,9 @@ class MovingMemory(Memory):
         surface = self.observer.surface(pressure, motion.direction)
         clear = clearance(pressure, self.ratio) - fields.trail.inside
         dropped = dropped_share(self.tails, fields.lost, clear)
-        return Observed(self._film_strain(fields, pressure), Slid(*surface, stored, dissipated, *dropped))
+        return Observed(
+            self._film_strain(fields, pressure), SlidingStep(*surface, stored, dissipated, *dropped)
+        )
 
     def _film_strain(self, fields: Fields, pressure: Array) -> Array:
         film = self.kernels.film

@@ -19,7 +19,7 @@ from jaxcontact.response.body import response_of
 
 
 @pytree
-class Row:
+class LagRow:
     """One step n of the tables: its index, the image weights (n_steps, J) and the film's J (n_steps,)."""
 
     index: Array
@@ -29,7 +29,7 @@ class Row:
 
 @pytree
 class DirectMemory(Memory):
-    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``Row``."""
+    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``LagRow``."""
 
     images: ImageKernels
     n_steps: Array  # an array of that length, for its shape alone
@@ -37,7 +37,7 @@ class DirectMemory(Memory):
     def start(self, shape: tuple[int, int]) -> Array:
         return jnp.zeros((self.n_steps.shape[0], *shape))
 
-    def predict(self, increments: Array, pressure: Array, row: Row) -> Prediction:
+    def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
         """The kernel of the present step acts on the whole new pressure, so the old one is taken back.
 
         The present step's increment is zero so far, unless that step is taken again (``march.in_blocks``).
@@ -50,17 +50,17 @@ class DirectMemory(Memory):
         operator = self.images.family.combined(list(now))
         return Prediction(operator, earlier, increments.at[row.index].add(-pressure))
 
-    def update(self, increments: Array, pressure: Array, row: Row) -> Array:
+    def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
         return increments.at[row.index].add(pressure)
 
-    def observe(self, increments: Array, pressure: Array, row: Row) -> Observed:
+    def observe(self, increments: Array, pressure: Array, row: LagRow) -> Observed:
         if self.images.film_coefficients is None:
             return Observed(jnp.zeros(()), None)
         strain = jnp.tensordot(row.film, increments, 1) / self.images.scale.compliance
         return Observed(deepest_strain(self.images.film_coefficients, strain), None)
 
 
-def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> Row:
+def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> LagRow:
     """The tables for all steps, stacked: weights (n, n, J) and film (n, n); zero where j > n."""
     before = jnp.append(times[:1], times[:-1])
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
@@ -70,4 +70,4 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     film = jnp.zeros((n, n))
     if layer is not None:
         film = jnp.tril(layer.material.spectrum().mean_creep(start, end))
-    return Row(jnp.arange(n), weights, film)
+    return LagRow(jnp.arange(n), weights, film)

@@ -32,7 +32,7 @@ from jaxcontact.operators import spectral
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
 
 
-class Slid(NamedTuple):
+class SlidingStep(NamedTuple):
     """What a step of sliding shows.
 
     force (2,): on the indenter; centre (2,): of the pressure; leading_peak: of the pressure ahead of the axis;

@@ -15,7 +15,7 @@ from jaxcontact.history.moving import Motion, Shift, moving_memory
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Kernels
-from jaxcontact.sliding.observables import Slid
+from jaxcontact.sliding.observables import SlidingStep
 from jaxcontact.sliding.results import SlidingHistory
 from jaxcontact.sliding.track import FARTHEST, as_array, checked_track, directions, over_times, shifts
 
@@ -128,7 +128,7 @@ def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:
     return jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
 
 
-def with_returns(status: Array, slid: Slid, depth: Array) -> Array:
+def with_returns(status: Array, slid: SlidingStep, depth: Array) -> Array:
     """The status, with the steps marked in which dropped history under the contact would show."""
     back = slid.overlaps & (slid.dropped > DROPPED_LIMIT * depth)
     return jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)

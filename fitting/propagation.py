@@ -2,7 +2,7 @@
 
     var f = g^T C g,   g = df/dp + sum over q of the nuisances' share,
 
-with p = (j0, j2, f, j2/tau) the compliances that were fitted and C their covariance. A nuisance q
+with p the compliances that were fitted (``structure.py``) and C their covariance. A nuisance q
 (Poisson's ratio, a film's thickness) with a standard deviation s acts twice: in f itself, and through
 the parameters, which were fitted at the assumed q:  (df/dq + df/dp dp/dq)^2 s^2.
 """
@@ -16,11 +16,7 @@ import numpy as np
 from jax import Array
 from scipy import stats
 
-from fitting import models, uncertainty
-from fitting.halfspace import FLOW, LOGS
-from fitting.indentation_result import IndentationFit
-from fitting.nonlinear import inverse
-from fitting.result import CreepFit
+from fitting.result import Fit
 
 LEAST = 1e-9  # share of the largest compliance: an infinite parameter has no slope, this has
 
@@ -36,7 +32,7 @@ class Propagated(NamedTuple):
 
 
 def propagate(
-    fit: CreepFit | IndentationFit,
+    fit: Fit,
     f: Callable[..., Array],
     *,
     spread: dict[str, tuple[float, float] | float] | None = None,
@@ -48,55 +44,33 @@ def propagate(
     argument, about that of the fit, or (value, sd) where the fit has none. Linear in the compliances:
     where a parameter is not determined the band says so by its width. Raises ValueError on bad input.
     """
-    p, covariance = _parameters(fit)
-    spread = spread or {}
+    if not isinstance(fit, Fit):
+        raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
+    spread, structure = spread or {}, fit.structure
     values, sds = _spread(fit, spread)
-    model, where = fit.model, models.PARTS[fit.model]
     thick = "thickness" in spread
 
     def result(p: Array, q: dict[str, Array]) -> Array:
-        material = model(**{name: 1.0 / p[part] for name, part in where.items()}, nu=q["nu"])
+        material = structure.material(structure.parameters(p), q["nu"])
         return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
 
-    used = sorted(where.values())
-    some = lambda x, q: result(jnp.asarray(p).at[jnp.array(used)].set(x), q)
-    start = jnp.asarray(p)[jnp.array(used)]
-    value = np.asarray(some(start, values))
-    by_p, by_q = jax.jacfwd(some, argnums=(0, 1))(start, values)
+    start = jnp.asarray(_off_zero(fit))
+    value = np.asarray(result(start, values))
+    by_p, by_q = jax.jacfwd(result, argnums=(0, 1))(start, values)
     by_p = np.asarray(by_p)
-    C = covariance[np.ix_(used, used)]
-    shares = {"data": np.sqrt(np.maximum(np.einsum("...i,ij,...j->...", by_p, C, by_p), 0.0))}
+    variance = np.einsum("...i,ij,...j->...", by_p, fit.covariance(), by_p)
+    shares = {"data": np.sqrt(np.maximum(variance, 0.0))}
     for name, sd in sds.items():
-        moved = np.asarray(by_q[name]) + by_p @ _response(fit, name)[used]
-        shares[name] = np.abs(moved) * sd
+        shares[name] = np.abs(np.asarray(by_q[name]) + by_p @ fit.moves(name)) * sd
     total = np.sqrt(sum(share**2 for share in shares.values()))
     z = stats.norm.ppf(0.5 + 0.5 * fit.level)
     return Propagated(value, total, value - z * total, value + z * total, shares)
 
 
-def _parameters(fit: CreepFit | IndentationFit) -> tuple[np.ndarray, np.ndarray]:
-    """Compliances (4,) in SI, off zero, and their covariance."""
-    if isinstance(fit, IndentationFit):
-        theta, covariance, press, _ = fit._state
-        unit = press.unit * np.array([1.0, 1.0, 1 / press.duration, 1 / press.duration])
-        p = np.array(theta[:4])
-        p[list(LOGS)] = np.exp(p[list(LOGS)])
-        slope = np.where(np.arange(4) == FLOW, 1.0, p)
-        C = covariance[:4, :4] * np.outer(slope, slope)
-    elif isinstance(fit, CreepFit):
-        scaled, best = fit._state[:2]
-        unit = scaled.compliance * np.array([1.0, 1.0, 1 / scaled.time, 1 / scaled.time])
-        p = np.asarray(best.parts)
-        problem = scaled.problem
-        lower, upper = np.append(problem.lower, problem.ratio[0]), np.append(problem.upper, problem.ratio[1])
-        free = np.flatnonzero(lower < upper)
-        J = np.asarray(uncertainty.jacobian(problem, best.parts, best.tau))[:, free]
-        spread = (1.0 if fit.weights == "sigma" else fit.noise) * fit.widening
-        C = np.zeros((4, 4))
-        C[np.ix_(free, free)] = inverse(J) * spread**2
-    else:
-        raise ValueError(f"fit: expected a CreepFit or an IndentationFit, got {type(fit).__name__}")
-    return np.maximum(p, LEAST * p.max()) * unit, C * np.outer(unit, unit)
+def _off_zero(fit: Fit) -> np.ndarray:
+    """The compliances of a fit, those at an open end a little off it."""
+    unit, best = fit.structure.units(1.0, fit.duration), fit.estimate.best
+    return np.maximum(best, LEAST * np.max(best / unit) * unit)
 
 
 def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:
@@ -114,14 +88,3 @@ def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]
             raise ValueError(f"spread[{name!r}]: the fit was made at {known[name]:g}, got {value:g}")
         values[name], sds[name] = jnp.asarray(float(value)), float(sd)
     return values, sds
-
-
-def _response(fit: Any, name: str) -> np.ndarray:
-    """d (compliances in SI)/d nuisance (4,): none for creep, where neither nu nor a thickness enters."""
-    if isinstance(fit, CreepFit):
-        return np.zeros(4)
-    theta, _, press, moves = fit._state
-    unit = press.unit * np.array([1.0, 1.0, 1 / press.duration, 1 / press.duration])
-    p = np.array(theta[:4])
-    p[list(LOGS)] = np.exp(p[list(LOGS)])
-    return np.where(np.arange(4) == FLOW, 1.0, p) * moves(name)[:4] * unit

@@ -7,6 +7,7 @@ after it. Where none is long enough the design says so.
 
 import functools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -14,14 +15,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting import models
+from fitting.structure import Structure, of_material
 
 SHORTEST, LONGEST = 0.02, 100.0  # durations tried, over tau
 TRIED, HALVINGS = 40, 20
 SAMPLINGS = ("even", "logarithmic")
 
 
-class Experiment(NamedTuple):
+class CreepTest(NamedTuple):
     """sampling: "even" or "logarithmic" times; share: of the duration that is hold, the rest is recovery;
     duration [s], inf where no duration up to the longest tried serves; sd {parameter: of its log} there."""
 
@@ -38,7 +39,7 @@ class Design(NamedTuple):
     noise: float
     weights: str
     points: int
-    experiments: tuple[Experiment, ...]
+    experiments: tuple[CreepTest, ...]
 
     def __str__(self) -> str:
         lines = [
@@ -65,18 +66,16 @@ def design(
     those wanted, all by default. Raises ValueError on bad input.
     """
     material = getattr(material, "material", material)
-    model = models.resolve(type(material))
-    names = tuple(models.PARTS[model])
-    values = np.array([float(getattr(material, name)) for name in names])
-    wanted = names if parameters is None else tuple(parameters)
-    _check(names, values, wanted, target, noise, weights, points, first, shares)
-    spans = _time_scale(dict(zip(names, values, strict=True)))
-    scene = functools.partial(_sd, model, names, values, noise, weights, points, first)
-    found = [
-        _shortest(scene, sampling, share, spans, [names.index(n) for n in wanted], target, names)
-        for sampling in SAMPLINGS
-        for share in shares
-    ]
+    law, values = of_material(material)
+    wanted = tuple(values) if parameters is None else tuple(parameters)
+    _check(values, wanted, target, noise, weights, points, first, shares)
+    span = _time_scale(law, values)
+
+    def shortest(sampling: str, share: float) -> CreepTest:
+        sd = lambda T: _bounds(law, values, *_times(T, points, first, sampling, share), noise, weights)
+        return CreepTest(sampling, share, *_shortest(sd, span, wanted, target))
+
+    found = [shortest(sampling, share) for sampling in SAMPLINGS for share in shares]
     return Design(target, noise, weights, points, tuple(sorted(found, key=lambda e: e.duration)))
 
 
@@ -84,88 +83,77 @@ def bounds(
     material: Any, t: Any, *, noise: float = 0.01, weights: str = "relative", hold: float = math.inf
 ) -> dict[str, float]:
     """sd of the log parameters from samples at t (n,) [s] of a test that is unloaded after ``hold`` [s]."""
-    model = models.resolve(type(material))
-    names = tuple(models.PARTS[model])
-    values = np.array([float(getattr(material, name)) for name in names])
-    return dict(
-        zip(names, _bounds(model, names, values, np.asarray(t, float), hold, noise, weights), strict=True)
-    )
+    law, values = of_material(material)
+    return _bounds(law, values, np.asarray(t, float), hold, noise, weights)
 
 
 def _bounds(
-    model: type, names: tuple, values: np.ndarray, t: np.ndarray, hold: float, noise: float, weights: str
-):
-    response, J = _jacobian(jnp.log(values), jnp.asarray(t), jnp.asarray(hold), model, names)
-    response, J = np.asarray(response), np.asarray(J)
+    law: Structure, values: dict[str, float], t: np.ndarray, hold: float, noise: float, weights: str
+) -> dict[str, float]:
+    """By the singular values of the weighted Jacobian."""
+    u = jnp.log(jnp.array(list(values.values())))
+    response, J = map(np.asarray, _jacobian(u, jnp.asarray(t), jnp.asarray(hold), law))
     weight = 1.0 / (noise * (np.abs(response) if weights == "relative" else np.max(np.abs(response))))
     J = J * np.broadcast_to(weight, response.shape)[:, None]
     size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     _, s, V = np.linalg.svd(J / size, full_matrices=False)
-    return np.sqrt(np.sum((V / np.maximum(s, 1e-300)[:, None]) ** 2, 0)) / size
+    sd = np.sqrt(np.sum((V / np.maximum(s, 1e-300)[:, None]) ** 2, 0)) / size
+    return dict(zip(values, map(float, sd), strict=True))
 
 
-@functools.partial(jax.jit, static_argnames=("model", "names"))
-def _jacobian(u: Array, t: Array, hold: Array, model: type, names: tuple) -> tuple[Array, Array]:
+@functools.partial(jax.jit, static_argnames="law")
+def _jacobian(u: Array, t: Array, hold: Array, law: Structure) -> tuple[Array, Array]:
     """Response (n,) to a stress of one, taken off after ``hold``, and its Jacobian in log parameters."""
 
     def response(u: Array) -> Array:
-        creep = model(**dict(zip(names, jnp.exp(u), strict=True))).creep
+        creep = law.material(dict(zip(law.where, jnp.exp(u), strict=True)), 0.0).creep
         return creep(t) - jnp.where(t >= hold, creep(jnp.maximum(t - hold, 0.0)), 0.0)
 
     return response(u), jax.jacfwd(response)(u)
 
 
-def _sd(
-    model: type, names: tuple, values: np.ndarray, noise: float, weights: str, points: int, first: float,
-    sampling: str, share: float, T: float,
-) -> np.ndarray:  # fmt: skip
-    """sd of the log parameters of one experiment of duration T."""
-    even = np.arange(1, points + 1) * T / points
+def _times(T: float, points: int, first: float, sampling: str, share: float) -> tuple[np.ndarray, float]:
+    """Samples of one test of duration T, and when it is unloaded."""
     hold = share * T if share < 1.0 else math.inf
     if sampling == "even":
-        t = even
-    elif share == 1.0:
-        t = np.geomspace(min(first, 0.1 * T), T, points)
-    else:
-        half = points // 2
-        a, b = np.geomspace(min(first, 0.1 * hold), 0.999 * hold, half), T - hold
-        t = np.concatenate([a, hold + np.geomspace(min(first, 0.1 * b), b, points - half)])
-    return _bounds(model, names, values, t, hold, noise, weights)
+        return np.arange(1, points + 1) * T / points, hold
+    if share == 1.0:
+        return np.geomspace(min(first, 0.1 * T), T, points), hold
+    half, rest = points // 2, T - hold
+    loaded = np.geomspace(min(first, 0.1 * hold), 0.999 * hold, half)
+    return np.append(loaded, hold + np.geomspace(min(first, 0.1 * rest), rest, points - half)), hold
 
 
 def _shortest(
-    scene: Any, sampling: str, share: float, tau: float, wanted: list[int], target: float, names: tuple
-) -> Experiment:
-    """By a scan over log durations, then bisection at the first that serves."""
-    good = lambda T: bool(np.all(scene(sampling, share, T)[wanted] <= target))
-    tried = tau * np.geomspace(SHORTEST, LONGEST, TRIED)
+    sd: Callable[[float], dict[str, float]], span: float, wanted: tuple[str, ...], target: float
+) -> tuple[float, dict[str, float]]:
+    """Duration [s] and its sd, by a scan over log durations, then bisection at the first that serves."""
+    good = lambda T: all(sd(T)[name] <= target for name in wanted)
+    tried = span * np.geomspace(SHORTEST, LONGEST, TRIED)
     k = next((k for k, T in enumerate(tried) if good(T)), None)
     if k is None:
-        sd = scene(sampling, share, tried[-1])
-        return Experiment(sampling, share, math.inf, dict(zip(names, map(float, sd), strict=True)))
+        return math.inf, sd(tried[-1])
     low, high = tried[max(k - 1, 0)], tried[k]
     for _ in range(HALVINGS if k else 0):
         middle = math.sqrt(low * high)
         low, high = (low, middle) if good(middle) else (middle, high)
-    return Experiment(
-        sampling, share, float(high), dict(zip(names, map(float, scene(sampling, share, high)), strict=True))
-    )
+    return float(high), sd(high)
 
 
-def _time_scale(values: dict[str, float]) -> float:
-    """The retardation time [s], or that in which flow catches up with the spring."""
+def _time_scale(law: Structure, values: dict[str, float]) -> float:
+    """The longest retardation time [s], or that in which flow catches up with the spring."""
+    if law.tau is not None:
+        return float(law.tau[-1])
     if "G2" in values:
         return values["eta2"] / values["G2"]
     return values.get("eta", 1.0) / values["G"]
 
 
-def _check(names, values, wanted, target, noise, weights, points, first, shares) -> None:
-    if not np.all(np.isfinite(values) & (values > 0)):
-        raise ValueError(
-            f"material: expected finite parameters > 0, got {dict(zip(names, values, strict=True))}"
-        )
-    if not wanted or set(wanted) - set(names):
-        raise ValueError(f"parameters: expected some of {list(names)}, got {list(wanted)}")
+def _check(values, wanted, target, noise, weights, points, first, shares) -> None:
+    if not all(math.isfinite(value) and value > 0 for value in values.values()):
+        raise ValueError(f"material: expected finite parameters > 0, got {values}")
+    if not wanted or set(wanted) - set(values):
+        raise ValueError(f"parameters: expected some of {list(values)}, got {list(wanted)}")
     if not (target > 0 and noise > 0 and first > 0 and points >= 5):
         raise ValueError(
             f"target, noise, first > 0 and points >= 5 expected, got {target}, {noise}, {first}, {points}"

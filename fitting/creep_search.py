@@ -1,0 +1,149 @@
+"""The optimum and the profiles of a creep curve, compiled; ``batch.py`` runs the same for many curves.
+
+Variable projection (``varpro.py``) already finds the optimum but for the grid of tau; Gauss-Newton steps
+with exact Jacobians in the logarithms of the compliances remove that.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting import varpro
+from fitting.data import CreepData
+from fitting.evidence import Allowance, allow
+from fitting.history import History, Step, columns, merge
+from fitting.structure import Structure
+
+STEPS = 3  # of Gauss-Newton
+
+
+class Scaled(NamedTuple):
+    """A problem in its own units: ``compliance`` [1/Pa] and ``time`` [s] undo it."""
+
+    problem: varpro.TauSearch
+    compliance: float
+    time: float
+
+
+def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict) -> Scaled:
+    """The dimensionless problem."""
+    y, size = data.response, float(np.max(np.abs(data.response)))
+    span, stress = float(data.t[-1]), 1.0
+    basis: Step | History = Step(data.t / span)
+    if data.J is None:
+        knots, values = data.stress
+        stress = float(np.max(np.abs(values)))
+        basis = merge(data.t / span, knots / span, values / stress)
+    unit = size / stress
+    box = structure.box(table) / structure.units(unit, span)[:, None]
+    return Scaled(varpro.search(y / size, weight * size, basis, data.t / span, box), unit, span)
+
+
+class Optimum(NamedTuple):
+    """parts (4,) = (j0, j2, f, j2/tau), tau, weighted residual (n,), cost over the grid of tau."""
+
+    parts: Array
+    tau: Array
+    residual: Array
+    cost: Array
+
+
+@jax.jit
+def minimise(problem: varpro.TauSearch) -> Optimum:
+    """The least weighted squares: variable projection, then Gauss-Newton in log parameters."""
+    _, x, tau, cost = varpro.solve(problem)
+    start = jnp.append(x, x[1] / tau)
+    lower, upper = problem.limits
+    active = strictly_inside(start, lower, upper)
+    parts = jnp.clip(_polish(problem, start, tau, active), lower, upper)
+    residual = _residual(problem, parts, tau)
+    better = residual @ residual <= jnp.sum(_residual(problem, start, tau) ** 2)
+    parts = jnp.where(better, parts, start)
+    tau = _tau(parts, tau)
+    return Optimum(parts, tau, _residual(problem, parts, tau), cost)
+
+
+def strictly_inside(parts: Array, lower: Array, upper: Array) -> Array:
+    """Which compliances are off their bounds and off zero, (4,) bool."""
+    return (parts > lower * (1 + 1e-9)) & (parts < upper * (1 - 1e-9)) & (parts > 0)
+
+
+def _tau(parts: Array, tau: Array) -> Array:
+    """tau = j2/(j2/tau), or the given one where there is no retarded part."""
+    some = (parts[1] > 0) & (parts[3] > 0)
+    return jnp.where(some, parts[1] / jnp.where(some, parts[3], 1.0), tau)
+
+
+def _residual(problem: varpro.TauSearch, parts: Array, tau: Array) -> Array:
+    return varpro.weighted_columns(problem, _tau(parts, tau)) @ parts[:3] - problem.weights * problem.data
+
+
+@jax.jit
+def jacobian(problem: varpro.TauSearch, optimum: Optimum) -> Array:
+    """d (weighted model)/d parts, (n, 4), exact; at j2 = 0 tau stays as found."""
+    return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
+
+
+def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) -> Array:
+    """Gauss-Newton from ``start`` in log of the active parts; the others stay as they are.
+
+    Variable projection leaves an error of 1e-4 in tau, which ``STEPS`` squares away. Their number is
+    fixed, so that many curves at once do not wait for the slowest.
+    """
+
+    def residual(u: Array) -> Array:
+        return _residual(problem, jnp.where(active, jnp.exp(u), start), tau)
+
+    def step(_: int, u: Array) -> Array:
+        r, J = residual(u), jax.jacfwd(residual)(u)
+        size = jnp.where(active, jnp.sqrt(jnp.maximum(jnp.sum(J * J, 0), 1e-300)), 1.0)
+        J = J / size
+        A = J.T @ J + jnp.diag(jnp.where(active, 1e-13, 1.0))
+        trial = u - jnp.clip(jnp.linalg.solve(A, J.T @ r) / size, -1.0, 1.0)
+        after = residual(trial)
+        return jnp.where(after @ after < r @ r, trial, u)
+
+    u = jax.lax.fori_loop(0, STEPS, step, jnp.log(jnp.where(active, start, 1.0)))
+    return jnp.where(active, jnp.exp(u), start)
+
+
+class CreepProfile(NamedTuple):
+    """ends (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...), slope0 the initial slope, their upper side
+    infinite where open; allowed: the rise of RSS that bounds them."""
+
+    ends: Array
+    allowed: Allowance
+
+
+@jax.jit
+def profile(
+    problem: varpro.TauSearch, optimum: Optimum, rule: Array, known: Array, times: Array
+) -> CreepProfile:
+    """Profile-likelihood extents; rule and known as in ``evidence.allow``."""
+    lower, upper = problem.limits
+    size = jnp.sum((problem.weights * problem.data) ** 2)
+    allowed = allow(optimum.residual, jnp.sum(upper > lower), size, rule, known)
+
+    def rows(tau: Array) -> Array:
+        base = jnp.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+        slope = jnp.stack([jnp.array([0.0, 1 / tau, 0]), jnp.array([0.0, 1 / tau, 1.0])])
+        return jnp.concatenate([base, slope, columns(Step(times), jnp.reshape(tau, 1))])
+
+    ends, reach = varpro.extents(problem, optimum.tau, optimum.cost, allowed.level, rows)
+    return CreepProfile(_opened(ends, reach, problem), allowed)
+
+
+def _opened(ends: Array, reach: Array, problem: varpro.TauSearch) -> Array:
+    """Extents (m, 2) with an infinite end where they grow with tau without limit.
+
+    If every tau up to the end of the search fits, j2 has no upper limit; if every tau down to the
+    other end does, 1/eta2 = j2/tau has none, nor has the initial slope.
+    """
+    low, high = jnp.log(problem.tau)
+    slow = (reach[1] >= high) & ~jnp.isfinite(problem.upper[1])
+    fast = (reach[0] <= low) & ~jnp.isfinite(problem.ratio[1])
+    open_end = jnp.zeros(ends.shape[0], bool).at[1].set(slow).at[3:5].set(fast)
+    return ends.at[:, 1].set(jnp.where(open_end, jnp.inf, ends[:, 1]))

@@ -1,0 +1,146 @@
+"""The fit of a film on a substrate, on a mesh that is fine enough for the data.
+
+The start is quasi-elastic: the approach of the ball on an elastic film, over a range of the film's
+compliance, is solved once and inverted point by point; the compliances found are then fitted as creep
+under the measured load. The grid is as wide as the contact of that start needs. What the grid and the
+time steps do to the parameters is measured, by a run with more cells and steps at the optimum,
+added to the model as a correction, and refined until what remains is small beside the noise.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import jaxcontact as jc
+from fitting import layered
+from fitting.history import merge
+from fitting.layered import FilmTest, Mesh
+from fitting.nonlinear import Best, Objective, minimise
+from fitting.press import Found, Medium, Press, start
+from fitting.uncertainty import inverse
+
+CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
+FINER, STEPS_FINER = 4, 3  # cells and steps of the run that corrects a chosen grid
+LEFT = 8.0  # of a change found by it second order leaves an eighth for the steps, a fifteenth for the cells
+FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # where the grid is given
+MARGIN = 1.2  # grid over contact
+WIDER = 1.3
+LEAST = 1e-8  # scaled flow, or branch of a series: at none the decay rates of the film have no slope
+SMALL = 0.2  # bias over standard error that is small
+EDGE = 2
+Scene = Callable[[Mesh], FilmTest]
+RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
+
+
+def search(press: Press, layer: float, substrate: Any, grid: Any) -> Found:
+    """Minimise on meshes of doubled fineness until the bias left is small beside the noise."""
+    _check(press, layer, substrate)
+    press = press._replace(space=dataclasses.replace(press.space, least=LEAST))
+    scene = functools.partial(layered.scene, press, layer, substrate)
+    theta, radius = _start(press, layer, substrate)
+    chosen, runs = grid is None, np.zeros(2, int)
+    mesh = Mesh(CELLS, 2.0 * MARGIN * radius) if chosen else Mesh(grid.shape[0], float(grid.width[0]))
+    while True:
+        coarse, objective, mesh = _wide_enough(press, scene, theta, mesh, chosen)
+        runs += objective.residual_runs + 3, objective.jacobian_runs
+        film = _corrected(press, scene, coarse, mesh, FINER if chosen else FINER_GIVEN)
+        best, objective = _minimise(press, film, coarse.theta)
+        left = np.abs(best.theta - coarse.theta) / (LEFT if chosen else LEFT_GIVEN)
+        bias = left / _standard_errors(best, press)
+        if bias.max() < SMALL or not chosen or 2 * mesh.cells > MOST_CELLS:
+            break
+        theta, mesh = best.theta, mesh._replace(cells=2 * mesh.cells)
+    objective.residual_runs += int(runs[0])
+    objective.jacobian_runs += int(runs[1])
+    named = {press.space.names[i]: float(bias[i]) for i in press.space.free}
+    medium = Medium(layer, substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), named)
+    return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
+
+
+def _check(press: Press, layer: float, substrate: Any) -> None:
+    """ValueError unless there is a film that can be solved."""
+    if not (isinstance(layer, int | float | np.number) and np.isfinite(layer) and layer > 0):
+        raise ValueError(f"layer: expected a thickness > 0 m, got {layer!r}")
+    if not isinstance(substrate, jc.Elastic):
+        raise ValueError(f"substrate: expected Elastic under a layer, got {type(substrate).__name__}")
+    if press.space.structure.model is jc.KelvinVoigt:
+        raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
+
+
+def _start(press: Press, layer: float, substrate: Any) -> tuple[np.ndarray, float]:
+    """Coordinates to start from, and the largest contact radius [m] there."""
+    depth, radius = _elastic(press, layer, substrate)
+    on = press.kept & (press.load > 0.3)
+    scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-2.0 / 3.0), depth[0])
+    J = np.exp(np.interp(scaled, depth, RANGE))
+    slope = np.interp(scaled, depth, np.gradient(depth, RANGE)) / J
+    weights = np.where(on, slope / np.maximum(press.load, 0.3), 0.0)
+    basis = merge(press.t, press.t, press.load)
+    widest = radius[min(int(np.searchsorted(depth, scaled[on].max())) + 1, depth.size - 1)]
+    return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
+
+
+def _elastic(press: Press, layer: float, substrate: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Scaled depth and contact radius [m] under the largest load over elastic films of ``RANGE``."""
+    width = 2.4 * np.sqrt(1.5 * float(press.indenter.radius) * press.depth_unit)
+    grid = jc.Grid.square(n=START_CELLS, width=width)
+    film = press.nu, press.indenter, layer, substrate, press.load_unit, grid
+    rows = [layered.elastic(np.exp(x) * press.unit, *film) for x in RANGE]
+    depth, radius = np.array(rows).T
+    return np.maximum.accumulate(depth / press.depth_unit), radius
+
+
+def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
+    """From theta; small steps of RSS do not count, they cost runs."""
+    at = press.space.point
+    objective = Objective(
+        lambda theta: layered.evaluate(at(theta), film)[0],
+        lambda theta, free: layered.slopes(at(theta), free, film),
+        *press.space.bounds, ftol=1e-5, close=1e-2,
+    )  # fmt: skip
+    return minimise(objective, theta), objective
+
+
+def _wide_enough(
+    press: Press, scene: Scene, theta: np.ndarray, mesh: Mesh, chosen: bool
+) -> tuple[Best, Objective, Mesh]:
+    """The optimum on a mesh, which is made wider while the contact reaches its edge."""
+    while True:
+        film = scene(mesh)
+        best, objective = _minimise(press, film, theta)
+        status = int(layered.evaluate(press.space.point(best.theta), film)[1])
+        if not (status == EDGE and chosen):
+            break
+        theta, mesh = best.theta, mesh._replace(width=WIDER * mesh.width)
+    if status:
+        n = mesh.cells
+        raise ValueError(f"grid: the contact on {n} x {n} cells has status {status}: a wider or finer grid")
+    return best, objective, mesh
+
+
+def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
+    """With what ``finer`` times the cells and three times the steps change in the response at the optimum."""
+    point, coarse = press.space.point(best.theta), scene(mesh)
+    fine = scene(mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
+    bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
+    response = lambda film: layered.evaluate(point, film._replace(**bare))[0]
+    return coarse._replace(correction=response(fine) - response(coarse))
+
+
+def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
+    """d theta/d nuisance = -(J^T J)^-1 J^T dr/d nuisance at the optimum, (m,)."""
+    change = np.zeros(best.theta.size)
+    slope = np.asarray(layered.nuisance_slope(press.space.point(best.theta), film, name))
+    change[press.space.free] = -inverse(best.jacobian) @ (best.jacobian.T @ slope)
+    return change
+
+
+def _standard_errors(best: Best, press: Press) -> np.ndarray:
+    """Of the coordinates (m,), infinite where held."""
+    spread = np.full(best.theta.size, np.inf)
+    variance = 1.0 if press.known else best.rss / (press.kept.sum() - best.jacobian.shape[1])
+    spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
+    return np.maximum(spread, 1e-300)

@@ -1,0 +1,193 @@
+"""Materials as lists of compliances: which parameter of a material is which.
+
+    J(t) = j0 + sum_i j_i (1 - exp(-t/tau_i)) + f t,     q_i = j_i/tau_i
+
+A fit knows a material as the list (j0, j_1 .. j_k, f, q_1 .. q_k), without the q where the retardation
+times are given. Moduli and viscosities are reciprocals of compliances, so that an infinite one is an
+ordinary zero; the parameters of ``jc.Prony`` are compliances themselves.
+"""
+
+import dataclasses
+import math
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+import jaxcontact as jc
+
+
+class Compliances(NamedTuple):
+    """spring: j0 (); retarded: j_i (k,) [1/Pa]; flow: f () [1/(Pa s)]; rates: 1/tau_i (k,) [1/s]."""
+
+    spring: Array
+    retarded: Array
+    flow: Array
+    rates: Array
+
+    def creep(self, t: Array) -> Array:
+        """J(t) [1/Pa], t [s] of any shape."""
+        delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.retarded
+        return self.spring + delayed + self.flow * t
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Structure:
+    """A material class as a list of compliances.
+
+    model: the class; where {parameter: place in the list}; branches: k; tau (k,) [s]: the retardation
+    times where they are given, and the parameters are compliances, else None.
+    """
+
+    model: type
+    where: dict[str, int]
+    branches: int
+    tau: np.ndarray | None = None
+
+    @property
+    def flow(self) -> int:
+        """Place of the fluidity."""
+        return 1 + self.branches
+
+    @property
+    def size(self) -> int:
+        """Length of the list."""
+        return 2 + self.branches * (2 if self.tau is None else 1)
+
+    def units(self, compliance: float, time: float) -> np.ndarray:
+        """Unit of each compliance, (size,), from one of compliance [1/Pa] and one of time [s]."""
+        return np.where(np.arange(self.size) < self.flow, compliance, compliance / time)
+
+    def unit(self, name: str) -> str:
+        """Of a parameter."""
+        if self.tau is not None:
+            return "1/(Pa s)" if self.where[name] == self.flow else "1/Pa"
+        return "Pa" if name.startswith("G") else "Pa s"
+
+    def key(self, name: str) -> str:
+        """A parameter's name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
+        unit = self.unit(name).replace("1/", "1_per_").replace(" ", "_")
+        return f"{name}_{unit}".replace("(", "").replace(")", "")
+
+    def compliances(self, values: Array) -> Compliances:
+        """Of a list (size,); any rate where the retarded part is zero."""
+        retarded = values[1 : self.flow]
+        if self.tau is not None:
+            return Compliances(values[0], retarded, values[self.flow], jnp.asarray(1.0 / self.tau))
+        some = retarded > 0
+        rates = jnp.where(some, values[self.flow + 1 :] / jnp.where(some, retarded, 1.0), 1.0)
+        return Compliances(values[0], retarded, values[self.flow], rates)
+
+    def parameters(self, compliances: Any) -> dict[str, Any]:
+        """{parameter: value} of a list of compliances, which may be traced."""
+        own = (lambda c: c) if self.tau is not None else reciprocal
+        return {name: own(compliances[place]) for name, place in self.where.items()}
+
+    def material(self, values: dict[str, Any], nu: Any) -> Any:
+        """The material with these parameters; those of a series that are not among them are zero."""
+        if self.tau is None:
+            return self.model(**values, nu=nu)
+        J = jnp.stack([jnp.asarray(values[f"J{i + 1}"]) for i in range(self.branches)])
+        return jc.Prony(
+            J0=values.get("J0", 0.0), J=J, tau=self.tau, nu=nu, fluidity=values.get("fluidity", 0.0)
+        )
+
+    def box(self, table: dict[str, tuple[float, float]]) -> np.ndarray:
+        """Bounds of the compliances (size, 2) from those of the parameters; zero for a part that is absent."""
+        box = np.zeros((self.size, 2))
+        for name, place in self.where.items():
+            low, high = table[name]
+            box[place] = (low, high) if self.tau is not None else (reciprocal(high), reciprocal(low))
+        return box
+
+    def intervals(self, spans: np.ndarray, table: dict[str, tuple[float, float]]) -> dict:
+        """Intervals of the parameters from those (size, 2) of the compliances, cut to the bounds."""
+        ends = [self.parameters(np.maximum(side, 0.0)) for side in spans.T]
+        result = {}
+        for name, (low, high) in table.items():
+            least, most = sorted(end[name] for end in ends)
+            result[name] = (max(float(least), low), min(float(most), high))
+        return result
+
+
+CLASSICAL = {
+    jc.Elastic: Structure(jc.Elastic, {"G": 0}, 0),
+    jc.Maxwell: Structure(jc.Maxwell, {"G": 0, "eta": 1}, 0),
+    jc.KelvinVoigt: Structure(jc.KelvinVoigt, {"G": 1, "eta": 3}, 1),
+    jc.StandardLinearSolid: Structure(jc.StandardLinearSolid, {"G1": 0, "G2": 1, "eta2": 3}, 1),
+    jc.Burgers: Structure(jc.Burgers, {"G1": 0, "G2": 1, "eta1": 2, "eta2": 3}, 1),
+}
+
+
+def resolve(model: type | str) -> Structure:
+    """The structure of a material class with at most one retardation time, given itself or its name."""
+    by_name = {cls.__name__: cls for cls in CLASSICAL}
+    cls = by_name.get(model) if isinstance(model, str) else model
+    if cls not in CLASSICAL:
+        raise ValueError(
+            f"model: expected one of {sorted(by_name)}, got {getattr(model, '__name__', model)!r}"
+        )
+    return CLASSICAL[cls]
+
+
+def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
+    """``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
+    tau = np.unique(np.asarray(tau, dtype=float))
+    if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
+        raise ValueError(f"tau: expected times > 0, got {tau}")
+    where = {f"J{i + 1}": i + 1 for i in range(tau.size)}
+    where = ({"J0": 0} if instantaneous else {}) | where
+    return Structure(jc.Prony, where | ({"fluidity": tau.size + 1} if flow else {}), tau.size, tau)
+
+
+def of_material(material: Any) -> tuple[Structure, dict[str, float]]:
+    """The structure of a material and its parameters; a series is without J0 or the fluidity where zero."""
+    if not isinstance(material, jc.Prony):
+        structure = resolve(type(material))
+        return structure, {name: float(getattr(material, name)) for name in structure.where}
+    J, order = np.atleast_1d(material.J), np.argsort(np.atleast_1d(material.tau))
+    structure = series(material.tau, float(material.J0) > 0, float(material.fluidity) > 0)
+    values = structure.parameters(np.array([material.J0, *J[order], material.fluidity], dtype=float))
+    return structure, values
+
+
+def limits(
+    structure: Structure, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None
+) -> dict[str, tuple[float, float]]:
+    """Bounds of every parameter, (0, inf) unless given, equal ones where fixed; ValueError on bad input."""
+    table = {name: (0.0, math.inf) for name in structure.where}
+    for name, pair in (bounds or {}).items():
+        _known(structure, name, "bounds")
+        table[name] = _pair(name, pair)
+    for name, value in (fixed or {}).items():
+        _known(structure, name, "fixed")
+        if not (isinstance(value, int | float | np.number) and math.isfinite(value) and value > 0):
+            raise ValueError(f"fixed[{name!r}]: expected a number > 0, got {value!r}")
+        table[name] = (float(value), float(value))
+    return table
+
+
+def _known(structure: Structure, name: str, what: str) -> None:
+    if name not in structure.where:
+        raise ValueError(
+            f"{what}: {structure.model.__name__} has parameters {list(structure.where)}, got {name!r}"
+        )
+
+
+def _pair(name: str, pair: tuple) -> tuple[float, float]:
+    try:
+        low, high = pair
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"bounds[{name!r}]: expected (low, high), None for an open side, got {pair!r}"
+        ) from None
+    low, high = 0.0 if low is None else float(low), math.inf if high is None else float(high)
+    if not 0.0 <= low < high:
+        raise ValueError(f"bounds[{name!r}]: expected 0 <= low < high, got {pair!r}")
+    return low, high
+
+
+def reciprocal(value: Any) -> Any:
+    """1/value, with 1/0 = inf and 1/inf = 0; a traced value as it is."""
+    return math.inf if isinstance(value, float) and value == 0.0 else 1.0 / value
