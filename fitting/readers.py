@@ -220,8 +220,8 @@ def _parts(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict)
             example = {one.key: k for k, one in enumerate(wanted)}
             line, got = blocks[0].rows[0][0], columns or "none"
             raise ValueError(
-                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, and "
-                f"units=; got {got}"
+                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, "
+                f"and units=; got {got}"
             )
     found = []
     for block in blocks:

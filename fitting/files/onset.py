@@ -14,7 +14,7 @@ ALIKE = 0.3  # by which a spacing may differ from one that grows with time
 
 
 def counts_from_zero(t: np.ndarray) -> bool:
-    """Whether the clock seems to start with the load: the first sample is early, or spacing grows with time."""
+    """Whether the clock seems to start with the load: an early first sample, or spacing that grows in time."""
     different = np.unique(t[np.isfinite(t)])
     if different.size < 3 or different[0] <= LATE * (different[1] - different[0]):
         return True
