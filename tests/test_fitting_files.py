@@ -131,6 +131,8 @@ REFUSED = {
     "recovery after creep": (
         table("t [s],J [1/Pa]", np.append(T, 40 + T), np.append(J, J[-1] - 0.8 * J)),
         ["falls after 40 s", "window=(0, 40)"], {}),
+    "stress in words": (
+        table("# stress = 10 kPa\n# t [s],strain [-]", T, STRAIN), ["stress="], {}),
     "strain without stress": (table("t [s],strain [-]", T, STRAIN), ["stress="], {}),
     "stress before the file": (table(NAMES, 1286 + T, STRAIN, S), ["start="], {}),
     "no stress": (table(NAMES, T, STRAIN, 0 * T), ["stress"], {}),
@@ -332,6 +334,22 @@ def test_a_window_is_of_the_clock_of_the_file(tmp_path):
     path = save(tmp_path, table("t [s],J [1/Pa]", 1286 + T, J))
     data = fitting.read_creep(path, start=1286, window=(1287, 1296))
     np.testing.assert_allclose(data.t, T[(T >= 1) & (T <= 10)], atol=1e-5)
+
+
+def test_creep_and_recovery_under_the_measured_stress(tmp_path):
+    """Both steps, joined on the running clock: strain, and the stress that goes back to zero between samples."""
+    late = np.linspace(41.0, 80.0, 40)
+    steps = trios(
+        ("Creep - 1", [T, T, S, 100 * STRAIN]),
+        ("Recovery - 2", [late, late - 40, 0 * late, 0 * late + 1.0]),
+        names=TRIOS[0][:4],
+        units=TRIOS[1][:4],
+    )
+    options = {"segment": (0, 1), "columns": {"t": "Time"}, "start": 0.0}
+    data = fitting.read_creep(save(tmp_path, steps), **options)
+    np.testing.assert_allclose(data.t, np.concatenate([T, late]), rtol=1e-8)
+    np.testing.assert_allclose(data.stress[1], np.concatenate([[SIGMA], S, 0 * late]))
+    assert any("changes between 40 and 41 s, taken as linear" in note for note in data.notes)
 
 
 @pytest.mark.parametrize("name", PRESSED)
