@@ -110,7 +110,8 @@ def tip_depth(
     """
     if spring_constant is None or not spring_constant > 0:
         raise ValueError(
-            f"{path}: no depth, and a height needs spring_constant= > 0 [N/m] of the cantilever; got {spring_constant!r}"
+            f"{path}: no depth, and a height needs the cantilever's spring_constant= > 0 [N/m]; "
+            f"got {spring_constant!r}"
         )
     force = load - np.median(load[:LEAST])
     sign, _ = signs(force, height)

@@ -195,9 +195,9 @@ class IndentationData:
             ValueError: another name, or fewer than 5 points.
 
         Example:
-            >>> data = IndentationData(t=range(8), load=[1, 2, 2, 2, 2, 2, 1, 0], depth=[1, 2, 3, 3, 3, 3, 2, 1])
+            >>> data = IndentationData(t=range(7), load=[1, 2, 2, 2, 2, 1, 0], depth=[1, 2, 3, 3, 3, 2, 1])
             >>> data.only("approach", "hold").notes
-            ('approach and hold taken: 6 of 8 points',)
+            ('approach and hold taken: 5 of 7 points',)
         """
         if not segments:
             return self

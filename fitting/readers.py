@@ -34,8 +34,8 @@ LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth",))
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
 AIR = 5  # points before contact that are too few to speak of
-STRESS_FACT = r"(?im)\bstress\s*=\s*([0-9.eE+-]+)"  # RepTate, in Pa
-SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)"  # JPK, Optics11, in N/m
+STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
 
 
 def read_creep(
@@ -97,7 +97,7 @@ def read_creep(
         taken = mending.window(taken, window)
         fields["strain"] = taken.values["strain"]
         onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
-    taken = mending.check_signs(table.path, taken)
+    taken = mending.check_times(table.path, taken)
     return _build(table.path, CreepData, t=taken.values["t"], notes=_once(taken.notes), **fields)
 
 
@@ -139,6 +139,10 @@ def read_indentation(
         2e-06
     """
     if afm.is_force_curve(path):
+        if columns or units or decimal:
+            raise ValueError(
+                f"{os.fspath(path)}: columns, units, decimal: go with text, not with a force curve"
+            )
         found = afm.read(path, curve, spring_constant)
         data = _build(os.fspath(path), IndentationData, **found)
     else:
@@ -220,8 +224,8 @@ def _parts(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict)
             example = {one.key: k for k, one in enumerate(wanted)}
             line, got = blocks[0].rows[0][0], columns or "none"
             raise ValueError(
-                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, and "
-                f"units=; got {got}"
+                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, "
+                f"and units=; got {got}"
             )
     found = []
     for block in blocks:
@@ -262,6 +266,8 @@ def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> 
         raise ValueError(
             f"{table.path}: column {tensile[0]!r}: a tensile test needs nu= for J = 2 (1 + nu) D, got none"
         )
+    if tensile and convention == "1/(2G)":
+        raise ValueError(f"{table.path}: convention: expected 'D' for {tensile[0]!r}, got {convention!r}")
     if tensile:
         return "D", taken.say(f"{tensile[0]}: tension, J = 2 (1 + nu) D with nu = {nu:g}")
     if nu is not None and convention != "D":

@@ -1,4 +1,4 @@
-"""Segments of an indentation curve: approach, hold and retract, as the file marks them or as the course shows."""
+"""Segments of an indentation curve, approach, hold, retract: as the file marks them, or the course shows."""
 
 from collections.abc import Sequence
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fitting
+import jaxcontact as jc
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 R, G1, G2, ETA1, ETA2 = 100e-6, 2e5, 1e5, 5e6, 4e5
@@ -51,6 +52,18 @@ def test_contact_of_the_edge_set_is_found():
     truth = indentation(taken.t, 5e-6, 2.0)
     assert np.sqrt(np.mean((taken.depth - truth) ** 2)) < 10e-9  # of 2.7 um
     assert any("contact at" in note for note in taken.notes)
+
+
+@pytest.mark.slow
+def test_the_material_of_the_edge_set_is_recovered():
+    path = DATA / "edge" / "c_approach.csv"
+    if not path.exists():
+        pytest.skip("the edge sets are not beside the project")
+    taken = fitting.read_indentation(path).in_contact()
+    fit = fitting.fit_indentation(taken, indenter=jc.Sphere(radius=R), nu=0.5)
+    truth = {"G1": G1, "G2": G2, "eta1": ETA1, "eta2": ETA2}
+    for name, value in truth.items():
+        assert fit.values[name] == pytest.approx(value, rel=0.02), name
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.003])

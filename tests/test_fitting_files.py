@@ -73,6 +73,8 @@ COMPLIANCE = {
     "days and cm2/dyn": (table("Time [days],J [cm^2/dyn]", T / 86400, 1e-1 * J), {}),
     "temperature beside": (table("t\tT\tJ\ns\tC\t1/Pa", T, 0 * T + 25, J, sep="\t"), {}),
     "numbered rows": (table("No.;t [s];J [1/Pa]", np.arange(24), T, J, sep=";"), {}),
+    "date above, a column empty": (
+        "Mon Apr 29 10:41:06 2019\nrun 3 of 17\nt [s]\tnote\tJ [1/Pa]\n" + each(T, J, "{t:.9g}\t\t{J:.9g}"), {}),
     "words beside": (PLAIN.replace("\n", ",remark\n"), {}),
     "separators at the end": (PLAIN.replace("\n", ",\n"), {}),
     "statistics at the end": (PLAIN + "\nMean,1.2e-5\nS.D.,3e-6\n", {}),
@@ -110,7 +112,7 @@ STRAINED = {
     "RepTate, stress above": (table("stress=1000;\nt\tgamma", T, STRAIN, sep="\t").replace("\t", "   ", 4), {}),
     "strain alone, stress told": (table("t [s],strain [-]", T, STRAIN), {"stress": SIGMA}),
     "running clock, start told": (table(NAMES, 1286 + T, STRAIN, S), {"start": 1286.0}),
-    "stress later, start told": (NAMES + "\n0,0,0\n1,0,0\n2,0,0\n" + rows(2.5 + T, STRAIN, S), {"start": 2.5}),
+    "stress later, start told": (NAMES + "\n0,0,0\n1,0,0\n2,0,0\n" + rows(2 + T, STRAIN, S), {"start": 2.0}),
     "tension": (table("t [s],axial strain [-],stress [Pa]", T, STRAIN / 2.6, S), {"nu": 0.3}),
     "TRIOS": (trios((CREEP[0], CREEP[1][:4]), names=TRIOS[0][:4], units=TRIOS[1][:4]), {}),
 }  # fmt: skip
@@ -129,6 +131,8 @@ REFUSED = {
     "recovery after creep": (
         table("t [s],J [1/Pa]", np.append(T, 40 + T), np.append(J, J[-1] - 0.8 * J)),
         ["falls after 40 s", "window=(0, 40)"], {}),
+    "stress in words": (
+        table("# stress = 10 kPa\n# t [s],strain [-]", T, STRAIN), ["stress="], {}),
     "strain without stress": (table("t [s],strain [-]", T, STRAIN), ["stress="], {}),
     "stress before the file": (table(NAMES, 1286 + T, STRAIN, S), ["start="], {}),
     "no stress": (table(NAMES, T, STRAIN, 0 * T), ["stress"], {}),
@@ -163,6 +167,7 @@ REFUSED = {
     "picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", ["binary"], {}),
     "modulus in the unit": (table("t [s],compliance [GPa]", T, J), ["'GPa'", "1/Pa"], {}),
     "unknown unit below": (table("t,J\nfortnight,1/Pa", T, J), ["fortnight"], {}),
+    "unknown units below": (table("t;J\nmoons;bananas", T, J, sep=";"), ["moons"], {}),
     "MPa or mPa": (table("t [s],strain [-],stress [MPA]", T, STRAIN, S), ["MPA"], {}),
     "window without points": (PLAIN, ["at least 5"], {"window": (100.0, None)}),
     "window the wrong way": (PLAIN, ["window"], {"window": (9.0, 1.0)}),
@@ -307,6 +312,44 @@ def test_a_stress_that_rises_between_two_samples_is_said(tmp_path):
     np.testing.assert_allclose(data.stress[0][:2], [0.0, 1.0])  # none at 1 s of the file, all at 2 s
     np.testing.assert_allclose(data.stress[1][:2], [0.0, SIGMA])
     assert any("rises between 1 and 2 s" in note and "start=" in note for note in data.notes)
+
+
+def test_the_clock_counts_from_the_load_if_its_samples_show_it(tmp_path):
+    """Early samples, or spacing that grows with time, begin with the load; evenly spaced late ones need not."""
+    creep = lambda t: 1 / 2e5 - np.expm1(-t / 4.0) / 1e5 + t / 5e6
+    even, dense = np.linspace(5.0, 45.0, 400), np.geomspace(0.5, 40.0, 400)
+    read = lambda name, t: fitting.read_creep(
+        save(tmp_path, table(f"{name} [s],strain [-],stress [Pa]", t, creep(t) * SIGMA, 0 * t + SIGMA))
+    )
+    for name, t in (("time", dense), ("step time", even)):
+        data = read(name, t)
+        np.testing.assert_allclose(data.t, t, rtol=1e-8)
+        assert data.stress[0][0] == 0.0
+    for t in (even, 1286 + dense):
+        with pytest.raises(ValueError, match="start="):
+            read("time", t)
+
+
+def test_a_window_is_of_the_clock_of_the_file(tmp_path):
+    path = save(tmp_path, table("t [s],J [1/Pa]", 1286 + T, J))
+    data = fitting.read_creep(path, start=1286, window=(1287, 1296))
+    np.testing.assert_allclose(data.t, T[(T >= 1) & (T <= 10)], atol=1e-5)
+
+
+def test_creep_and_recovery_under_the_measured_stress(tmp_path):
+    """Both steps, joined on the running clock: strain, and the stress that goes back to zero between samples."""
+    late = np.linspace(41.0, 80.0, 40)
+    steps = trios(
+        ("Creep - 1", [T, T, S, 100 * STRAIN]),
+        ("Recovery - 2", [late, late - 40, 0 * late, 0 * late + 1.0]),
+        names=TRIOS[0][:4],
+        units=TRIOS[1][:4],
+    )
+    options = {"segment": (0, 1), "columns": {"t": "Time"}, "start": 0.0}
+    data = fitting.read_creep(save(tmp_path, steps), **options)
+    np.testing.assert_allclose(data.t, np.concatenate([T, late]), rtol=1e-8)
+    np.testing.assert_allclose(data.stress[1], np.concatenate([[SIGMA], S, 0 * late]))
+    assert any("changes between 40 and 41 s, taken as linear" in note for note in data.notes)
 
 
 @pytest.mark.parametrize("name", PRESSED)

@@ -5,6 +5,7 @@ import doctest
 import pytest
 
 from fitting import data, readers, units
+from fitting.files.cells import number
 from fitting.files.names import NAMES, read_heading
 
 INCH, POUND = 0.0254, 4.4482216152605  # [m], [N]: exact by definition
@@ -51,6 +52,19 @@ def test_what_is_no_unit_of_its_kind():
         for text in ["?", *texts.split()]:
             with pytest.raises(KeyError):
                 units.factor(kind, text)
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal", "value"),
+    [
+        ("1.512,8", ",", 1512.8), ("1,512.8", ".", 1512.8), ("1'512.8", ".", 1512.8), ("1.512", ",", 1512.0),
+        ("0.512", ",", None), ("0,512", ".", None), ("1,5", ".", None), ("1.51.2", ",", None), ("−2,5E−3", ",", -2.5e-3),
+        ("1.5D+02", ".", 150.0), (".5", ".", 0.5), ("5.", ".", 5.0), ("1_000", ".", None), ("0x10", ".", None),
+        ("12 345", ".", None), ("12\u00a0345", ".", 12345.0), ("", ".", None), ("1e5", ",", 1e5), ("+3", ".", 3.0),
+    ],
+)  # fmt: skip
+def test_numbers(cell, decimal, value):
+    assert number(cell, decimal) == value
 
 
 # kind: headings, each with its unit after a bar

@@ -36,7 +36,7 @@ def read(path: str | os.PathLike, curve: int | str | None, spring_constant: floa
     data = _choose(name, _load(name, spring_constant), curve)
     if "time" not in data:
         raise ValueError(
-            f"{name}: expected times, got none of them in {sorted(data.columns)}: take load and depth from afmformats "
+            f"{name}: expected times, got {sorted(data.columns)}: take load and depth from afmformats "
             "and make IndentationData(t=..., load=..., depth=...)"
         )
     t, load = np.asarray(data["time"], dtype=float), np.asarray(data["force"], dtype=float)

@@ -40,7 +40,7 @@ def split(text: str, separator: str | None) -> list[str]:
 
 
 def number(cell: str, decimal: str) -> float | None:
-    """The number in a cell, or None. Digits in groups of three are one number: "1.512,8" with "," is 1512.8."""
+    """The number in a cell, or None. With groups of three digits: "1.512,8" is 1512.8 if "," is the mark."""
     if not PLAIN[decimal].fullmatch(cell):
         cell = SPACES.sub("", cell.replace("−", "-"))
         if GROUPED[decimal].fullmatch(cell):

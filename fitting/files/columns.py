@@ -122,13 +122,15 @@ def _place(
     if len(hits) != 1:
         found = "none" if not hits else " and ".join(repr(cells[i]) for i in hits)
         shown = ", ".join(repr(cell) for cell in cells[:12])
-        what = f"expected one column for {choice or key!r} in {shown}; got {found}; name it in columns={{{key!r}: ...}}"
+        what = (
+            f"expected one column for {choice or key!r} in {shown}; got {found}; say columns={{{key!r}: ...}}"
+        )
         fail(table.path, block.header.line, key, what)
     return hits[0], name or read_heading(cells[hits[0]]).kind, _others(cells, hits[0], wanted)
 
 
 def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[int], str | None]:
-    """Columns of the best kind of name, those whose unit can be read before those ("Depth (V)") whose cannot."""
+    """Columns of the best kind of name; those with a unit that can be read go before "Depth (V)"."""
     for name in wanted.names:
         hits = [i for i, cell in enumerate(cells) if read_heading(cell).kind == name]
         units = [read_heading(cells[i]).unit or under[i] for i in hits]

@@ -10,7 +10,7 @@ from fitting.files.text import Line
 
 
 class Header(NamedTuple):
-    """cells: names with their units where the header has them; units: of a line of units; line: its number."""
+    """cells: names, with units where they have them; units: of a line of units; line: number of the names."""
 
     cells: list[str]
     units: list[str]
@@ -18,7 +18,7 @@ class Header(NamedTuple):
 
 
 def find_header(lines: list[Line], width: int, separator: str | None) -> Header | None:
-    """The line with the most known names over columns that fit; without any, the last with ``width`` cells."""
+    """The line with the most known names over columns that fit; without any, the last of ``width`` words."""
     best: tuple[tuple, list[str]] | None = None
     for k, line in enumerate(lines):
         cells = _cells(line.text, width, separator)
@@ -32,7 +32,7 @@ def find_header(lines: list[Line], width: int, separator: str | None) -> Header 
 
 
 def _cells(text: str, width: int, separator: str | None) -> list[str]:
-    """The line's cells as of a header, [] if it can be none: names that fit, else several names, else words."""
+    """The line's cells as a header, [] if it can be none: names that fit, else several names, else words."""
     every = [_trimmed(cells, width) for cells in ways_to_split(text, separator)]
     ways = [cells for cells in every if _may_be_header(cells)]
     for cells in ways:

@@ -48,7 +48,7 @@ def choose(path: str, option: str, parts: list[Series], segment: Segment) -> Ser
             )
         return parts[0]
     several = [segment] if isinstance(segment, int | str) else list(segment)
-    chosen = [part for one in several for part in [_one(path, option, parts, one, names)]]
+    chosen = [_one(path, option, parts, one, names) for one in several]
     return join(chosen).say(
         f"{option} taken: {', '.join(part.name or str(part.lines[0]) for part in chosen)}"
     )
@@ -77,17 +77,13 @@ def window(series: Series, limits: tuple[float | None, float | None] | None) -> 
     """Rows with times from limits[0] to limits[1], in seconds of the file's clock; None is no limit."""
     if limits is None:
         return series
-    low, high = (bound(value, side) for value, side in zip(limits, (-np.inf, np.inf), strict=True))
+    begin, end = limits
+    low, high = -np.inf if begin is None else begin, np.inf if end is None else end
     if not low < high:
         raise ValueError(f"window: expected (begin, end) with begin < end, got {limits!r}")
     t = series.values["t"] + series.zero
     keep = ~((t < low) | (t > high))
     return series.pick(keep).say(f"window {limits}: {keep.sum()} of {t.size} points taken")
-
-
-def bound(value: float | None, side: float) -> float:
-    """A limit, or the infinity of its side."""
-    return side if value is None else float(value)
 
 
 def complete(path: str, series: Series, positive: tuple[str, ...] = ()) -> Series:
@@ -123,7 +119,7 @@ def ordered(series: Series) -> Series:
     return series.say(f"{same} repeated times kept as repeated measurements") if same else series
 
 
-def check_signs(path: str, series: Series) -> Series:
+def check_times(path: str, series: Series) -> Series:
     """The series; ValueError where times are negative."""
     early = series.values["t"] < 0
     if np.any(early):

@@ -1,4 +1,4 @@
-"""Names of columns in the field's usual spellings, English and German: one table; and headings read with it."""
+"""Names of columns in the field's usual spellings, English and German, and headings read with them."""
 
 import re
 from typing import NamedTuple
@@ -18,8 +18,8 @@ NAMES = {
     " zugkriechnachgiebigkeit biegenachgiebigkeit",
     "strain": "strain strain(t) creepstrain γ γ(t) gamma gamma(t) shearstrain scherung schiebung gleitung"
     " scherdehnung deformation scherdeformation",
-    "tensile strain": "ε ε(t) epsilon tensilestrain axialstrain extensionalstrain engineeringstrain truestrain"
-    " elongation flexuralstrain dehnung kriechdehnung zugdehnung längsdehnung",
+    "tensile strain": "ε ε(t) epsilon tensilestrain axialstrain extensionalstrain engineeringstrain"
+    " truestrain elongation flexuralstrain dehnung kriechdehnung zugdehnung längsdehnung",
     "stress": "stress stress(t) τ tau shearstress sxy spannung schubspannung scherspannung",
     "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
     " flexuralstress zugspannung normalspannung",

@@ -6,6 +6,7 @@ from fitting.files.columns import Series
 from fitting.segments import noise, smooth
 
 ZERO = 0.01  # share of the largest stress below which there is none
+JUMP = 0.1  # share of the largest stress by which it changes from sample to sample in a jump
 LATE = 5.0  # spacings of the samples by which the first may be late if the clock starts with the load
 FALL = 0.2  # share of its largest by which a creep curve may fall
 SURE = 3.0  # standard deviations of the noise by which it then falls for sure
@@ -14,7 +15,7 @@ ALIKE = 0.3  # by which a spacing may differ from one that grows with time
 
 
 def counts_from_zero(t: np.ndarray) -> bool:
-    """Whether the clock seems to start with the load: the first sample is early, or spacing grows with time."""
+    """Whether the clock seems to start with the load: an early first sample, or spacing that grows."""
     different = np.unique(t[np.isfinite(t)])
     if different.size < 3 or different[0] <= LATE * (different[1] - different[0]):
         return True
@@ -65,7 +66,14 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
         ValueError: the file does not tell when the stress began; names ``start``.
     """
     t, stress = series.values["t"], series.values["stress"]
-    first = int(np.argmax(np.abs(stress) > ZERO * np.max(np.abs(stress))))
+    largest = np.max(np.abs(stress))
+    first = int(np.argmax(np.abs(stress) > ZERO * largest))
+    later = np.abs(np.diff(stress[first:])) > JUMP * largest
+    if np.any(later):
+        between = t[first:][np.argmax(later)], t[first:][np.argmax(later) + 1]
+        series = series.say(
+            f"the stress changes between {between[0]:g} and {between[1]:g} s, taken as linear"
+        )
     if start is not None:
         return series.pick(slice(first, None)), _step(t[first:], stress[first:])
     if first > 0:
