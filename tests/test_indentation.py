@@ -128,7 +128,6 @@ def test_relaxation_of_a_half_space_keeps_its_contact_and_follows_the_modulus():
     np.testing.assert_allclose(result.load / result.load[0], np.exp(-times), rtol=2e-3)
 
 
-@pytest.mark.versions
 def test_unloading_against_ting():
     """Depth up and down again: load within 0.5 % of its peak, loss of contact included."""
     body = jc.LayeredHalfSpace([], MAXWELL)
