@@ -29,6 +29,7 @@ def approach(material):
     return (3 * 0.7 * material.creep(jnp.asarray(LATER)) / (8 * np.sqrt(R))) ** (2 / 3)
 
 
+@pytest.mark.slow
 def test_spread_of_many_fits():
     """The sd of f over 300 fits of fresh noise is the sd carried from one, within three of its errors."""
     t = noisy(0)[0]

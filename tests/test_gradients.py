@@ -229,6 +229,7 @@ def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
     assert abs(float(slope(high) / slope(low)) - 1.0) > 0.05  # a kink, on a grid this coarse
 
 
+@pytest.mark.slow
 def test_an_integer_load_has_a_gradient():
     body, grid = jc.LayeredHalfSpace([], STEEL), jc.Grid.square(64, 330e-6)
     f = lambda load: jc.indent(body, jc.Sphere(9.525e-3), load, np.zeros(1), grid=grid).approach[0]

@@ -47,6 +47,7 @@ def test_speed_zero_is_indentation(body, ball):
     np.testing.assert_array_equal(still.tangential_force, 0.0)
 
 
+@pytest.mark.slow
 def test_great_speed_is_the_glassy_film(body, ball, film, steel):
     """At 1 m/s the film has no time to creep, also where the same place was long under load at rest."""
     fast = slide(body, ball, times=TIMES * 4e-6, velocity=1.0)

@@ -83,6 +83,7 @@ def plane_strain_kernels(n, columns, dx):
     )
 
 
+@pytest.mark.versions
 @pytest.mark.parametrize("speed", [0.1, 0.02, 0.5])
 def test_line_contact_of_a_standard_solid(speed):
     """2048 cells, 200 in contact, under Hunter's load: edges within a cell, friction within 1 %."""
@@ -121,7 +122,6 @@ def test_line_contact_of_a_standard_solid(speed):
 # limits ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.versions
 def test_infinite_speed_is_the_glassy_film(body, ball, film, steel):
     glass = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(film.G1, film.nu), 150e-9)], steel)
     elastic = indent(glass, ball, LOAD, jnp.zeros(1), grid=GRID, tolerance=1e-12, save="last")
@@ -220,6 +220,7 @@ def test_exponential_integral():
         np.testing.assert_allclose(exponential_integral(jnp.asarray(x)), exact, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [3.2e-8, 1e-7])
 def test_a_half_space_that_relaxes_as_the_contact_passes(ball, film, speed):
     """The operator is far from symmetric; the sets of active cells alone cycle for ever. Also (vx, vy) as a tuple."""
