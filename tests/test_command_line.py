@@ -167,13 +167,17 @@ def interrupted(long_case, tmp_path, monkeypatch):
                 signal.raise_signal(number)
 
         # a shell starts its background jobs with Ctrl-C ignored
+        # whoever runs the tests may have them ignored, as nohup does
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        others = {other: signal.signal(other, signal.SIG_DFL) for other in (signal.SIGTERM, signal.SIGHUP)}
         try:
             with monkeypatch.context() as patch:
                 patch.setattr("tqdm.tqdm.update", update)
                 status = main(["run", str(long_case), "-o", str(tmp_path / "out")])
         finally:
             signal.signal(signal.SIGINT, before)
+            for other, handler in others.items():
+                signal.signal(other, handler)
         return tmp_path / "out", status, sum(finished)
 
     return run
