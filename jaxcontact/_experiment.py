@@ -27,7 +27,7 @@ from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
 from jaxcontact.indenters import Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
-from jaxcontact.operators.kernels import Kernels, build, check_kernels
+from jaxcontact.operators.kernels import Kernels, build, check_kernels, check_stiffness
 from jaxcontact.response.body import response_of
 from jaxcontact.results import ContactStep, marked
 
@@ -100,7 +100,7 @@ class Experiment:
             exact = static_options.correspondence == "exact"
             _checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
-        valid = valid & _can_be_dented(body, indenter, static_options.correspondence)
+        valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
         return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)

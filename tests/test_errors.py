@@ -57,6 +57,10 @@ PYTHON = {
         lambda: indent(body=jc.LayeredHalfSpace([FILM], STEEL)),
         r"expected Layer\(.*Burgers",
     ),
+    "a film too stiff for its images": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9), 1e-6)], jc.Elastic(2e5))),
+        r"layer: expected at most 1000 times the substrate's modulus, got 5000 times",
+    ),
     "a thickness over the plane": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
         r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",

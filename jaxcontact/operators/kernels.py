@@ -24,7 +24,7 @@ from jaxcontact.response.coefficients import (
     influence_coefficients,
     surface_coefficients,
 )
-from jaxcontact.response.images import Images
+from jaxcontact.response.images import MOST_STIFF, Images
 from jaxcontact.response.separable import DEFAULT_NODES
 
 
@@ -87,7 +87,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid, kernels=ready)
     """
     body, valid = checked_body(body)
-    valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
+    valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
     _checks.whole("nodes", nodes, 1, 8)
     built = _build_jitted(*as_float64((body, indenter, grid)), nodes=nodes)
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
@@ -105,6 +105,22 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
         return jnp.all(near)
     ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))
     _checks.require(bool(np.all(near)), f"kernels: expected those of cells of {theirs} m, got {ours} m")
+    return True
+
+
+def check_stiffness(body: LayeredHalfSpace) -> Verdict:
+    """A film that images can stand for: not more than 1000 times as stiff as its substrate.
+
+    Beyond, they are off without bound: by 1 % at 3000, by half at 10000.
+    """
+    ratio = response_of(body).stiffness_ratio()
+    if not is_concrete(ratio):
+        return ratio <= MOST_STIFF
+    _checks.require(
+        float(ratio) <= MOST_STIFF * (1.0 + 1e-9),
+        f"layer: expected at most {MOST_STIFF:g} times the substrate's modulus, got {float(ratio):.4g} times:"
+        " the response of a stiffer film cannot be put on a grid yet",
+    )
     return True
 
 

@@ -82,6 +82,10 @@ class Response(abc.ABC):
         """Whether the surface sinks without limit under a load, () bool."""
 
     @abc.abstractmethod
+    def stiffness_ratio(self) -> Array:
+        """The film's modulus at first over that of what it lies on; zero without one, or where it is rigid at first."""
+
+    @abc.abstractmethod
     def surface(self) -> Material:
         """The material that the indenter touches."""
 

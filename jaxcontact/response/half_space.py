@@ -61,6 +61,9 @@ class HalfSpace(Response):
     def rigid_at_first(self) -> Array | bool:
         return isinstance(self.material, KelvinVoigt) or self.material.spectrum().instantaneous == 0.0
 
+    def stiffness_ratio(self) -> Array:
+        return jnp.zeros(())
+
     def surface(self) -> Material:
         return self.material
 

@@ -20,6 +20,7 @@ IMAGES = 40
 NODES = np.geomspace(1e-5, 40.0, 400)
 BEYOND = 1e5  # alpha h where every image has died away
 CUTOFF = 1e-14
+MOST_STIFF = 1e3  # film over substrate modulus up to which the depths reach far enough
 
 
 @pytree

@@ -75,6 +75,9 @@ class Stack(Response):
     def rigid_at_first(self) -> Array | bool:
         return self._top().rigid_at_first()
 
+    def stiffness_ratio(self) -> Array:
+        return self._top().stiffness_ratio()
+
     def surface(self) -> Material:
         return self._top().surface()
 

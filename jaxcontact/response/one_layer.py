@@ -31,7 +31,14 @@ from jaxcontact.layers import Layer
 from jaxcontact.materials import Material, Spectrum, relaxation_modes
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
-from jaxcontact.response.images import Images, fit_images, fit_wavenumbers, image_depths, quantised
+from jaxcontact.response.images import (
+    MOST_STIFF,
+    Images,
+    fit_images,
+    fit_wavenumbers,
+    image_depths,
+    quantised,
+)
 from jaxcontact.response.separable import separate_bands
 
 SERIES_BELOW = 0.7
@@ -181,17 +188,17 @@ class OneLayer(Response):
         )
 
     def expand(self, values: Array, at_zero: Array | None) -> Images:
-        depths, h = image_depths(self._stiffness_ratio()), self.layer.thickness
+        ratio = self.stiffness_ratio()
+        depths, h = image_depths(jnp.where(ratio > 0.0, ratio, MOST_STIFF)), self.layer.thickness
         if at_zero is None:
             return fit_images(values, jnp.zeros(values.shape[:-1]), 0.0, depths, h)
         floor = quantised(jnp.max(at_zero) / jnp.max(values[..., -1]))
         return fit_images(values, at_zero, floor, depths, h)
 
-    def _stiffness_ratio(self) -> Array:
-        """Film over substrate modulus at first; a film that is rigid at first counts as 1e3."""
+    def stiffness_ratio(self) -> Array:
         film = self.layer.material.spectrum().instantaneous
         substrate = self.substrate.spectrum().instantaneous
-        return jnp.minimum(substrate / jnp.where(film > 0.0, film, substrate * 1e-3), 1e3)
+        return jnp.where(film > 0.0, substrate / jnp.where(film > 0.0, film, 1.0), 0.0)
 
     def wide(self, t: Array | float) -> Array:
         return HalfSpace(self.substrate).wide(t)
