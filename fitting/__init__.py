@@ -18,3 +18,24 @@ from fitting.propagation import Propagated as Propagated
 from fitting.propagation import propagate as propagate
 from fitting.readers import read_creep as read_creep
 from fitting.readers import read_indentation as read_indentation
+
+__all__ = [
+    "BatchFit",
+    "Comparison",
+    "CreepData",
+    "CreepFit",
+    "Design",
+    "IndentationData",
+    "IndentationFit",
+    "PronyFit",
+    "Propagated",
+    "compare",
+    "design",
+    "fit_creep",
+    "fit_creep_batch",
+    "fit_indentation",
+    "fit_prony",
+    "propagate",
+    "read_creep",
+    "read_indentation",
+]

@@ -18,7 +18,13 @@ VARYING = ("data", "weights", "lower", "upper", "ratio")
 
 
 class BatchFit(NamedTuple):
-    """values {parameter: (m,)}, intervals {parameter: (m, 2)} (empty unless asked for), lag1 (m,)."""
+    """Fits of m curves.
+
+    Attributes:
+        values: {parameter: (m,)} [Pa, Pa s].
+        intervals: {parameter: (m, 2)}, empty unless asked for.
+        lag1: correlation of neighbouring residuals (m,), nan without intervals.
+    """
 
     values: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
@@ -29,9 +35,29 @@ def fit_creep_batch(
     t: Any, J: Any, model: type | str = jc.Burgers, *, weights: str, intervals: bool = False,
     fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
 ) -> BatchFit:  # fmt: skip
-    """Fit the rows of J (m, n) [1/Pa] at the times t (n,) [s]; the same fit as ``fit_creep`` of each.
+    """Fit many curves on one time grid at once; the same fit as ``fit_creep`` of each.
 
-    Raises ValueError as ``CreepData`` and ``fit_creep`` do.
+    Args:
+        t: times (n,) [s].
+        J: a curve in each row, (m, n) [1/Pa].
+        model: as in ``fit_creep``.
+        weights: "relative" or "absolute".
+        intervals: whether to find them too, which takes about ten times as long.
+        fixed: as in ``fit_creep``, for all curves.
+        bounds: likewise.
+        level: of the intervals.
+
+    Returns:
+        Values, intervals and residual correlations.
+
+    Raises:
+        ValueError: as ``CreepData`` and ``fit_creep`` do.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> many = fitting.fit_creep_batch(t, [1e-6 * (1 + t), 1e-6 * (2 + t)], "Maxwell", weights="relative")
+        >>> print(np.round(many.values["G"]))
+        [1000000.  500000.]
     """
     structure = resolve(model)
     table = limits(structure, fixed, bounds)

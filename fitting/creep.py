@@ -25,8 +25,11 @@ from fitting.weights import choose_weights
 class CreepFit(Fit):
     """The fit of a creep curve; ``Fit`` has what it shares with other fits.
 
-    combinations {name: (value, sd, low, high)}: J0, slope0 = 1/eta1 + 1/eta2 and J(T), which stay
-    known where single parameters do not. options: those of ``fit_creep``. profile(t) (2, m): limits of J(t).
+    Attributes:
+        combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and
+            J(T) [1/Pa], which stay known where single parameters do not.
+        options: those that ``fit_creep`` was given.
+        profile: (2, m) limits of J [1/Pa] at times (m,) [s].
     """
 
     combinations: dict[str, tuple[float, float, float, float]]
@@ -75,13 +78,32 @@ def fit_creep(
     nu: float = 0.3,
     level: float = 0.95,
 ) -> CreepFit:
-    """Fit ``model`` (a material class or its name) to creep data.
+    """Fit a material to a creep curve. Deterministic; no start is needed.
 
-    weights: "relative" (errors proportional to the data), "absolute" (one error for all), or
-    sigma = the standard deviation, a number or (n,) [unit of the data], taken as known. One must be
-    chosen: on real data the choice moves the moduli by factors. fixed {name: value} and bounds
-    {name: (low, high)}, None for an open side, in Pa and Pa s, of any subset; nu is carried, creep
-    in shear does not see it; level of the intervals. Deterministic. Raises ValueError on bad input.
+    Weights must be chosen, since on real data the choice moves the moduli by factors: ``weights`` or ``sigma``.
+
+    Args:
+        data: the curve, n points.
+        model: a material class with at most one retardation time, or its name; ``fit_prony`` takes more.
+        weights: "relative" (errors proportional to the data) or "absolute" (one error for all).
+        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
+        fixed: {parameter: value} [Pa, Pa s] of any subset.
+        bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
+        nu: Poisson's ratio to carry along; creep in shear does not see it.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well the data determine it.
+
+    Raises:
+        ValueError: an unknown model or parameter, no or two choices of weights, or too few points.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
+        >>> fit = fitting.fit_creep(data, "Maxwell", weights="relative")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
     structure = resolve(model)
@@ -138,7 +160,11 @@ def _combinations(scaled: Scaled, best: Optimum, ends: np.ndarray, spread: float
 
 
 class Comparison(NamedTuple):
-    """Fits of one data set, lowest BIC first."""
+    """Fits of one data set; as text a table.
+
+    Attributes:
+        fits: lowest BIC first.
+    """
 
     fits: tuple[CreepFit, ...]
 
@@ -159,9 +185,27 @@ def compare(
     bounds: dict[str, tuple] | None = None,
     **options: Any,
 ) -> Comparison:
-    """Fit each of ``models`` with the options of ``fit_creep``; print the result for the table.
+    """Fit several models to one creep curve; print the result for a table.
 
-    fixed and bounds go to every model that has the parameter; ValueError for one that no model has.
+    Args:
+        data: the curve.
+        models: material classes or their names.
+        fixed: as in ``fit_creep``; goes to every model that has the parameter.
+        bounds: likewise.
+        options: the other keywords of ``fit_creep``.
+
+    Returns:
+        The fits, lowest BIC first.
+
+    Raises:
+        ValueError: as ``fit_creep``, or a parameter that no model has.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
+        >>> table = fitting.compare(data, ["Maxwell", "Elastic"], weights="relative")
+        >>> [fit.model.__name__ for fit in table.fits]
+        ['Maxwell', 'Elastic']
     """
     own = {model: resolve(model).where for model in models}
     known = set().union(*own.values())

@@ -20,10 +20,13 @@ from fitting.uncertainty import covariance, log_covariance
 class IndentationFit(Fit):
     """The fit of an indentation curve; ``Fit`` has what it shares with other fits.
 
-    control: what drove the model; nu, indenter and film: what the moduli are conditional on.
-    nuisances {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
-    kept (n,) bool: the points fitted, which ``fitted`` and ``residuals`` are of. runs: (forward, gradient)
-    evaluations of the model; seconds: for all of the fit.
+    Attributes:
+        control: "load" or "depth", what drove the model.
+        nu, indenter, film: what the moduli are conditional on.
+        nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
+        kept: (n,) bool, the points fitted, which ``fitted`` and ``residuals`` are of.
+        runs: (forward, gradient) evaluations of the model.
+        seconds: for all of the fit.
     """
 
     indenter: Any
@@ -94,23 +97,49 @@ def fit_indentation(
     grid: Any = None,
     level: float = 0.95,
 ) -> IndentationFit:
-    """Fit ``model`` (a material class or its name) to an indentation curve.
+    """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball.
 
-    indenter: a ``jc.Sphere``; nu: of the material, held. tau (k,) [s]: the retardation times of
-    ``jc.Prony``, which needs them. control: "load" (the measured load drives the
-    model, the depth is fitted) or "depth" (the other way). The measured history itself is in the
-    integral (Lee and Radok; Ting where the depth falls after one maximum). Under load control the
-    contact must grow. weights: "absolute" (one error for all points), "relative", or sigma (then weights
-    is not used). fixed, bounds: as in ``fit_creep``. contact_point [m], drift [m/s] and
-    machine_compliance [m/N] in the measured depth: numbers that are known, or "fit". rise [s]: put a
-    load that rises linearly for so long and is then held in place of the measured one, for comparison
-    with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is the step); later points are fitted.
+    The measured history itself is in the hereditary integral (Lee and Radok; Ting where the depth falls
+    after one maximum). Times count from the first sample, at which load and depth may step on. With a
+    ``layer`` the contact solver is the forward model.
 
-    layer [m], substrate (``jc.Elastic``): a film of that thickness on it; the contact solver is then the
-    forward model, on ``grid`` (a ``jc.Grid``) or one that is chosen so that what discretisation does to
-    the parameters is below a fifth of their standard errors.
+    Args:
+        data: the curve, n points.
+        model: a material class or its name.
+        indenter: a ``jc.Sphere``, elastic or rigid.
+        nu: Poisson's ratio of the material, held.
+        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        control: what drives the model and is not fitted: "load", under which the contact must grow, or "depth".
+        weights: "absolute" (one error for all points) or "relative".
+        sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,).
+        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        contact_point: in the measured depth [m], a number that is known or "fit".
+        drift: likewise [m/s].
+        machine_compliance: likewise [m/N].
+        rise: put a load that rises linearly for so long [s] and is then held in place of the measured one,
+            for comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is the step); later
+            points are fitted.
+        layer: thickness [m] of a film.
+        substrate: ``jc.Elastic`` under the film.
+        grid: ``jc.Grid`` for the film; else one is chosen so that what discretisation does to the
+            parameters is below a fifth of their standard errors.
+        level: of the intervals.
 
-    Times count from the first sample, at which load and depth may step on. Raises ValueError on bad input.
+    Returns:
+        The material with its intervals, how well the data determine it, and what it is conditional on.
+
+    Raises:
+        ValueError: bad values, too few points in contact, a load that falls under load control, or a film
+            whose contact does not fit the grid.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> depth = (3 * 0.5 / 8 * 1e-6 * (1 + t)) ** (2 / 3)  # J = 1e-6 (1 + t), nu = 0.5, R = 1 m, P = 1 N
+        >>> hold = fitting.IndentationData(t=t, load=np.ones(21), depth=depth)
+        >>> fit = fitting.fit_indentation(hold, "Maxwell", indenter=jc.Sphere(radius=1.0), nu=0.5)
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     started = time.perf_counter()
     structure = _structure(model, tau)

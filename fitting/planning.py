@@ -23,8 +23,14 @@ SAMPLINGS = ("even", "logarithmic")
 
 
 class CreepTest(NamedTuple):
-    """sampling: "even" or "logarithmic" times; share: of the duration that is hold, the rest is recovery;
-    duration [s], inf where no duration up to the longest tried serves; sd {parameter: of its log} there."""
+    """A test and what it would tell.
+
+    Attributes:
+        sampling: "even" or "logarithmic" times.
+        share: of the duration that is hold, the rest is recovery.
+        duration: [s], inf where no duration up to the longest tried serves.
+        sd: {parameter: of its log} there.
+    """
 
     sampling: str
     share: float
@@ -33,7 +39,12 @@ class CreepTest(NamedTuple):
 
 
 class Design(NamedTuple):
-    """Experiments that reach ``target``, shortest first; those that cannot, last."""
+    """Creep tests that reach a target; as text a table.
+
+    Attributes:
+        target, noise, weights, points: as asked for.
+        experiments: shortest first; those that cannot reach it, last.
+    """
 
     target: float
     noise: float
@@ -58,12 +69,28 @@ def design(
     material: Any, *, target: float = 0.1, noise: float = 0.01, weights: str = "relative", points: int = 200,
     first: float = 1.0, shares: tuple[float, ...] = (1.0, 0.5, 0.2), parameters: tuple[str, ...] | None = None,
 ) -> Design:  # fmt: skip
-    """The shortest creep tests that would give each parameter to sd(log) <= target.
+    """The shortest creep tests that would give each parameter to a wanted accuracy.
 
-    material: one of those that can be fitted, or a fit, about as the truth is expected to be. noise: of
-    each point, as a share of its value (weights "relative") or of the largest ("absolute"); points: their
-    number; first [s]: the first of logarithmic times; shares: of the duration that is hold; parameters:
-    those wanted, all by default. Raises ValueError on bad input.
+    Args:
+        material: one of those that can be fitted, or a fit, about as the truth is expected to be.
+        target: largest standard deviation of the logarithm of a parameter.
+        noise: of each point, as a share of its value (weights "relative") or of the largest ("absolute").
+        weights: "relative" or "absolute".
+        points: their number.
+        first: the first of logarithmic times [s].
+        shares: of the duration that is hold, the rest being recovery; one test is sought for each.
+        parameters: those wanted, all by default.
+
+    Returns:
+        The tests, shortest first.
+
+    Raises:
+        ValueError: a material with infinite parameters, or values outside their range.
+
+    Example:
+        >>> found = fitting.design(jc.Maxwell(G=1e6, eta=1e8), target=0.01, shares=(1.0,))
+        >>> print(f"{found.experiments[0].sampling} times for {found.experiments[0].duration:.0f} s")
+        even times for 28 s
     """
     material = getattr(material, "material", material)
     law, values = of_material(material)

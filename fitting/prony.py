@@ -22,9 +22,10 @@ from fitting.weights import choose_weights
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class PronyFit(Fit):
-    """The fit of a ``jc.Prony`` with given times; ``Fit`` has what it shares with other fits.
+    """The fit of a ``jc.Prony`` with given times, which has what every ``Fit`` has.
 
-    The parameters are "J0", "J1" .. [1/Pa] and "fluidity" [1/(Pa s)], those that were sought.
+    Its parameters are "J0", "J1" .. [1/Pa] and "fluidity" [1/(Pa s)], those that were sought; ``tau`` (k,)
+    are the times.
     """
 
 
@@ -32,9 +33,30 @@ def fit_prony(
     data: CreepData, tau: Any, *, weights: str | None = None, sigma: Any = None, instantaneous: bool = True,
     flow: bool = True, nu: float = 0.3, level: float = 0.95,
 ) -> PronyFit:  # fmt: skip
-    """Fit a series at the retardation times ``tau`` (k,) [s] to creep data; weights as in ``fit_creep``.
+    """Fit a series of given retardation times to a creep curve; one optimum, no start is needed.
 
-    instantaneous, flow: whether J0 and the fluidity are sought, else 0. Raises ValueError on bad input.
+    Args:
+        data: the curve, n points.
+        tau: retardation times (k,) [s].
+        weights: "relative" or "absolute", as in ``fit_creep``; or
+        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
+        instantaneous: whether J0 is sought; else it is 0.
+        flow: whether the fluidity is sought; else it is 0.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The series with its intervals: of single elements, which are often not determined, and of J(t).
+
+    Raises:
+        ValueError: times that are not > 0, no or two choices of weights, or too few points.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (2.0 - np.exp(-t / 3.0)))
+        >>> fit = fitting.fit_prony(data, tau=[1.0, 3.0], weights="relative")
+        >>> [f"{fit.values[name]:.3g}" for name in ("J0", "J2")]
+        ['1e-06', '1e-06']
     """
     structure = series(tau, instantaneous, flow)
     table, places = limits(structure, None, None), sorted(structure.where.values())

@@ -22,7 +22,12 @@ LEAST = 1e-9  # share of the largest compliance: an infinite parameter has no sl
 
 
 class Propagated(NamedTuple):
-    """value, sd, low, high: arrays of the shape of f's result; shares: {cause: sd from it alone}."""
+    """A result with its uncertainty.
+
+    Attributes:
+        value, sd, low, high: arrays of the shape of the result.
+        shares: {cause: sd from it alone}, "data" and the quantities that were varied.
+    """
 
     value: np.ndarray
     sd: np.ndarray
@@ -39,10 +44,27 @@ def propagate(
 ) -> Propagated:
     """The band of f(material), at the fit's level, from the uncertainty of a fit.
 
-    f: a differentiable function of a material, to a number or an array. spread: {"nu": sd} varies
-    Poisson's ratio about the fit's; {"thickness": sd} [m] also gives f the film's thickness as its second
-    argument, about that of the fit, or (value, sd) where the fit has none. Linear in the compliances:
-    where a parameter is not determined the band says so by its width. Raises ValueError on bad input.
+    Linear in the compliances: where a parameter is not determined the band says so by its width.
+
+    Args:
+        fit: what ``fit_creep``, ``fit_prony`` or ``fit_indentation`` returned.
+        f: a differentiable function of a material, to a number or an array.
+        spread: {"nu": sd} varies Poisson's ratio about the fit's; {"thickness": sd} [m] also gives f the
+            film's thickness as its second argument, about that of the fit, or (value, sd) where the fit has none.
+
+    Returns:
+        Value, standard deviation and band, in the shape and unit of f's result.
+
+    Raises:
+        ValueError: what is not a fit, or a spread of an unknown or unfitted quantity.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
+        >>> fit = fitting.fit_creep(data, "Maxwell", sigma=1e-8)
+        >>> band = fitting.propagate(fit, lambda material: material.creep(100.0))
+        >>> print(f"J(100 s) = {band.value:.4g} +- {band.sd:.1g} 1/Pa")
+        J(100 s) = 0.000101 +- 7e-08 1/Pa
     """
     if not isinstance(fit, Fit):
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")

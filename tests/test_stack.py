@@ -230,23 +230,38 @@ def test_sums_of_products_are_as_good_as_they_say(name, bound):
     np.testing.assert_allclose(found[:, 0], (1 - substrate.nu) * substrate.creep(t[:, 0]), rtol=bound)
 
 
+def product(body, wavenumber, t):
+    """``sum_of_products`` in jax."""
+    response = separate(body, wavenumber)
+    z = response.rates * t
+    growth = jnp.where(z == 0.0, t, -jnp.expm1(-z) / jnp.where(z == 0.0, 1.0, response.rates))
+    return response.terms[0] + growth @ response.mix.T @ response.terms[1:]
+
+
 @pytest.mark.slow
 def test_derivatives_of_the_sum_of_products():
     """With respect to every parameter of each of three equal layers, which only together make a response."""
     three = jc.LayeredHalfSpace((jc.Layer(FILM, 50e-9),) * 3, STEEL)
     t, x = np.geomspace(10.0, 1e6, 9)[:, None], X[::24] / 150e-9
-
-    def product(body):
-        response = separate(body, x)
-        z = response.rates * t
-        growth = jnp.where(z == 0.0, t, -jnp.expm1(-z) / jnp.where(z == 0.0, 1.0, response.rates))
-        return response.terms[0] + growth @ response.mix.T @ response.terms[1:]
-
-    scaled = lambda f: lambda logs: jnp.log(f(jax.tree.map(lambda a, b: a * jnp.exp(b), three, logs)))
+    scaled = lambda f: lambda logs: jnp.log(f(jax.tree.map(lambda a, b: a * jnp.exp(b), three, logs), x, t))
     zero = jax.tree.map(lambda a: 0.0, three)
-    ours, exact = (jax.jit(jax.jacfwd(scaled(f)))(zero) for f in (product, lambda body: step(body, x, t)))
+    ours, exact = (jax.jit(jax.jacfwd(scaled(f)))(zero) for f in (product, step))
     for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(exact), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_batch_of_films_is_each_film_alone():
+    """Two films in two layers each, under vmap and one by one; and without layers the substrate."""
+    t, x = np.geomspace(10.0, 1e6, 5)[:, None], X[::24] / 150e-9
+    film = lambda G1: jc.Burgers(G1, FILM.G2, FILM.eta1, FILM.eta2)
+    body = lambda G1: jc.LayeredHalfSpace((jc.Layer(FILM, 50e-9), jc.Layer(film(G1), 100e-9)), STEEL)
+    moduli = jnp.array([0.5e9, 2e9])
+    batch = jax.jit(jax.vmap(lambda G1: product(body(G1), x, t)))(moduli)
+    for values, G1 in zip(batch, moduli, strict=True):
+        np.testing.assert_allclose(values, responses(body(G1), x, t), rtol=1e-7)
+    alone = responses(jc.LayeredHalfSpace((), FILM), x, t)
+    np.testing.assert_allclose(alone, 0.7 * FILM.creep(t) * np.ones_like(x), rtol=1e-13)
 
 
 def test_the_recursion_answers_all_that_the_closed_form_answers(body):
