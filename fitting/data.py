@@ -57,7 +57,7 @@ class CreepData:
         ValueError: anything else, with what was expected and what came.
 
     Example:
-        >>> data = CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
+        >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
         >>> print(data.compliance)
         [ 6.  9. 12. 15. 18.]
     """
@@ -148,7 +148,7 @@ class IndentationData:
         ValueError: anything else, with what was expected and what came.
 
     Example:
-        >>> data = IndentationData(t=range(7), load=[0, 1, 2, 2, 2, 2, 2], depth=[0, 1, 2, 3, 3, 3, 3])
+        >>> data = fitting.IndentationData(t=range(7), load=[0, 1, 2, 2, 2, 2, 2], depth=[0, 1, 2, 3, 3, 3, 3])
         >>> print(*data.segments)
         approach approach hold hold hold hold hold
         >>> print(data.only("hold").load)
@@ -195,7 +195,7 @@ class IndentationData:
             ValueError: another name, or fewer than 5 points.
 
         Example:
-            >>> data = IndentationData(t=range(7), load=[1, 2, 2, 2, 2, 1, 0], depth=[1, 2, 3, 3, 3, 2, 1])
+            >>> data = fitting.IndentationData(t=range(7), load=[1, 2, 2, 2, 2, 1, 0], depth=[1, 2, 3, 3, 3, 2, 1])
             >>> data.only("approach", "hold").notes
             ('approach and hold taken: 5 of 7 points',)
         """
@@ -217,7 +217,7 @@ class IndentationData:
             ValueError: begin is not before end, or fewer than 5 points.
 
         Example:
-            >>> data = IndentationData(t=range(8), load=range(8), depth=range(8))
+            >>> data = fitting.IndentationData(t=range(8), load=range(8), depth=range(8))
             >>> print(data.window(2, None).t[0])
             2.0
         """
@@ -244,7 +244,7 @@ class IndentationData:
 
         Example:
             >>> t = np.arange(40.0)
-            >>> air = IndentationData(t=t, load=np.maximum(t - 9.5, 0) ** 1.5, depth=t)
+            >>> air = fitting.IndentationData(t=t, load=np.maximum(t - 9.5, 0) ** 1.5, depth=t)
             >>> print(round(air.contact.depth, 3), air.in_contact().t.size)
             9.5 31
         """
@@ -301,7 +301,7 @@ class IndentationData:
             A matplotlib Figure.
 
         Example:
-            >>> data = IndentationData(t=range(8), load=range(8), depth=range(8))
+            >>> data = fitting.IndentationData(t=range(8), load=range(8), depth=range(8))
             >>> len(data.window(2, None).plot().axes)
             3
         """

@@ -72,7 +72,7 @@ def read_creep(
         >>> import pathlib, tempfile
         >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
         >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
-        >>> data = read_creep(file)
+        >>> data = fitting.read_creep(file)
         >>> print(data.t[0], data.J[0])
         60.0 3e-06
     """
@@ -135,7 +135,7 @@ def read_indentation(
         >>> file = pathlib.Path(tempfile.mkdtemp()) / "hold.txt"
         >>> rows = "".join(f"{t}\\t2\\t{3 + t}\\n" for t in range(6))
         >>> _ = file.write_text("Time (s)\\tLoad (uN)\\tDepth (nm)\\n" + rows)
-        >>> print(read_indentation(file).load.max())
+        >>> print(fitting.read_indentation(file).load.max())
         2e-06
     """
     if afm.is_force_curve(path):
