@@ -6,6 +6,7 @@ What goes wrong is one line on stderr.
 """
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -89,5 +90,15 @@ def _reproduce(options: argparse.Namespace) -> int:
     return reproduce.main(options.names, options.directory, force=options.force)
 
 
+def enter() -> None:
+    """``main`` as the shell calls it, which ends the process."""
+    status = main()
+    if status > 128:  # what jax still computes at that moment may crash the interpreter's own way out
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    enter()

@@ -2,12 +2,13 @@
 
 Memory: the process with its compiler; the kernels, the state and the fields of a block of steps, whose shapes
 jax tells without computing; and the work arrays of the compiled programs, in units of the kernels. The finished
-steps are on disk: with all fields once in blocks and, at the end, a second time together.
+steps are on disk: once in blocks, beside what the march goes on from, and at the end a second time together.
 """
 
 import math
 import os
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,33 +16,43 @@ import jax
 
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.run_directory import UNFINISHED
-from jaxcontact.simulation import first_block, prepare
+from jaxcontact.simulation import BLOCK, first_block, prepare
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
 PROCESS = 0.6e9  # bytes
 WORK = 3.0  # bytes for each byte of the kernels
 WEIGHING = 210.0  # bytes for each byte of the tables of the direct superposition, while they are made
+HEADS = 4.3e3  # bytes that the names and shapes of its arrays take in a file
 
 
-def memory_needed(case: Case) -> float:
-    """Bytes that a run of the case needs at its peak; measured ones are within a factor of 1.5."""
+@dataclass(frozen=True)
+class Footprint:
+    """What a run needs at its peak, in bytes.
+
+    memory: what was measured is within a factor of 1.5; disk: just before it is through.
+    """
+
+    memory: float
+    disk: float
+
+
+def footprint_of(case: Case) -> Footprint:
+    """What a run of the case needs."""
     given = (case.body, case.indenter, case.control, case.times)
     simulation = jax.eval_shape(lambda: prepare(*given, grid=case.grid, **case.options))
-    kernels, steps = _bytes(simulation.plan.setup), _bytes(simulation.plan.steps)
-    block = _bytes(jax.eval_shape(first_block, simulation))
+    options, plan = simulation.experiment.options, simulation.plan
+    carry, outcomes = (_bytes(tree) for tree in jax.eval_shape(first_block, simulation))
+    kernels, steps = _bytes(plan.setup), _bytes(plan.steps)
     work = WORK * kernels
-    if simulation.experiment.options.correspondence == "quasi-elastic":
+    if options.correspondence == "quasi-elastic":
         work = max(work, WEIGHING * steps)
-    lines = 3.0 * _bytes_of_lines(case)
-    return PROCESS + kernels + steps + 2.0 * block + work + lines
-
-
-def disk_needed(case: Case) -> float:
-    """Bytes that a run of the case has on disk at most, just before it is through."""
     nx, ny = case.grid.shape
-    all_maps = case.options.get("save", "all") == "all"
-    maps = 2.0 * nx * ny * 8.0 * (case.times.size if all_maps else 1)
-    return 2.0 * (maps + _bytes_of_lines(case))
+    field, lines = 8.0 * nx * ny, 8.0 * case.times.size * (2 * nx + 12)
+    maps = 2.0 * field * (case.times.size if options.save == "all" else 0)
+    memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
+    heads = HEADS * (case.times.size / BLOCK + 2.0)
+    disk = 2.0 * (maps + lines) + carry + (4.0 if options.save == "all" else 6.0) * field + heads
+    return Footprint(memory, disk)
 
 
 def disk_room(directory: Path) -> float:
@@ -51,19 +62,14 @@ def disk_room(directory: Path) -> float:
     return float(shutil.disk_usage(there).free + own)
 
 
-def _bytes_of_lines(case: Case) -> float:
-    """Of what a result has for each step beside its maps: two lines and a dozen numbers."""
-    return 8.0 * case.times.size * (2 * case.grid.shape[0] + 12)
-
-
 def machine_memory() -> float:
     """Bytes that processes may use here: of the machine, or of the container; inf where the system does not say."""
     if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
         return math.inf
-    return min(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")), _container_memory())
+    return min(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")), container_memory())
 
 
-def _container_memory(groups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> float:
+def container_memory(groups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> float:
     """The least of the limits of this process's control group (version 2) and those above it."""
     try:
         path = next(line[4:] for line in own.read_text().splitlines() if line.startswith("0::/"))

@@ -317,7 +317,7 @@ FILES = {
     "a missing key": (
         "thickness = 150e-9",
         "",
-        r"layer.thickness: missing; accepted: a number > 0, from 1e-30 to 1e+30: thickness \[m\]",
+        r"layer.thickness: missing; accepted: a number > 0, from 1e-30 to 1e\+30: thickness \[m\]",
     ),
     "an unknown material": (
         '"elastic"',
@@ -424,6 +424,7 @@ def shell(folder, *words):
     (folder / "kelvin.toml").write_text(
         '[substrate]\nmaterial = "kelvin-voigt"\nG = 1.0\neta = 1.0\n' + CASE[CASE.index("[indenter]") :]
     )
+    (folder / "large.toml").write_text(CASE.replace("n = 32", "n = 65536"))
     (folder / "bad.npz").write_text("no arrays")
     np.savez(folder / "other.npz", a=1.0)
     np.savez(folder / "part.npz", kind="ContactHistory")
@@ -440,6 +441,14 @@ SHELL = {
         r"found a file, accepted: a directory",
     ),
     "results over others": (["run", "@case.toml", "-o", "@full"], r"not empty; --force overwrites it"),
+    "nothing to resume": (
+        ["run", "@case.toml", "-o", "@full", "--resume"],
+        r"found no unfinished run, accepted",
+    ),
+    "too large a run": (
+        ["check", "@large.toml"],
+        r"large.toml: grid: found .* GB of memory, accepted: up to .* GB",
+    ),
     "what a run would refuse": (["check", "@kelvin.toml"], r"kelvin.toml: .*expected an elastic indenter"),
     "the same, run": (["run", "@kelvin.toml", "-o", "@out"], r"kelvin.toml: .*expected an elastic indenter"),
     "a picture as text": (["plot", "@part.npz", "-o", "@a.txt"], r"found .txt, accepted: .pdf, .png, .svg"),
@@ -472,17 +481,19 @@ CHECKS = (
 ELSEWHERE = {  # reached by no row, and why
     "_checks.py": "the checks themselves",
     "storage.py: _xarray": "test_storage.py, without the extra",
+    **{
+        f"storage.py: {name}": "test_storage.py, forged files"
+        for name in ("_check_arrays", "_check_axis", "_count_of_times", "_read_netcdf")
+    },
+    "npz.py: _members": "test_storage.py, forged files",
+    "npz.py: _array": "test_storage.py, forged files",
+    "interrupts.py: _raise": "needs a signal: test_command_line.py",
+    "look.py: _history": "test_storage.py, a steady result",
+    "run_directory.py: _locked": "needs two runs: test_command_line.py",
+    "finished_steps.py: standing": "needs a stopped run: test_command_line.py",
+    "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivities.py: plot": "needs a computed table: test_gradients.py",
-    **dict.fromkeys(
-        ("storage.py: _check_arrays", "storage.py: _check_axis"), "forged files: test_storage.py"
-    ),
-    **dict.fromkeys(("storage.py: _count_of_times", "storage.py: _read_netcdf"), "the same"),
-    **dict.fromkeys(("npz.py: _members", "npz.py: _array", "look.py: plot"), "the same"),
     "case_file.py: _indenter": "a word of the schema",
-    **dict.fromkeys(("advice.py: check_disk", "advice.py: _check_memory"), "test_footprint.py"),
-    "finished_steps.py: standing": "another case's steps: test_command_line.py",
-    **dict.fromkeys(("run_directory.py: _taken", "run_directory.py: _locked"), "test_command_line.py"),
-    "interrupts.py: _raise": "signals: test_command_line.py",
 }
 
 

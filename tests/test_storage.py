@@ -1,8 +1,11 @@
 """Results in files: what is saved comes back, with names and units that others can read."""
 
 import dataclasses
+import io
 import sys
 import tomllib
+import tracemalloc
+import zipfile
 from pathlib import Path
 
 import jax
@@ -10,6 +13,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
+from jaxcontact.__main__ import main
 from jaxcontact.files import storage
 
 pytestmark = pytest.mark.versions
@@ -93,6 +97,101 @@ def test_a_save_that_fails_leaves_the_file_as_it_was(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="full"):
         jc.save(made_up(jc.ContactHistory, last=True), path)
     assert path.read_bytes() == before
+
+
+def claimed_npy(shape):
+    """The head of a .npy file of float64, and a hundred bytes."""
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    return file.getvalue() + bytes(100)
+
+
+def npy(values):
+    file = io.BytesIO()
+    np.save(file, values)
+    return file.getvalue()
+
+
+FORGED = {
+    "745 GiB that are not there": ({"pressure": claimed_npy((10**11,))}, "not an npz file"),
+    "no bytes at all": ({"pressure": b""}, "not an npz file"),
+    "text for numbers": ({"load": npy(np.array(["ten"]))}, "load: found <U3, accepted: real numbers"),
+    "one load of three": ({"load": npy(np.zeros(1))}, r"load: found shape \(1,\), accepted: \(3,\)"),
+    "one cell": (
+        {"x": npy(np.zeros(1))},
+        "x: found an array of shape \\(1,\\), accepted: two or more cell centres",
+    ),
+    "cells beyond all bounds": (
+        {"y": npy(np.array([-1e308, 1e308, 1.1e308, 1.2e308, 1.3e308]))},
+        "y: found an array",
+    ),
+    "a time that is none": ({"times": npy(np.array([0.0, np.nan, 1.0]))}, "times: found an array"),
+    "time that runs backwards": ({"times": npy(np.array([0.0, 2.0, 1.0]))}, "times: found an array"),
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_a_file_that_is_not_what_it_claims_is_refused(name, tmp_path):
+    members, words = FORGED[name]
+    path = jc.save(made_up(jc.ContactHistory), tmp_path / "a.npz")
+    with zipfile.ZipFile(path) as archive:
+        own = {info.filename.removesuffix(".npy"): archive.read(info) for info in archive.infolist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for member, content in (own | members).items():
+            archive.writestr(f"{member}.npy", content)
+    with pytest.raises(ValueError, match=words) as caught:
+        jc.load(path)
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize("directory", [False, True], ids=["head", "head and directory"])
+def test_memory_is_not_set_aside_for_what_an_archive_only_claims(directory, tmp_path):
+    """Three gigabytes in the array's head, and in the archive's directory, and a hundred bytes in the file."""
+    path, head = tmp_path / "a.npz", claimed_npy((375_000_000,))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("times.npy", head)
+    if directory:
+        content = bytearray(path.read_bytes())
+        size = content.rindex(b"PK\x01\x02") + 24  # where it has the size of a member
+        content[size : size + 4] = (3_000_000_000 + len(head) - 100).to_bytes(4, "little")
+        path.write_bytes(content)
+    tracemalloc.start()
+    with pytest.raises(ValueError, match="not an npz file"):
+        jc.load(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1e8
+
+
+@pytest.mark.parametrize("ending", [".npz", ".nc"])
+def test_a_file_that_was_cut_off_is_refused_wherever_it_was_cut(ending, tmp_path):
+    if ending == ".nc":
+        pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
+    path = jc.save(made_up(jc.ContactHistory), tmp_path / f"a{ending}")
+    whole = path.read_bytes()
+    for length in range(0, len(whole), len(whole) // 7):
+        path.write_bytes(whole[:length])
+        with pytest.raises(ValueError, match="accepted: a file written by jaxcontact"):
+            jc.load(path)
+
+
+def test_a_result_of_vmap_is_not_saved_as_what_nobody_could_load(tmp_path):
+    result = made_up(jc.ContactHistory)
+    batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), result)
+    with pytest.raises(ValueError, match="times: found an array of shape"):
+        jc.save(dataclasses.replace(batch, grid=result.grid), tmp_path / "a.npz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_steady_result_has_no_history_to_plot(tmp_path, capfd):
+    path = jc.save(made_up(jc.SteadySliding), tmp_path / "steady.npz")
+    assert main(["plot", str(path)]) == 2
+    assert "found a SteadySliding, accepted: a history over time" in capfd.readouterr().err
+
+
+def test_equal_results_give_equal_files(tmp_path):
+    a, b = (jc.save(made_up(jc.ContactHistory), tmp_path / f"{name}.npz") for name in "ab")
+    assert a.read_bytes() == b.read_bytes()
 
 
 def test_the_extra_is_named_in_the_project():

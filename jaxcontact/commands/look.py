@@ -43,15 +43,18 @@ def plot(options: argparse.Namespace) -> int:
         raise ValueError(
             f"{picture}: is there already; choose another name with -o, or --force to overwrite it"
         )
-    result = storage.load(options.result)
-    if not isinstance(result, ContactHistory):
-        found = type(result).__name__
-        raise ValueError(f"{options.result}: found a {found}, accepted: a history over time")
     from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
 
-    write_picture(picture, result.plot())
+    write_picture(picture, _history(options.result).plot())
     print(picture)
     return FINE
+
+
+def _history(path: Path) -> ContactHistory:
+    result = storage.load(path)
+    if not isinstance(result, ContactHistory):
+        raise ValueError(f"{path}: found a {type(result).__name__}, accepted: a history over time")
+    return result
 
 
 def cite(options: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxcontact._experiment import FEW_CELLS, Experiment
 from jaxcontact.files.case_file import Case, CaseError
-from jaxcontact.footprint import disk_needed, disk_room, machine_memory, memory_needed
+from jaxcontact.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body
 from jaxcontact.materials import relaxation_modes
@@ -29,7 +29,7 @@ def check(case: Case, path: Path) -> None:
 
 def check_disk(case: Case, path: Path, directory: Path) -> None:
     """The directory's disk has room for the run, finished steps that are there included. Raises CaseError."""
-    needed, has = disk_needed(case), disk_room(directory)
+    needed, has = footprint_of(case).disk, disk_room(directory)
     if needed > has:
         raise CaseError(
             f"{path}: {directory}: found a run that needs {in_bytes(needed)} on disk, accepted: up to the"
@@ -38,7 +38,7 @@ def check_disk(case: Case, path: Path, directory: Path) -> None:
 
 
 def _check_memory(case: Case) -> None:
-    needed, has = memory_needed(case), machine_memory()
+    needed, has = footprint_of(case).memory, machine_memory()
     if needed > has:
         raise ValueError(
             f"grid: found a run that needs about {in_bytes(needed)} of memory, accepted: up to the {in_bytes(has)}"
@@ -61,10 +61,10 @@ def describe(case: Case) -> str:
     """The size of a case in one line."""
     nx, ny = case.grid.shape
     wide, high = (float(width) * 1e6 for width in case.grid.width)
-    memory, disk = in_bytes(memory_needed(case)), in_bytes(disk_needed(case))
+    needed = footprint_of(case)
     return (
         f"{len(case.times)} times to {case.times[-1]:g} s, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um,"
-        f" about {memory} of memory, {disk} on disk"
+        f" about {in_bytes(needed.memory)} of memory, {in_bytes(needed.disk)} on disk"
     )
 
 

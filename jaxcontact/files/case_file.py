@@ -23,7 +23,7 @@ from jaxcontact.files.case_schema import (
     SHAPES,
     TABLE,
     Key,
-    one_of,
+    choice,
 )
 from jaxcontact.files.npz import read_npy
 from jaxcontact.grid import Grid
@@ -165,7 +165,7 @@ def _indenter(table: Table, folder: Path) -> indenters.Indenter:
     chosen, values = _choose("indenter", table, "shape", SECTIONS["indenter"], SHAPES)
     material = None
     if "material" in table:
-        own = {"material": Key(one_of("elastic"), "elastic when absent")}
+        own = {"material": Key(choice("elastic"), "elastic when absent")}
         material = _material("indenter.material", {"material": "elastic"} | table["material"], own)
     if "heights" in values:
         values["heights"] = _heights(folder / values["heights"])

@@ -63,12 +63,12 @@ def _is_load(value: Any) -> bool:
     return _all_numbers(values, 0.0) and max(values) >= SMALLEST
 
 
-def one_of(*names: str) -> Accept:
+def choice(*names: str) -> Accept:
     """One of some words."""
     return Accept(lambda v: v in names, " | ".join(f'"{name}"' for name in names))
 
 
-def whole(low: int, high: int) -> Accept:
+def whole_number(low: int, high: int) -> Accept:
     """A whole number from ``low`` to ``high``."""
     return Accept(lambda v: _is_whole(v, low, high), f"a whole number from {low} to {high}")
 
@@ -87,7 +87,7 @@ TIMES = Accept(
     lambda v: _all_numbers(v) and sorted(v) == v, "a list of numbers that do not decrease, one or more"
 )
 SHAPE = Accept(
-    lambda v: _pair(v, whole(4, MOST_CELLS).test), f"[nx, ny], whole numbers from 4 to {MOST_CELLS}"
+    lambda v: _pair(v, whole_number(4, MOST_CELLS).test), f"[nx, ny], whole numbers from 4 to {MOST_CELLS}"
 )
 SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
 TEXT = Accept(lambda v: isinstance(v, str), "text")
@@ -133,13 +133,13 @@ SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
-MATERIAL = Key(one_of(*MATERIALS), "the model, whose parameters stand beside it", required=True)
+MATERIAL = Key(choice(*MATERIALS), "the model, whose parameters stand beside it", required=True)
 
 SECTIONS: dict[str, dict[str, Key]] = {
     "layer": {"material": MATERIAL, "thickness": Key(POSITIVE, "thickness [m]", required=True)},
     "substrate": {"material": MATERIAL},
     "indenter": {
-        "shape": Key(one_of(*SHAPES), "the shape, whose sizes stand beside it", required=True),
+        "shape": Key(choice(*SHAPES), "the shape, whose sizes stand beside it", required=True),
         "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
     },
     "control": {
@@ -148,23 +148,23 @@ SECTIONS: dict[str, dict[str, Key]] = {
     },
     "times": {
         "end": Key(POSITIVE, "the last time [s]; the first is 0"),
-        "steps": Key(whole(1, MOST_TIMES), "number of steps to the end"),
-        "spacing": Key(one_of("uniform", "logarithmic"), "of the times", default="uniform"),
+        "steps": Key(whole_number(1, MOST_TIMES), "number of steps to the end"),
+        "spacing": Key(choice("uniform", "logarithmic"), "of the times", default="uniform"),
         "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
         "values": Key(TIMES, "the times themselves [s], in place of the others"),
     },
     "grid": {
-        "n": Key(whole(4, MOST_CELLS), "cells along x and y", default=256),
+        "n": Key(whole_number(4, MOST_CELLS), "cells along x and y", default=256),
         "width": Key(POSITIVE, "width along x and y [m]; from the expected contact when absent"),
         "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
         "spacing": Key(SPACING, "size of a cell [m]; with shape"),
     },
     "solver": {
         "tolerance": Key(POSITIVE, "dimensionless error of a step", default=1e-8),
-        "max_iterations": Key(whole(1, MOST_ITERATIONS), "most iterations of a step", default=500),
-        "substeps": Key(whole(1, 1000), "inner steps between two times", default=1),
-        "correspondence": Key(one_of("exact", "quasi-elastic"), "of layer and time", default="exact"),
-        "save": Key(one_of("all", "last"), "fields kept, of which times", default="all"),
+        "max_iterations": Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", default=500),
+        "substeps": Key(whole_number(1, 1000), "inner steps between two times", default=1),
+        "correspondence": Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact"),
+        "save": Key(choice("all", "last"), "fields kept, of which times", default="all"),
     },
 }
 REQUIRED_SECTIONS = ("substrate", "indenter", "control", "times")

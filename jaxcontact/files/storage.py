@@ -167,7 +167,7 @@ def _check_axis(name: str, values: np.ndarray) -> None:
     """Cell centres in equal steps, so that they make a grid."""
     with np.errstate(all="ignore"):  # what overflows is not in equal steps
         steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
-        equal = steps.size > 0 and steps[0] > 0.0 and np.ptp(steps) <= 1e-6 * steps[0]
+        equal = steps.size > 0 and steps[0] > 0.0 and np.ptp(steps) <= 1e-6 * steps[0] < np.inf
     if not equal:
         raise ValueError(
             f"{name}: found an array of shape {values.shape}, accepted: two or more cell centres in equal steps"

@@ -1,0 +1,62 @@
+"""What a run is said to need, against what the operating system saw it use."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from test_command_line import CASE, ROOT
+
+from jaxcontact.__main__ import main
+from jaxcontact.files.case_file import read_case
+from jaxcontact.files.finished_steps import FinishedSteps
+from jaxcontact.footprint import container_memory, footprint_of, machine_memory
+
+RUNS = {
+    "large kernels": CASE.replace("n = 32", "n = 1024").replace("steps = 6", "steps = 4"),
+    "tables of the direct superposition": CASE.replace("steps = 6", "steps = 200")
+    + '[solver]\ncorrespondence = "quasi-elastic"\n',
+    "fields of 0.4 GB, which go to disk": CASE.replace("n = 32", "n = 128").replace(
+        "steps = 6", "steps = 1500"
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in kB on Linux alone")
+@pytest.mark.parametrize("name", RUNS)
+def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
+    path, out = tmp_path / "case.toml", tmp_path / "out"
+    path.write_text(RUNS[name])
+    case = read_case(path)
+    command = [sys.executable, "-m", "jaxcontact", "run", str(path), "-o", str(out)]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0
+    assert 1 / 1.5 < usage.ru_maxrss * 1024 / footprint_of(case).memory < 1.5
+
+
+@pytest.mark.parametrize("save", ["all", "last"])
+def test_the_disk_that_a_run_takes_is_what_was_said(save, tmp_path, monkeypatch):
+    """Just before the finished steps are removed the result is there as well."""
+    path, out, sizes = tmp_path / "case.toml", tmp_path / "out", []
+    path.write_text(CASE.replace("steps = 6", "steps = 100") + f'[solver]\nsave = "{save}"\n')
+    arrays = lambda: sum(file.stat().st_size for file in out.rglob("*.npz"))
+    monkeypatch.setattr(FinishedSteps, "remove", lambda steps: sizes.append(arrays()))
+    assert main(["run", str(path), "-o", str(out)]) == 0
+    assert sizes[-1] == pytest.approx(footprint_of(read_case(path)).disk, rel=0.1)
+
+
+def test_memory_is_that_of_the_container_where_it_has_less(tmp_path):
+    """Of the limits of a control group and those above it the least holds; "max" is none."""
+    groups, own = tmp_path / "cgroup", tmp_path / "own"
+    (groups / "batch" / "job").mkdir(parents=True)
+    own.write_text("0::/batch/job\n")
+    assert container_memory(groups, own) == float("inf")
+    for part, limit in (("batch/job", "max"), ("batch", "4000000000"), (".", "8000000000")):
+        (groups / part / "memory.max").write_text(limit + "\n")
+    assert container_memory(groups, own) == 4e9
+    assert container_memory(groups, Path("/none")) == float("inf")
+    assert 1e8 < machine_memory() < 1e14
