@@ -119,4 +119,4 @@ def test_the_reference_builds_from_docstrings_without_warnings(tmp_path):
     assert "warn" not in (done.stdout + done.stderr).lower()
     page = (tmp_path / "jaxcontact.html").read_text()
     assert [name for name in JAXCONTACT.split() if f'id="{name}"' not in page] == []
-    assert 'id="fit_creep"' in (tmp_path / "fitting" / "creep.html").read_text()
+    assert 'id="fit_creep"' in (tmp_path / "fitting.html").read_text()
