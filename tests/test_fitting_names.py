@@ -106,8 +106,3 @@ def test_headings(kind):
 def test_no_name_has_two_meanings():
     every = [name for names in NAMES.values() for name in names.split()]
     assert sorted(set(every)) == sorted(every)
-
-
-@pytest.mark.parametrize("module", [readers, data], ids=lambda module: module.__name__)
-def test_examples_run(module):
-    assert doctest.testmod(module).failed == 0 < doctest.testmod(module).attempted
