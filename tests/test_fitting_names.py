@@ -1,10 +1,8 @@
 """The table of column names and the table of units, against lists made from the definitions."""
 
-import doctest
-
 import pytest
 
-from fitting import data, readers, units
+from fitting import units
 from fitting.files.cells import number
 from fitting.files.names import NAMES, read_heading
 
