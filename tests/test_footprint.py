@@ -6,13 +6,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from test_command_line import CASE, ROOT
+from test_command_line import CASE
 
 from jaxcontact.__main__ import main
 from jaxcontact.files.case_file import read_case
 from jaxcontact.files.finished_steps import FinishedSteps
 from jaxcontact.footprint import container_memory, footprint_of, machine_memory
 
+ROOT = Path(__file__).parents[1]
 RUNS = {
     "large kernels": CASE.replace("n = 32", "n = 1024").replace("steps = 6", "steps = 4"),
     "tables of the direct superposition": CASE.replace("steps = 6", "steps = 200")
