@@ -4,6 +4,12 @@ Importing it switches jax to float64: the kernels span some sixteen decades, and
 lose the film under the substrate.
 """
 
+import os
+
+# XLA's complaints go into Python's errors. As text it has one about each program of the cache on disk, harmless
+# (https://github.com/openxla/xla/issues/44565); it reads this when jax is first imported.
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+
 import jax
 
 jax.config.update("jax_enable_x64", True)
@@ -15,6 +21,7 @@ _installed_jax.warn_of_a_known_fault()
 from jaxcontact._status import Status as Status  # noqa: E402
 from jaxcontact._version import __version__ as __version__  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402
+from jaxcontact.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
 from jaxcontact.controls import Load as Load  # noqa: E402
 from jaxcontact.files.storage import load as load  # noqa: E402
@@ -66,6 +73,7 @@ __all__ = [
     "Status",
     "SteadySliding",
     "cite",
+    "enable_compilation_cache",
     "indent",
     "kernels",
     "load",

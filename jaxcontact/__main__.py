@@ -6,6 +6,7 @@ What goes wrong is one line on stderr.
 """
 
 import argparse
+import contextlib
 import os
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from jaxcontact.commands import look
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
+from jaxcontact.compilation_cache import enable_compilation_cache
 
 CASE_HELP = "the case, in SI units; see: jaxcontact cases"
 
@@ -31,6 +33,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
+    with contextlib.suppress(OSError):  # a home that cannot be written: compile, as ever
+        enable_compilation_cache()
     if arguments[:1] == ["fit"]:
         from fitting import command  # it takes a second to import, which the others need not wait for
 

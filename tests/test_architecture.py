@@ -21,6 +21,7 @@ LAYERS = {
     "_status": 1,
     "_scale": 1,
     "citation": 1,
+    "compilation_cache": 1,
     "reference": 0,
     # what a user makes
     "grid": 2,
