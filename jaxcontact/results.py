@@ -9,6 +9,8 @@ from jax import Array
 from jaxcontact._pytree import pytree, replace
 from jaxcontact._status import Status
 from jaxcontact.grid import Grid
+from jaxcontact.labels import arrays_of, dataset, table
+from jaxcontact.summaries import html, is_one_result, summary
 
 
 @pytree
@@ -31,8 +33,38 @@ class ContactStep:
     status: Array
 
 
+class Readable:
+    """What every result shows of itself: ten lines, never its arrays; labelled arrays on demand."""
+
+    def summary(self) -> str:
+        """First, last and largest of what matters, the grid, and how far the result can be trusted."""
+        return summary(self)
+
+    def __str__(self) -> str:
+        return summary(self)
+
+    def _repr_html_(self) -> str:
+        return html(self)
+
+    def to_xarray(self) -> Any:
+        """The fields as an ``xarray.Dataset``, with dimensions, units and meanings; needs ``jaxcontact[io]``.
+
+        Raises ValueError for many runs in one (``jax.vmap``): take one with ``jax.tree.map(lambda a: a[i], result)``.
+        """
+        _check_one(self)
+        return dataset(arrays_of(self), {"kind": type(self).__name__})
+
+
+def _check_one(result: Any) -> None:
+    if not is_one_result(result):
+        raise ValueError(
+            f"result: expected that of one run, got a status of shape {getattr(result.status, 'shape', None)}; "
+            "take one of many with jax.tree.map(lambda a: a[i], result)"
+        )
+
+
 @pytree
-class ContactHistory:
+class ContactHistory(Readable):
     """A contact over time, SI units.
 
     times (nt,) [s]; pressure [Pa], displacement [m] (of both surfaces, towards each other): (nt, nx, ny),
@@ -81,6 +113,13 @@ class ContactHistory:
     def converged(self) -> Array:
         """(nt,) bool: the step can be trusted, its status is ``Status.FINE``."""
         return self.status == Status.FINE
+
+    __repr__ = Readable.__str__
+
+    def to_dataframe(self) -> Any:
+        """What is one number a time, as a ``pandas.DataFrame`` over time [s]; units in the names of its columns."""
+        _check_one(self)
+        return table(arrays_of(self))
 
     def plot(self) -> Any:
         """A figure with pressure profiles, approach, load and contact radius over time."""

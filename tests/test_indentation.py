@@ -328,3 +328,14 @@ def test_the_gap_of_many_runs_is_zero_in_contact_in_each():
         outside = jnp.where(many.pressure > 0.0, 0.0, many.gap) / many.approach[0, 0]
         assert float(jnp.max(jnp.abs(many.gap / many.approach[0, 0] - outside))) < 1e-6
         assert float(jnp.max(outside)) > 1.0
+
+
+def test_heights_that_are_constants_are_not_sorted_while_compiling(steel):
+    """XLA sorts a constant by itself, for minutes at 256 x 256."""
+    heights = np.random.default_rng(0).normal(0.0, 1e-9, (64, 64))
+    body, grid = jc.LayeredHalfSpace([], substrate=steel), jc.Grid.square(n=64, width=1e-4)
+    run = lambda load: jc.indent(body, jc.HeightField(heights), jc.Load(load), [0.0], grid=grid).approach
+    program = jax.jit(run).lower(1e-3).as_text()
+    sorts = [part[:1500] for part in program.split('"stablehlo.sort"')[1:]]
+    assert "tensor<64x64xf64>" in program
+    assert not any("tensor<4096x" in sort or "tensor<64x64x" in sort for sort in sorts)

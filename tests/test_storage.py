@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
+from jaxcontact import labels
 from jaxcontact.__main__ import main
 from jaxcontact.files import storage
 
@@ -27,9 +28,9 @@ def made_up(kind, last=False):
     """A result with every field a different number, as ``save="last"`` has them when last."""
     values = {}
     for i, field in enumerate(dataclasses.fields(kind)):
-        if field.name in storage.NOT_STORED:
+        if field.name in labels.NOT_STORED:
             continue
-        dims = storage.FIELDS[field.name][0]
+        dims = labels.FIELDS[field.name][0]
         if kind is jc.SteadySliding or (last and "x" in dims):
             dims = tuple(name for name in dims if name != "time")
         shape = tuple(SIZES[name] for name in dims)
@@ -60,7 +61,7 @@ def test_what_is_saved_comes_back(kind, ending, tmp_path):
 def test_every_field_of_every_result_can_be_stored():
     for kind in storage.KINDS.values():
         names = {field.name for field in dataclasses.fields(kind)}
-        assert names <= set(storage.FIELDS) | set(storage.NOT_STORED), kind
+        assert names <= set(labels.FIELDS) | set(labels.NOT_STORED), kind
 
 
 def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):

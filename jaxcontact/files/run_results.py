@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact import plotting
+from jaxcontact import labels, plotting
 from jaxcontact._version import __version__
 from jaxcontact.files import storage
 from jaxcontact.files.case_file import Case
@@ -54,16 +54,16 @@ def arrays(run: FinishedRun) -> dict[str, np.ndarray | Stacked]:
         "pressure_line": run.pressure_line,
         "displacement_line": run.displacement_line,
     }
-    return storage.arrays_of(run.history) | run.maps | own
+    return labels.arrays_of(run.history) | run.maps | own
 
 
 def meanings(all_arrays: dict[str, np.ndarray | Stacked]) -> dict[str, str]:
     """Shape, unit and meaning of each array in result.npz."""
     fields = {
-        name: f"({', '.join(storage.dimensions(name, len(values.shape)))}) {meaning} [{unit}]"
+        name: f"({', '.join(labels.dimensions(name, len(values.shape)))}) {meaning} [{unit}]"
         for name, values in all_arrays.items()
-        if name in storage.FIELDS
-        for _, unit, meaning in [storage.FIELDS[name]]
+        if name in labels.FIELDS
+        for _, unit, meaning in [labels.FIELDS[name]]
     }
     return AXES | fields | BESIDE
 

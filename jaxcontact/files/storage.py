@@ -12,9 +12,9 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxcontact._status import Status
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.grid import Grid
+from jaxcontact.labels import FIELDS, arrays_of, dataset, status_names, stored_fields
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 
@@ -22,33 +22,6 @@ Result = ContactHistory | SteadySliding
 KINDS: dict[str, type] = {cls.__name__: cls for cls in (ContactHistory, SlidingHistory, SteadySliding)}
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
-NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function saved may be of any shape
-
-# dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
-TIME, MAP, VECTOR = ("time",), ("time", "x", "y"), ("time", "direction")
-FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "times": (TIME, "s", "time"),
-    "profile": (("x", "y"), "m", "gap at first touch"),
-    "pressure": (MAP, "Pa", "contact pressure, positive in compression"),
-    "displacement": (MAP, "m", "displacement of both surfaces towards each other"),
-    "approach": (TIME, "m", "approach of the indenter from first touch"),
-    "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
-    "load": (TIME, "N", "normal load"),
-    "contact_area": (TIME, "m2", "contact area, a count of cells"),
-    "smooth_area": (TIME, "m2", "contact area from the mean of the squared pressure"),
-    "film_strain": (TIME, "1", "shortening of the film over its thickness"),
-    "iterations": (TIME, "1", "iterations of the solver"),
-    "error": (TIME, "1", "error of the solver"),
-    "status": (TIME, "1", "how far the step can be trusted"),
-    "velocity": (VECTOR, "m s-1", "velocity of the indenter over the body"),
-    "lateral_force": (VECTOR, "N", "force of the pressure on the indenter along the surface"),
-    "tangential_force": (TIME, "N", "force against the motion"),
-    "pressure_centre": (VECTOR, "m", "centre of pressure from the indenter's axis"),
-    "leading_peak": (TIME, "Pa", "largest pressure ahead of the axis"),
-    "power": (TIME, "W", "power dissipated in the body"),
-    "stored_energy": (TIME, "J", "energy stored in the body"),
-    "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
-}
 
 
 def save(result: Result, path: str | Path, **case: Any) -> Path:
@@ -127,16 +100,6 @@ def load(path: str | Path) -> Any:
     )
 
 
-def status_names() -> list[str]:
-    """The names of the statuses 0, 1, ..."""
-    return [status.name for status in Status]
-
-
-def stored_fields(cls: type) -> list[str]:
-    """The names of those fields of a kind of result that go into files."""
-    return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
-
-
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     """All arrays of a result are there, and of sizes that fit each other."""
     names = stored_fields(cls)
@@ -181,19 +144,6 @@ def _count_of_times(times: np.ndarray) -> int:
             f"times: found an array of shape {times.shape}, accepted: one or more that do not decrease"
         )
     return times.size
-
-
-def arrays_of(result: Result) -> dict[str, np.ndarray]:
-    """The stored fields of a result, and its axes x and y [m]."""
-    x, y = result.grid.axes()
-    fields = {name: np.asarray(getattr(result, name)) for name in stored_fields(type(result))}
-    return {"x": np.asarray(x), "y": np.asarray(y)} | fields
-
-
-def dimensions(name: str, ndim: int) -> tuple[str, ...]:
-    """The names of the dimensions of a stored field: the last ``ndim`` of those it may have."""
-    spec = FIELDS[name][0]
-    return spec[len(spec) - ndim :]
 
 
 def _grid(x: np.ndarray, y: np.ndarray) -> Grid:
@@ -248,37 +198,10 @@ def _xarray() -> Any:
 
 
 def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
-    xarray = _xarray()
-    axes = {axis: _axis(axis, arrays[axis], "m", f"{axis} of the cell centres") for axis in "xy"}
-    if "times" in arrays:
-        axes["time"] = _axis("time", arrays["times"], "s", "time")
-    fields = {
-        name: (
-            dimensions(name, values.ndim),
-            values,
-            _attributes(name),
-        )
-        for name, values in arrays.items()
-        if name not in ("x", "y", "times")
-    }
-    dataset = xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes})
-    dataset.transpose(..., "y", "x").to_netcdf(path, engine="h5netcdf")  # the order that ParaView expects
-
-
-def _attributes(name: str) -> dict[str, Any]:
-    """Unit and meaning of a field; of the status also the meaning of its values, as in the CF conventions."""
-    attributes: dict[str, Any] = {"units": FIELDS[name][1], "long_name": FIELDS[name][2]}
-    if name == "status":
-        values = {
-            "flag_values": [int(status) for status in Status],
-            "flag_meanings": " ".join(status_names()),
-        }
-        return attributes | values
-    return attributes
-
-
-def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:
-    return name, values, {"units": unit, "long_name": meaning, "axis": name[0].upper()}
+    _xarray()
+    dataset(arrays, notes).transpose(..., "y", "x").to_netcdf(
+        path, engine="h5netcdf"
+    )  # the order that ParaView expects
 
 
 def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:

@@ -6,7 +6,7 @@ from jax import Array
 from jaxcontact._pytree import pytree
 from jaxcontact._status import Status
 from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory
+from jaxcontact.results import ContactHistory, Readable
 
 
 def friction(force: Array, load: Array) -> Array:
@@ -42,6 +42,8 @@ class SlidingHistory(ContactHistory):
     stored_energy: Array
     dropped: Array
 
+    __repr__ = Readable.__str__
+
     @property
     def friction_coefficient(self) -> Array:
         """tangential_force/load, (nt,); zero without load."""
@@ -49,7 +51,7 @@ class SlidingHistory(ContactHistory):
 
 
 @pytree
-class SteadySliding:
+class SteadySliding(Readable):
     """Steady sliding, in the frame of the indenter, SI units.
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
@@ -81,6 +83,8 @@ class SteadySliding:
     iterations: Array
     error: Array
     status: Array
+
+    __repr__ = Readable.__str__
 
     @property
     def gap(self) -> Array:

@@ -1,0 +1,113 @@
+"""What the fields of a result are called: dimensions, unit and meaning, for files, tables and labelled arrays."""
+
+import dataclasses
+import importlib
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._status import Status
+
+NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function saved may be of any shape
+
+# dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
+TIME, MAP, VECTOR = ("time",), ("time", "x", "y"), ("time", "direction")
+FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "times": (TIME, "s", "time"),
+    "profile": (("x", "y"), "m", "gap at first touch"),
+    "pressure": (MAP, "Pa", "contact pressure, positive in compression"),
+    "displacement": (MAP, "m", "displacement of both surfaces towards each other"),
+    "approach": (TIME, "m", "approach of the indenter from first touch"),
+    "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
+    "load": (TIME, "N", "normal load"),
+    "contact_area": (TIME, "m2", "contact area, a count of cells"),
+    "smooth_area": (TIME, "m2", "contact area from the mean of the squared pressure"),
+    "film_strain": (TIME, "1", "shortening of the film over its thickness"),
+    "iterations": (TIME, "1", "iterations of the solver"),
+    "error": (TIME, "1", "error of the solver"),
+    "status": (TIME, "1", "how far the step can be trusted"),
+    "velocity": (VECTOR, "m s-1", "velocity of the indenter over the body"),
+    "lateral_force": (VECTOR, "N", "force of the pressure on the indenter along the surface"),
+    "tangential_force": (TIME, "N", "force against the motion"),
+    "pressure_centre": (VECTOR, "m", "centre of pressure from the indenter's axis"),
+    "leading_peak": (TIME, "Pa", "largest pressure ahead of the axis"),
+    "power": (TIME, "W", "power dissipated in the body"),
+    "stored_energy": (TIME, "J", "energy stored in the body"),
+    "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
+}
+
+
+def status_names() -> list[str]:
+    """The names of the statuses 0, 1, ..."""
+    return [status.name for status in Status]
+
+
+def stored_fields(cls: type) -> list[str]:
+    """The names of those fields of a kind of result that go into files."""
+    return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
+
+
+def arrays_of(result: Any) -> dict[str, np.ndarray]:
+    """The stored fields of a result, and its axes x and y [m]."""
+    x, y = result.grid.axes()
+    fields = {name: np.asarray(getattr(result, name)) for name in stored_fields(type(result))}
+    return {"x": np.asarray(x), "y": np.asarray(y)} | fields
+
+
+def dimensions(name: str, ndim: int) -> tuple[str, ...]:
+    """The names of the dimensions of a stored field: the last ``ndim`` of those it may have."""
+    spec = FIELDS[name][0]
+    return spec[len(spec) - ndim :]
+
+
+def attributes(name: str) -> dict[str, Any]:
+    """Unit and meaning of a field; of the status also the meaning of its values, as in the CF conventions."""
+    attributes: dict[str, Any] = {"units": FIELDS[name][1], "long_name": FIELDS[name][2]}
+    if name == "status":
+        values = {
+            "flag_values": [int(status) for status in Status],
+            "flag_meanings": " ".join(status_names()),
+        }
+        return attributes | values
+    return attributes
+
+
+def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:
+    return name, values, {"units": unit, "long_name": meaning, "axis": name[0].upper()}
+
+
+def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
+    """An ``xarray.Dataset`` of stored fields, each with its dimensions, unit and meaning; notes: its attributes."""
+    xarray = extra("xarray")
+
+    axes = {axis: _axis(axis, arrays[axis], "m", f"{axis} of the cell centres") for axis in "xy"}
+    if "times" in arrays:
+        axes["time"] = _axis("time", arrays["times"], "s", "time")
+    fields = {
+        name: (dimensions(name, values.ndim), values, attributes(name))
+        for name, values in arrays.items()
+        if name not in ("x", "y", "times")
+    }
+    return xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes})
+
+
+def table(arrays: dict[str, np.ndarray]) -> Any:
+    """A ``pandas.DataFrame`` over time of the stored fields that have a number, or one for x and y, at each time."""
+    pandas = extra("pandas")
+
+    columns = {}
+    for name, values in arrays.items():
+        spec, unit, _ = FIELDS.get(name, ((), "", ""))
+        if spec == TIME:
+            columns[f"{name} [{unit}]"] = values
+        elif spec == VECTOR:
+            columns |= {f"{name}_{axis} [{unit}]": values[:, i] for i, axis in enumerate("xy")}
+    return pandas.DataFrame(columns).set_index("times [s]")
+
+
+def extra(name: str) -> Any:
+    """A library of the extra ``io``."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise ImportError(f"this needs {name}; install it with: pip install 'jaxcontact[io]'") from error

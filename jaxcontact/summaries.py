@@ -1,0 +1,99 @@
+"""A result in ten lines of text, and in a notebook's cell with a small picture."""
+
+import base64
+import io
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._pytree import is_concrete
+from jaxcontact._status import Status
+
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+ROWS = {  # what a summary shows of a result that has it: name of the field, unit
+    "approach": "m",
+    "load": "N",
+    "peak_pressure": "Pa",
+    "contact_radius": "m",
+    "film_strain": "",
+    "tangential_force": "N",
+    "friction_coefficient": "",
+    "power": "W",
+}
+
+
+def prefixed(value: float, unit: str) -> str:
+    """A number with five digits and the unit's prefix: 3.3554 µm."""
+    if not unit or not np.isfinite(value) or value == 0.0:
+        return f"{value:.5g} {unit}".rstrip()
+    power = int(np.clip(3 * np.floor(np.log10(abs(value)) / 3 + 1e-9), min(PREFIXES), max(PREFIXES)))
+    return f"{value / 10.0**power:.5g} {PREFIXES[power]}{unit}"
+
+
+def is_one_result(result: Any) -> bool:
+    """Whether it holds the numbers of one run: not inside jit, not many of ``jax.vmap``, not its structure alone."""
+    status = result.status
+    whole = is_concrete(result) and hasattr(status, "shape") and hasattr(status, "__array__")
+    return whole and np.ndim(status) == np.ndim(getattr(result, "times", 0.0)) < 2
+
+
+def summary(result: Any) -> str:
+    """First, last and largest of what matters, on which grid, and how far it can be trusted."""
+    name = type(result).__name__
+    if not is_one_result(result):
+        return f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
+    columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
+    lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
+    lines += [row for field, unit in ROWS.items() for row in _row(result, field, unit)]
+    return "\n".join(line.rstrip() for line in [*lines, _trust(result)] if line.strip())
+
+
+def _extent(result: Any) -> str:
+    size, (dx, dy) = result.grid.shape, map(float, result.grid.spacing)
+    cells = f"{size[0]} x {size[1]} cells of {prefixed(dx, 'm')}" + (
+        f" x {prefixed(dy, 'm')}" if dy != dx else ""
+    )
+    if not hasattr(result, "times"):
+        return f" on {cells}"
+    times = np.asarray(result.times)
+    return f" of {times.size} times from {times[0]:g} to {times[-1]:g} s on {cells}"
+
+
+def _row(result: Any, field: str, unit: str) -> list[str]:
+    values = _values(result, field)
+    if values is None:
+        return []
+    picked = (
+        {"first": values[0], "last": values[-1], "largest": np.max(values)} if values.ndim else {"": values}
+    )
+    if hasattr(result, "times") and not values.ndim:  # of the last time alone, with save="last"
+        picked = {"first": None, "last": values}
+    cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
+    return [f"{field.replace('_', ' '):20s}" + "".join(f"{cell:>14s}" for cell in cells)]
+
+
+def _values(result: Any, field: str) -> np.ndarray | None:
+    if field == "peak_pressure":
+        return np.max(np.asarray(result.pressure), axis=(-2, -1))
+    return np.asarray(getattr(result, field)) if hasattr(result, field) else None
+
+
+def _trust(result: Any) -> str:
+    counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
+    iterations = int(np.sum(np.asarray(result.iterations)))
+    verdicts = [f"{count} {Status(code).message}" for code, count in sorted(counts.items())]
+    return f"{iterations} iterations; steps: " + "; ".join(verdicts)
+
+
+def html(result: Any) -> str:
+    """The summary and, of a history, a small picture of it."""
+    text = f"<pre>{summary(result)}</pre>"
+    if not (is_one_result(result) and hasattr(result, "plot")):
+        return text
+    picture = io.BytesIO()
+    result.plot().savefig(picture, dpi=60, format="png")
+    data = base64.b64encode(picture.getvalue()).decode("ascii")
+    return (
+        f'{text}<img alt="pressure profiles, approach, load and radius" src="data:image/png;base64,{data}">'
+    )

@@ -1,0 +1,81 @@
+"""What a result shows of itself, against what it holds."""
+
+import re
+import sys
+
+import jax
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact.summaries import prefixed
+
+GRID = jc.Grid.square(n=32, width=5e-4)
+RUBBER = jc.LayeredHalfSpace([], substrate=jc.Maxwell(G=1e6, eta=1e7, nu=0.4))
+BALL = jc.Sphere(1e-2)
+
+
+@pytest.fixture(scope="module")
+def history():
+    return jc.indent(RUBBER, BALL, jc.Load(5e-3), [0.0, 1.0, 2.0], grid=GRID)
+
+
+def test_a_history_shows_itself_in_ten_lines(history):
+    text = repr(history)
+    assert text == str(history) == history.summary() and len(text.splitlines()) <= 10
+    assert "array" not in text and "3 times from 0 to 2 s on 32 x 32 cells of 15.625 µm" in text
+    row = re.search(r"approach +([\d.]+) µm +([\d.]+) µm +([\d.]+) µm", text)
+    np.testing.assert_allclose(
+        [float(x) * 1e-6 for x in row.groups()], np.asarray(history.approach)[[0, 2, 2]], rtol=1e-4
+    )
+    assert re.search(r"load +5 mN +5 mN +5 mN", text) and "3 converged" in text
+
+
+def test_a_notebook_shows_text_and_a_picture(history):
+    html = history._repr_html_()
+    assert html.startswith("<pre>ContactHistory") and "data:image/png;base64,iVBOR" in html
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.3554e-6, "m", "3.3554 µm"), (60.0, "N", "60 N"), (1e3, "Pa", "1 kPa"), (999.99e6, "Pa", "999.99 MPa"),
+        (0.0, "N", "0 N"), (-2e-3, "N", "-2 mN"), (float("nan"), "m", "nan m"), (0.25, "", "0.25"),
+        (5e-15, "m", "0.005 pm"), (2.5e13, "Pa", "25000 GPa"),
+    ],
+)  # fmt: skip
+def test_prefixes(value, unit, text):
+    assert prefixed(value, unit) == text
+
+
+def test_the_last_field_alone_and_steady_states_and_many_runs():
+    last = jc.indent(RUBBER, BALL, jc.Load(5e-3), [0.0, 1.0], grid=GRID, save="last")
+    peak = re.search(r"peak pressure +([\d.]+) kPa\n", last.summary())
+    assert float(peak.group(1)) == pytest.approx(float(np.max(last.pressure)) / 1e3, rel=1e-4)
+    solid = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=1e6, nu=0.4))
+    steady = jc.slide_steady(solid, BALL, jc.Load(5e-3), velocity=0.1, grid=GRID)
+    assert "tangential force" in repr(steady) and "array" not in repr(steady)
+    assert "1 converged" in repr(steady)
+    many = jax.vmap(lambda W: jc.indent(solid, BALL, jc.Load(W), [0.0], grid=GRID))(np.array([1e-3, 5e-3]))
+    assert repr(many) == "ContactHistory of status (2, 1): no single run"
+    assert repr(jax.tree.map(lambda a: a[0], many)).startswith("ContactHistory of 1 times")
+    with pytest.raises(ValueError, match=r"of one run, got a status of shape \(2, 1\)"):
+        many.to_xarray()
+
+
+def test_labelled_arrays_and_tables(history):
+    xarray = pytest.importorskip("xarray")
+    labelled = history.to_xarray()
+    assert isinstance(labelled, xarray.Dataset) and labelled.pressure.dims == ("time", "x", "y")
+    assert labelled.approach.attrs["units"] == "m"
+    np.testing.assert_array_equal(labelled.pressure, history.pressure)
+    frame = history.to_dataframe()
+    assert frame.index.name == "times [s]" and "pressure [Pa]" not in frame
+    np.testing.assert_array_equal(frame["approach [m]"], history.approach)
+
+
+def test_without_the_extra_the_words_say_what_to_install(history, monkeypatch):
+    for name, call in (("xarray", history.to_xarray), ("pandas", history.to_dataframe)):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ImportError, match=r"pip install 'jaxcontact\[io\]'"):
+            call()
