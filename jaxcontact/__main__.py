@@ -11,13 +11,21 @@ import os
 import sys
 from pathlib import Path
 
+from jaxcontact._version import __version__
 from jaxcontact.commands import look
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
 from jaxcontact.compilation_cache import enable_compilation_cache
 
-CASE_HELP = "the case, in SI units; see: jaxcontact cases"
+CASE_HELP = "a case file in SI units, or the name of one that comes with the package; see: jaxcontact cases"
+
+EXAMPLES = """examples:
+  jaxcontact run tribofilm_creep -o out        a case that comes with the package
+  jaxcontact run --show tribofilm_creep        print it, to begin a case of your own
+  jaxcontact check mine.toml                   valid? grid and steps fine enough?
+  jaxcontact fit creep film.csv -o film        material parameters from data
+  jaxcontact reproduce figure_4 -o paper       against the paper"""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -45,8 +53,12 @@ def _dispatch(arguments: list[str]) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="jaxcontact", description="Time-dependent contact with a layered body."
+        prog="jaxcontact",
+        description="Time-dependent contact with a layered body.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"jaxcontact {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_case_commands(commands)
     commands.add_parser("fit", help="material parameters from creep or indentation data")
@@ -65,13 +77,13 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_case_commands(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     command = commands.add_parser("run", help="run a case file")
-    command.add_argument("case", type=Path, metavar="CASE.toml", help=CASE_HELP)
+    command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.add_argument("--show", action="store_true", help="print it with all defaults, and do not run")
     how = _add_output(command, required=False)
     how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")
     command.set_defaults(command=run)
     command = commands.add_parser("check", help="validate a case file without running it")
-    command.add_argument("case", type=Path, metavar="CASE.toml", help=CASE_HELP)
+    command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.set_defaults(command=look.check)
     command = commands.add_parser("cases", help="list the case files that come with the package")
     command.set_defaults(command=look.cases)

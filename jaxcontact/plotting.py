@@ -44,8 +44,12 @@ def colours_of_time(times: Any) -> ScalarMappable:
 
 
 def pick(count: int) -> np.ndarray:
-    """Indices of at most ``MOST_LINES`` of ``count`` lines, first and last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, MOST_LINES)).round().astype(int))
+    """Indices of about ``MOST_LINES`` of ``count`` lines at most, in equal steps, first and last among them.
+
+    Unequal steps would look like an event between two times.
+    """
+    step = -(-count // MOST_LINES)
+    return np.unique(np.append(np.arange(0, count, step), count - 1))
 
 
 def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:

@@ -263,3 +263,14 @@ def test_cite_and_cases_print(capfd):
     assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
     assert main(["cases"]) == 0
     assert capfd.readouterr().out.count(".toml") == 3
+
+
+def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "maxwell_half_space"]) == 0
+    assert "cases/maxwell_half_space.toml: can run" in capfd.readouterr().out
+    Path("maxwell_half_space").write_text("[nothing]\n")
+    assert main(["check", "maxwell_half_space"]) == 2
+    assert "nothing" in capfd.readouterr().err
+    assert main(["check", "no_such_case"]) == 2
+    assert "a name that jaxcontact cases lists" in capfd.readouterr().err

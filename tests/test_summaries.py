@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
+from jaxcontact.plotting import pick
 from jaxcontact.summaries import prefixed
 
 GRID = jc.Grid.square(n=32, width=5e-4)
@@ -79,3 +80,11 @@ def test_without_the_extra_the_words_say_what_to_install(history, monkeypatch):
         monkeypatch.setitem(sys.modules, name, None)
         with pytest.raises(ImportError, match=r"pip install 'jaxcontact\[io\]'"):
             call()
+
+
+@pytest.mark.parametrize("count", [1, 2, 40, 41, 79, 151, 2000])
+def test_lines_of_a_picture_are_in_equal_steps(count):
+    """A step that differs looks like an event: of 41 lines one was left out. The last line is always there."""
+    shown = pick(count)
+    assert shown[0] == 0 and shown[-1] == count - 1 and len(shown) <= 41
+    assert len(set(np.diff(shown)[:-1])) <= 1

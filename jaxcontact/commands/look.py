@@ -13,11 +13,17 @@ from jaxcontact.results import ContactHistory
 CASES = Path(__file__).parents[1] / "cases"
 
 
+def case_path(text: str) -> Path:
+    """A case file by its path, or one that comes with the package by its name alone: ``tribofilm_creep``."""
+    path, packaged = Path(text), CASES / f"{text}.toml"
+    return packaged if not path.exists() and "/" not in text and packaged.exists() else path
+
+
 def cases(options: argparse.Namespace) -> int:
-    """Each ready-made case file and the first line of its comment."""
+    """Each ready-made case: its name, for ``run``, the first line of its comment, and its file."""
     for path in sorted(CASES.glob("*.toml")):
         title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
-        print(f"{path}\n    {title}")
+        print(f"{path.stem}: {title}\n    {path}")
     return FINE
 
 
