@@ -481,6 +481,8 @@ CHECKS = (
 ELSEWHERE = {  # reached by no row, and why
     "_checks.py": "the checks themselves",
     "storage.py: _xarray": "test_storage.py, without the extra",
+    "labels.py: extra": "test_summaries.py, without the extra",
+    "results.py: _check_one": "test_summaries.py, many runs",
     **{
         f"storage.py: {name}": "test_storage.py, forged files"
         for name in ("_check_arrays", "_check_axis", "_count_of_times", "_read_netcdf")
