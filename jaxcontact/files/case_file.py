@@ -58,7 +58,9 @@ def read_case(path: Path) -> Case:
         tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise CaseError(f"{path}: {reason}; expected a TOML file of a case, or a name that jaxcontact cases lists") from error
+        raise CaseError(
+            f"{path}: {reason}; expected a TOML file of a case, or a name that jaxcontact cases lists"
+        ) from error
     except (
         ValueError,
         RecursionError,
