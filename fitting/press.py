@@ -95,7 +95,7 @@ def prepare(
     # J that a scaled compliance of one stands for
     unit = 8.0 * np.sqrt(float(indenter.radius)) * d**1.5 / (3.0 * (1.0 - nu) * P)
     response = data.depth if control == "load" else data.load
-    weight, label = _weights(response, kept, weights, sigma)
+    weight, label = _weights(t, response, kept, weights, sigma)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
     if control == "load" and rise is None and data.load[-1] < LEAST_LOAD * P:
         raise ValueError(
@@ -124,13 +124,13 @@ def _check(data: IndentationData, indenter: Any, nu: float, control: str, rise: 
 
 
 def _weights(
-    response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any
+    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
     chosen = np.zeros(response.shape)
     if sigma is not None:
         weights, sigma = None, np.broadcast_to(np.asarray(sigma, dtype=float), response.shape)[kept]
-    chosen[kept], label = choose_weights(response[kept], weights, sigma)
+    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma)
     return chosen, label
 
 
