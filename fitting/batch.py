@@ -12,7 +12,7 @@ from fitting.creep_search import Optimum
 from fitting.data import CreepData
 from fitting.evidence import Allowance, Evidence
 from fitting.structure import limits, resolve
-from fitting.weights import choose_weights
+from fitting.weights import choose_weights, without_noise
 
 VARYING = ("data", "weights", "lower", "upper", "ratio")
 
@@ -77,7 +77,7 @@ def fit_creep_batch(
         return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool))
     p = sum(low < high for low, high in table.values())
     evidence.check(level, curves[0].t.size, p)
-    verdicts = _judge_all(problems, best, curves, p, level)
+    verdicts = _judge_all(problems, best, curves, weights, p, level)
     ends = np.asarray(_profile_all(problems, best, np.array([allowed.level for allowed, _ in verdicts])))
     spans = ends[:, own] * unit[:, :, None]
     found = [structure.intervals(row, table) for row in spans]
@@ -87,7 +87,7 @@ def fit_creep_batch(
 
 
 def _judge_all(
-    problems: varpro.TauSearch, best: Optimum, curves: list[CreepData], p: int, level: float
+    problems: varpro.TauSearch, best: Optimum, curves: list[CreepData], label: str, p: int, level: float
 ) -> list[tuple[Allowance, Evidence]]:
     """What the residuals of each curve say."""
     n, t = curves[0].t.size, curves[0].t
@@ -98,6 +98,7 @@ def _judge_all(
 
     def judge(k: int) -> tuple[Allowance, Evidence]:
         jacobian, r = J[k, :n, inside[k]].T, residual[k, :n]
+        jacobian = jacobian * without_noise(label, weights[k], data[k], r)[:, None]
         size = float(np.sum((weights[k] * data[k]) ** 2))
         allowed = evidence.allow(r, jacobian, p, size, level, known=False)
         return allowed, evidence.weigh(allowed, r, weights[k], data[k], p, False, jacobian, t)

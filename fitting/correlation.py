@@ -5,7 +5,7 @@ likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320),
 parameters takes correlation out of n residuals, much of it if n is 20. With Q an orthonormal basis of the
 Jacobian's columns and V the correlation matrix, the variance of an estimate is trace(Q^T V Q)/p times that
 of white noise in the mean over directions, and E[RSS] is n - trace(Q^T V Q) in place of n - p. Intervals
-come from the mixture over all rho, by what the data and an even prior in artanh(rho) say of each.
+come from the mixture over all rho, by what the data and Jeffreys' prior d rho/sqrt(1 - rho^2) say of each.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize, signal, stats
 
-RHO = np.tanh(np.linspace(0.0, 2.1, 29))  # up to 0.970
+RHO = np.tanh(np.linspace(0.0, 2.15, 31))  # up to 0.973
 WHITE = 0.3  # prior share of white noise
 BEYOND_CHANCE = 3.3  # standard errors 1/sqrt(n) of a correlation: one in two thousand series of white noise
 MORE_LIKELY_THAN_NOT = 0.5
@@ -50,7 +50,8 @@ def judge(residual: np.ndarray, Q: np.ndarray, p: int) -> Noise:
     """The noise of residuals (n,) of a fit of p parameters whose Jacobian has the basis Q (n, k)."""
     n, k = Q.shape
     likelihood = np.array([_restricted(residual, Q, rho) for rho in RHO]) if residual.any() else 0.0 * RHO
-    prior = np.full(RHO.size, (1.0 - WHITE) / RHO.size)
+    prior = np.sqrt(1.0 - RHO**2)  # d rho is (1 - rho^2) of the even steps in artanh(rho)
+    prior *= (1.0 - WHITE) / prior.sum()
     prior[0] += WHITE
     share = prior * np.exp(likelihood - likelihood.max())
     trace = np.array([_trace(Q, rho) for rho in RHO])

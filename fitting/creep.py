@@ -19,7 +19,7 @@ from fitting.structure import Structure, limits, resolve
 from fitting.uncertainty import covariance, linear_sd, log_covariance
 from fitting.unsupported import Supported, leave_out
 from fitting.varpro import PLACES, TauSearch
-from fitting.weights import choose_weights
+from fitting.weights import choose_weights, without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,7 +89,8 @@ def fit_creep(
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
             (``weights.py``), and points that nothing beside them supports left out (``unsupported.py``);
             "relative" (errors proportional to the data); "absolute" (one error for all).
-        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
+        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
+            data where they have one.
         fixed: {parameter: value} [Pa, Pa s] of any subset.
         bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
         nu: Poisson's ratio to carry along; creep in shear does not see it.
@@ -111,6 +112,7 @@ def fit_creep(
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
+    sigma = data.error if weights is None and sigma is None else sigma
     weights = "estimated" if weights is None and sigma is None else weights
     weight, label = choose_weights(data.t, data.response, weights, sigma)
     p, known = sum(low < high for low, high in table.values()), label == "sigma"
@@ -119,8 +121,9 @@ def fit_creep(
     kept, problem, best = _optimum(scaled.problem, data.t.size, label)
     size, on = float(np.sum((weight * data.response)[kept] ** 2)), np.flatnonzero(kept)
     residual, J = np.asarray(best.residual)[on], creep_search.inside_jacobian(problem, best)[on]
-    allowed = evidence.allow(residual, J, p, size, level, known)
     name, unit, t, measured = measured_curve(data)
+    J = J * without_noise(label, weight[on], measured[on], residual)[:, None]
+    allowed = evidence.allow(residual, J, p, size, level, known)
     quality = evidence.weigh(allowed, residual, weight[on], measured[on], p, known, J, t[on])
     scaled, profile = scaled._replace(problem=problem), _profile(problem, best, allowed.level, scaled.time)
     ends, spread = profile(data.t[-1:]), quality.spread(known)

@@ -14,6 +14,7 @@ from fitting.press import Found, Medium, prepare
 from fitting.result import Estimate, Fit, findings, plain
 from fitting.structure import Structure, limits, resolve, series
 from fitting.uncertainty import covariance, log_covariance
+from fitting.weights import without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -170,9 +171,10 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     space, on, known, unit = press.space, press.kept, press.known, press.response_unit
     p = space.free.size
     J = best.jacobian[on][:, _inside(space, best.theta)[space.free]]
+    measured, weights = press.measured[on] * unit, press.weights[on] / unit
+    J = J * without_noise(press.label, weights, measured, best.residual[on])[:, None]
     allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
     ends = nonlinear.profile(objective, best, allowed.level)
-    measured, weights = press.measured[on] * unit, press.weights[on] / unit
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
     estimate = _estimate(space, found, ends, quality.spread(known))
     return IndentationFit(

@@ -19,6 +19,7 @@ from fitting.nonlinear import Best, Objective
 from fitting.structure import Structure
 from fitting.weights import choose_weights
 
+AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number and of all
 LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
 
 
@@ -102,6 +103,7 @@ def prepare(
             f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
+    _check_contact(data, kept)
     return Press(
         data, indenter, nu, control, t / T, data.load / P, data.depth / d, kept,
         weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
@@ -121,6 +123,17 @@ def _check(data: IndentationData, indenter: Any, nu: float, control: str, rise: 
         raise ValueError(f'control: expected "load" or "depth", got {control!r}')
     if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
         raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
+
+
+def _check_contact(data: IndentationData, kept: np.ndarray) -> None:
+    """ValueError where points before contact would be fitted as if they were in it."""
+    found = data.contact
+    fitted = int(kept[: found.before].sum())
+    if fitted > max(AIR, AIR_SHARE * kept.sum()):
+        raise ValueError(
+            f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
+            f" {found.depth:.4g} m: data.in_contact() leaves them out"
+        )
 
 
 def _weights(

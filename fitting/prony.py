@@ -17,7 +17,7 @@ from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings
 from fitting.structure import limits, series
 from fitting.uncertainty import covariance, log_covariance
-from fitting.weights import choose_weights
+from fitting.weights import choose_weights, without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -60,6 +60,7 @@ def fit_prony(
     """
     structure = series(tau, instantaneous, flow)
     table, places = limits(structure, None, None), sorted(structure.where.values())
+    sigma = data.error if weights is None and sigma is None else sigma
     weights = "estimated" if weights is None and sigma is None else weights
     weight, label = choose_weights(data.t, data.response, weights, sigma)
     p, known = len(places), label == "sigma"
@@ -72,7 +73,7 @@ def fit_prony(
         floor=1e-26 * float(y @ y),
     )  # fmt: skip
     best = nonlinear.minimise(objective, np.maximum(np.linalg.lstsq(A, y, rcond=None)[0], 0.0))
-    J = A[:, best.theta > 0]
+    J = A[:, best.theta > 0] * without_noise(label, weight, data.response, best.residual)[:, None]
     allowed = evidence.allow(best.residual, J, p, float(y @ y), level, known)
     ends = nonlinear.profile(objective, best, allowed.level) * scale[:, None]
     quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known, J, data.t)

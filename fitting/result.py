@@ -45,8 +45,9 @@ class Fit:
     component} of the least known direction; weakest_sd. fitted, residuals (n,): response and weighted
     residuals. rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
     correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of the intervals, for what
-    correlation the noise may have; refused: why the fit does not stand, () if it does. r2 (unweighted), aic, bic. p: free parameters.
-    notes: on the data and on the fit. curve: (name, unit, times, values) of what was fitted.
+    correlation the noise may have; refused: why the fit does not stand, () if it does. r2 (unweighted),
+    aic, bic. p: free parameters. notes: on the data and on the fit. curve: (name, unit, times, values) of
+    what was fitted.
     """
 
     structure: Structure
