@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from fitting import creep_search, varpro
+from fitting import creep_search, evidence, varpro
 from fitting.creep_search import Optimum
 from fitting.data import CreepData
-from fitting.evidence import threshold
+from fitting.evidence import Allowance, Evidence
 from fitting.structure import limits, resolve
-from fitting.weights import choose_weights
+from fitting.weights import choose_weights, without_noise
 
 VARYING = ("data", "weights", "lower", "upper", "ratio")
 
@@ -24,11 +24,13 @@ class BatchFit(NamedTuple):
         values: {parameter: (m,)} [Pa, Pa s].
         intervals: {parameter: (m, 2)}, empty unless asked for.
         lag1: correlation of neighbouring residuals (m,), nan without intervals.
+        refused: (m,) bool, fits that do not stand (``fitting.verdict``); False without intervals.
     """
 
     values: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
     lag1: np.ndarray
+    refused: np.ndarray
 
 
 def fit_creep_batch(
@@ -41,7 +43,7 @@ def fit_creep_batch(
         t: times (n,) [s].
         J: a curve in each row, (m, n) [1/Pa].
         model: as in ``fit_creep``.
-        weights: "relative" or "absolute".
+        weights: "estimated", "relative" or "absolute"; no point is left out.
         intervals: whether to find them too, which takes about ten times as long.
         fixed: as in ``fit_creep``, for all curves.
         bounds: likewise.
@@ -63,7 +65,7 @@ def fit_creep_batch(
     table = limits(structure, fixed, bounds)
     curves = [CreepData(t=t, J=row) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     scaled = [
-        creep_search.scale(curve, choose_weights(curve.response, weights, None)[0], structure, table)
+        creep_search.scale(curve, choose_weights(curve.t, curve.response, weights, None)[0], structure, table)
         for curve in curves
     ]
     problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
@@ -72,13 +74,36 @@ def fit_creep_batch(
     rows = [structure.parameters(row) for row in np.asarray(best.parts)[:, own] * unit]
     values = {name: np.array([row[name] for row in rows]) for name in structure.where}
     if not intervals:
-        return BatchFit(values, {}, np.full(len(curves), np.nan))
+        return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool))
     p = sum(low < high for low, high in table.values())
-    shape = _profile_all(problems, best, jnp.asarray(threshold(level, len(curves[0].t), p, False)))
-    spans = np.asarray(shape.ends)[:, own] * unit[:, :, None]
+    evidence.check(level, curves[0].t.size, p)
+    verdicts = _judge_all(problems, best, curves, weights, p, level)
+    ends = np.asarray(_profile_all(problems, best, np.array([allowed.level for allowed, _ in verdicts])))
+    spans = ends[:, own] * unit[:, :, None]
     found = [structure.intervals(row, table) for row in spans]
     gathered = {name: np.array([row[name] for row in found]) for name in structure.where}
-    return BatchFit(values, gathered, np.asarray(shape.allowed.lag1))
+    lag1, refused = zip(*((quality.lag1, bool(quality.refused)) for _, quality in verdicts), strict=True)
+    return BatchFit(values, gathered, np.array(lag1), np.array(refused))
+
+
+def _judge_all(
+    problems: varpro.TauSearch, best: Optimum, curves: list[CreepData], label: str, p: int, level: float
+) -> list[tuple[Allowance, Evidence]]:
+    """What the residuals of each curve say."""
+    n, t = curves[0].t.size, curves[0].t
+    lower, upper = (np.asarray(side) for side in _limits_all(problems))
+    J, parts, residual = (np.asarray(a) for a in (_jacobian_all(problems, best), best.parts, best.residual))
+    inside = np.asarray(creep_search.strictly_inside(parts, lower, upper))
+    weights, data = np.asarray(problems.weights)[:, :n], np.asarray(problems.data)[:, :n]
+
+    def judge(k: int) -> tuple[Allowance, Evidence]:
+        jacobian, r = J[k, :n, inside[k]].T, residual[k, :n]
+        jacobian = jacobian * without_noise(label, weights[k], data[k], r)[:, None]
+        size = float(np.sum((weights[k] * data[k]) ** 2))
+        allowed = evidence.allow(r, jacobian, p, size, level, known=False)
+        return allowed, evidence.weigh(allowed, r, weights[k], data[k], p, False, jacobian, t)
+
+    return [judge(k) for k in range(len(curves))]
 
 
 def _stack(problems: list[varpro.TauSearch]) -> varpro.TauSearch:
@@ -98,6 +123,16 @@ def _minimise_all(problems: varpro.TauSearch) -> Optimum:
 
 
 @jax.jit
-def _profile_all(problems: varpro.TauSearch, best: Optimum, rule: jax.Array) -> creep_search.CreepProfile:
-    one = lambda q, b: creep_search.profile(q, b, rule, jnp.asarray(False), jnp.zeros(0))
-    return jax.vmap(one, in_axes=(_axes(problems), 0))(problems, best)
+def _limits_all(problems: varpro.TauSearch) -> tuple[jax.Array, jax.Array]:
+    return jax.vmap(lambda q: q.limits, in_axes=(_axes(problems),))(problems)
+
+
+@jax.jit
+def _jacobian_all(problems: varpro.TauSearch, best: Optimum) -> jax.Array:
+    return jax.vmap(creep_search.jacobian, in_axes=(_axes(problems), 0))(problems, best)
+
+
+@jax.jit
+def _profile_all(problems: varpro.TauSearch, best: Optimum, level: jax.Array) -> jax.Array:
+    one = lambda q, b, most: creep_search.profile(q, b, most, jnp.zeros(0))
+    return jax.vmap(one, in_axes=(_axes(problems), 0, 0))(problems, best, level)

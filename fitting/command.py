@@ -1,13 +1,15 @@
 """The commands ``jaxcontact fit creep FILE -o DIR`` and ``jaxcontact fit indentation FILE -o DIR``.
 
 Each prints the summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError
-of one line, for the command line to show.
+of one line, for the command line to show; what it says of options it says of flags.
 """
 
 import argparse
+import contextlib
 import json
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,21 @@ from fitting.creep import fit_creep
 from fitting.indentation import fit_indentation
 from fitting.readers import read_creep, read_indentation
 from fitting.structure import CLASSICAL
+from fitting.weights import KINDS
+
+# what the readers and fits call an option, and its flag
+FLAGS = (
+    (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
+    (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
+    (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
+    (r"\bunits=", "--unit"),
+    (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
+    (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
+    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for J)", "--tension NU"),
+    (r"\b(start|segment|curve|stress)=", r"--\1"),
+    (r"\bspring_constant=", "--spring-constant"),
+    (r"(data\.)?in_contact\(\)", "--in-contact"),
+)
 
 
 def main(arguments: list[str]) -> int:
@@ -31,14 +48,32 @@ def main(arguments: list[str]) -> int:
 def add_parser(kinds: Any) -> None:
     """Add ``creep`` and ``indentation`` to subparsers."""
     creep = kinds.add_parser("creep", help="a creep curve: time and compliance, or strain and stress")
-    _add_common(
-        creep, "relative", "relative, absolute, or a standard deviation in the unit of the data in SI"
-    )
+    errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
+    _add_common(creep, "estimated", errors, "t, J, strain, stress, sigma: standard deviations")
     creep.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
+    creep.add_argument(
+        "--tension", type=float, metavar="NU", help="a tensile test, J = 2 (1 + NU) strain/stress"
+    )
     creep.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
+    creep.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
+    creep.add_argument(
+        "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
+    )
+    _add_segment(creep, "a step or interval of several, by name or position from 0; repeat to join")
     creep.set_defaults(command=_creep)
     press = kinds.add_parser("indentation", help="a ball: time, load and depth")
-    _add_common(press, "absolute", "absolute, relative, or a standard deviation in m (load control) or N")
+    errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
+    _add_common(press, "absolute", errors, "t, load, depth, height")
+    _add_segment(press, "approach, hold or retract; repeat for several")
+    press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
+    press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
+    press.add_argument(
+        "--in-contact",
+        nargs="?",
+        const="seen",
+        metavar="DEPTH",
+        help="leave out what is before contact, as the load shows it or from a depth [m]",
+    )
     press.add_argument("--radius", type=float, metavar="R", help="of the ball [m]")
     press.add_argument("--ball-modulus", type=float, metavar="E", help="Young's modulus [Pa]; rigid without")
     press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
@@ -52,7 +87,11 @@ def add_parser(kinds: Any) -> None:
     press.set_defaults(command=_indentation)
 
 
-def _add_common(parser: Any, weights: str, text: str) -> None:
+def _add_segment(parser: Any, what: str) -> None:
+    parser.add_argument("--segment", action="append", metavar="S", help=what)
+
+
+def _add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
     parser.add_argument(
         "file", metavar="FILE", help="CSV, TSV or an export with columns that name their units"
     )
@@ -64,10 +103,12 @@ def _add_common(parser: Any, weights: str, text: str) -> None:
     parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
     parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
     parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")
+    parser.add_argument("--window", metavar="BEGIN:END", help="times that are taken [s], one may be empty")
+    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", where the numbers read both ways')
     for flag, form, what in (
         ("fix", "NAME=VALUE", "hold a parameter"),
         ("bound", "NAME=LOW:HIGH", "bound a parameter, one side may be empty"),
-        ("column", "KIND=HEADER", "where a quantity is (t, J, strain, stress, load, depth)"),
+        ("column", "KIND=HEADER", f"where a quantity is ({kinds})"),
         ("unit", "KIND=UNIT", "its unit, before what the header says"),
     ):
         parser.add_argument(f"--{flag}", action="append", default=[], metavar=form, help=what)
@@ -75,8 +116,14 @@ def _add_common(parser: Any, weights: str, text: str) -> None:
 
 def _creep(options: argparse.Namespace) -> int:
     """Read, fit, write."""
-    data = read_creep(options.file, convention=options.convention, **_places(options))
-    return _finish(options, lambda: fit_creep(data, nu=options.nu, **_choices(options)))
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
+    data = _read(
+        read_creep, options, stress=options.stress, start=options.start,
+        segment=options.segment and [_place(one) for one in options.segment],
+        **{"convention": options.convention, **tensile},
+    )  # fmt: skip
+    nu = options.nu if options.tension is None else options.tension
+    return _finish(options, lambda: fit_creep(data, nu=nu, **_choices(options, data.sigma is not None)))
 
 
 def _indentation(options: argparse.Namespace) -> int:
@@ -86,7 +133,7 @@ def _indentation(options: argparse.Namespace) -> int:
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     ball = options.ball_modulus and _elastic("--ball-modulus", options.ball_modulus, options.ball_nu)
-    data = read_indentation(options.file, **_places(options))
+    data = _indented(options)
     extra: dict[str, Any] = {}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
@@ -96,9 +143,55 @@ def _indentation(options: argparse.Namespace) -> int:
         extra |= {"layer": options.layer, "substrate": substrate}
     call = lambda: fit_indentation(
         data, indenter=jc.Sphere(options.radius, ball or None), nu=options.nu, control=options.control,
-        **_choices(options), **extra,
+        **_choices(options, False), **extra,
     )  # fmt: skip
     return _finish(options, call)
+
+
+def _indented(options: argparse.Namespace) -> Any:
+    """The curve, from contact on where that is asked for; segments and the window are of what is left."""
+    curve = None if options.curve is None else _place(options.curve)
+    of_file = {"curve": curve, "spring_constant": options.spring_constant}
+    if options.in_contact is None:
+        return _read(read_indentation, options, segment=options.segment, **of_file)
+    window, options.window = options.window, None
+    data = _read(read_indentation, options, **of_file)
+    depth = None if options.in_contact == "seen" else _float("--in-contact", options.in_contact)
+    with _about(options.file):
+        data = data.in_contact(depth).only(*(options.segment or ()))
+        return data.window(*_range("--window", window)) if window else data
+
+
+def _read(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> Any:
+    """The data of a file; errors speak of flags."""
+    columns = {kind: _place(text) for kind, text in _pairs("--column", options.column)}
+    window = options.window and _range("--window", options.window)
+    places = {"columns": columns, "units": dict(_pairs("--unit", options.unit)), "window": window}
+    try:
+        return reader(options.file, decimal=options.decimal, **places, **given)
+    except ValueError as error:
+        raise ValueError(in_flags(str(error))) from error
+
+
+def in_flags(message: str) -> str:
+    """A message of the readers and fits with the flag for each option that it names."""
+    for pattern, flag in FLAGS:
+        message = re.sub(pattern, flag, message)
+    return message
+
+
+@contextlib.contextmanager
+def _about(file: str) -> Iterator[None]:
+    """Errors within name the file, and speak of flags."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{file}: {in_flags(str(error))}") from error
+
+
+def _place(text: str) -> int | str:
+    """A position, or a name."""
+    return int(text) if text.isdigit() else text
 
 
 def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
@@ -114,26 +207,17 @@ def _float(flag: str, text: str) -> float:
         raise ValueError(f"{flag}: expected a number, got {text!r}") from None
 
 
-def _choices(options: argparse.Namespace) -> dict[str, Any]:
-    """What both fits take alike."""
-    known = options.weights in ("relative", "absolute")
-    weights: dict[str, Any] = {"weights": options.weights}
-    if not known:
+def _choices(options: argparse.Namespace, has_sigma: bool) -> dict[str, Any]:
+    """What both fits take alike; the file's standard deviations go before a default."""
+    weights: dict[str, Any] = {"weights": None if has_sigma else options.weights}
+    if options.weights not in KINDS:
         weights = {"weights": None, "sigma": _float("--weights", options.weights)}
     return weights | {
         "model": options.model,
         "level": options.level,
         "fixed": {name: _float("--fix", text) for name, text in _pairs("--fix", options.fix)},
-        "bounds": {name: _range(text) for name, text in _pairs("--bound", options.bound)},
+        "bounds": {name: _range("--bound", text) for name, text in _pairs("--bound", options.bound)},
     }
-
-
-def _places(options: argparse.Namespace) -> dict[str, Any]:
-    """Columns, by header or by zero-based position, and units."""
-    columns = {
-        kind: int(text) if text.isdigit() else text for kind, text in _pairs("--column", options.column)
-    }
-    return {"columns": columns, "units": dict(_pairs("--unit", options.unit))}
 
 
 def _pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
@@ -143,11 +227,11 @@ def _pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
     return [(name, value) for name, _, value in (text.partition("=") for text in texts)]
 
 
-def _range(text: str) -> tuple[float | None, float | None]:
+def _range(flag: str, text: str) -> tuple[float | None, float | None]:
     low, mark, high = text.partition(":")
     if not mark:
-        raise ValueError(f"--bound: expected NAME=LOW:HIGH, got {text!r}")
-    return _float("--bound", low) if low else None, _float("--bound", high) if high else None
+        raise ValueError(f"{flag}: expected LOW:HIGH, got {text!r}")
+    return _float(flag, low) if low else None, _float(flag, high) if high else None
 
 
 def _finish(options: argparse.Namespace, fit: Callable[[], Any]) -> int:
@@ -157,10 +241,8 @@ def _finish(options: argparse.Namespace, fit: Callable[[], Any]) -> int:
         raise ValueError(f"{directory}: found a file, accepted: a directory, new or empty")
     if directory.is_dir() and any(directory.iterdir()) and not options.force:
         raise ValueError(f"{directory}: found a directory that is not empty; --force overwrites it")
-    try:
+    with _about(options.file):
         found = fit()
-    except ValueError as error:
-        raise ValueError(f"{options.file}: {error}") from error
     print(found.summary())
     directory.mkdir(parents=True, exist_ok=True)
     text = (

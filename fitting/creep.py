@@ -11,14 +11,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import jaxcontact as jc
-from fitting import creep_search, evidence, report
+from fitting import creep_search, evidence, padding, report
 from fitting.creep_search import Optimum, Scaled
 from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings, plain
 from fitting.structure import Structure, limits, resolve
 from fitting.uncertainty import covariance, linear_sd, log_covariance
-from fitting.varpro import PLACES
-from fitting.weights import choose_weights
+from fitting.unsupported import Supported, leave_out
+from fitting.varpro import PLACES, TauSearch
+from fitting.weights import choose_weights, without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,13 +81,16 @@ def fit_creep(
 ) -> CreepFit:
     """Fit a material to a creep curve. Deterministic; no start is needed.
 
-    Weights must be chosen, since on real data the choice moves the moduli by factors: ``weights`` or ``sigma``.
+    On real data the choice of weights moves the moduli by factors; the summary says which were taken.
 
     Args:
         data: the curve, n points.
         model: a material class with at most one retardation time, or its name; ``fit_prony`` takes more.
-        weights: "relative" (errors proportional to the data) or "absolute" (one error for all).
-        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
+        weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
+            (``weights.py``), and points that nothing beside them supports left out (``unsupported.py``);
+            "relative" (errors proportional to the data); "absolute" (one error for all).
+        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
+            data where they have one.
         fixed: {parameter: value} [Pa, Pa s] of any subset.
         bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
         nu: Poisson's ratio to carry along; creep in shear does not see it.
@@ -96,7 +100,7 @@ def fit_creep(
         The material with its intervals, and how well the data determine it.
 
     Raises:
-        ValueError: an unknown model or parameter, no or two choices of weights, or too few points.
+        ValueError: an unknown model or parameter, two choices of weights, or too few points.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -108,22 +112,61 @@ def fit_creep(
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
-    weight, label = choose_weights(data.response, weights, sigma)
+    sigma = data.error if weights is None and sigma is None else sigma
+    weights = "estimated" if weights is None and sigma is None else weights
+    weight, label = choose_weights(data.t, data.response, weights, sigma)
     p, known = sum(low < high for low, high in table.values()), label == "sigma"
-    rule = evidence.threshold(level, data.t.size, p, known)
+    evidence.check(level, data.t.size, p)
     scaled = creep_search.scale(data, weight, structure, table)
-    best = creep_search.minimise(scaled.problem)
-    profile = lambda t: creep_search.profile(scaled.problem, best, rule, known, t / scaled.time)
-    shape = profile(data.t[-1:])
-    quality = evidence.weigh(shape.allowed, np.asarray(best.residual), weight, data.response, p, known)
-    ends, spread = np.asarray(shape.ends), quality.spread(known)
-    found = _estimate(structure, scaled, best, ends, spread)
+    kept, problem, best = _optimum(scaled.problem, data.t.size, label)
+    size, on = float(np.sum((weight * data.response)[kept] ** 2)), np.flatnonzero(kept)
+    residual, J = np.asarray(best.residual)[on], creep_search.inside_jacobian(problem, best)[on]
+    name, unit, t, measured = measured_curve(data)
+    J = J * without_noise(label, weight[on], measured[on], residual)[:, None]
+    allowed = evidence.allow(residual, J, p, size, level, known)
+    quality = evidence.weigh(allowed, residual, weight[on], measured[on], p, known, J, t[on])
+    scaled, profile = scaled._replace(problem=problem), _profile(problem, best, allowed.level, scaled.time)
+    ends, spread = profile(data.t[-1:]), quality.spread(known)
     return CreepFit(
-        **findings(structure, table, level, nu, quality, found), data=data, weights=label,
-        duration=scaled.time, notes=data.notes, curve=measured_curve(data),
+        **findings(structure, table, level, nu, quality, _estimate(structure, scaled, best, ends, spread)),
+        data=data, weights=label, duration=scaled.time, curve=(name, unit, t[on], measured[on]),
+        notes=(*data.notes, *_said(data, kept, label, weight, quality.noise)),
         combinations=_combinations(scaled, best, ends, spread), options=options,
-        profile=lambda t: np.asarray(profile(t).ends)[5:].T * scaled.compliance,
+        profile=lambda t: profile(t)[5:].T * scaled.compliance,
     )  # fmt: skip
+
+
+def _optimum(problem: TauSearch, n: int, label: str) -> Supported:
+    """Of all points, or with estimated weights of those that are supported."""
+    if label == "estimated":
+        return leave_out(problem, n)
+    return Supported(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
+
+
+def _profile(problem: TauSearch, best: Optimum, level: float, unit: float) -> Callable[[Any], np.ndarray]:
+    """Extents (m, 2) at times (k,) [s] as ``creep_search.profile`` has them, compiled for a few k."""
+
+    def at(t: np.ndarray) -> np.ndarray:
+        some = creep_search.profile(problem, best, np.asarray(level), padding.repeated(t / unit))
+        return np.asarray(some)[: 5 + t.size]
+
+    return at
+
+
+def _said(data: CreepData, kept: np.ndarray, label: str, weight: np.ndarray, noise: float) -> list[str]:
+    """Notes on an estimated error and on points that were left out."""
+    if label != "estimated":
+        return []
+    floor = math.sqrt(max(float(np.min(weight**-2 - data.response**2)), 0.0))
+    unit = "1/Pa" if data.J is not None else "of strain"
+    notes = [
+        f"standard deviation of a point, estimated: {100 * noise:.2g} % of it and {noise * floor:.2g} {unit}"
+    ]
+    times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
+    left = (
+        f"{np.sum(~kept)} of {kept.size} points left out, which nothing beside them supports: t = {times} s"
+    )
+    return notes if kept.all() else [*notes, left]
 
 
 def _estimate(

@@ -11,9 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting import varpro
+from fitting import padding, varpro
 from fitting.data import CreepData
-from fitting.evidence import Allowance, allow
 from fitting.history import History, Step, columns, merge
 from fitting.structure import Structure
 
@@ -29,17 +28,19 @@ class Scaled(NamedTuple):
 
 
 def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict) -> Scaled:
-    """The dimensionless problem."""
+    """The dimensionless problem, padded."""
     y, size = data.response, float(np.max(np.abs(data.response)))
     span, stress = float(data.t[-1]), 1.0
-    basis: Step | History = Step(data.t / span)
+    t = padding.repeated(data.t / span)
+    basis: Step | History = Step(t)
     if data.J is None:
         knots, values = data.stress
         stress = float(np.max(np.abs(values)))
-        basis = merge(data.t / span, knots / span, values / stress)
+        basis = merge(t, padding.repeated(knots / span), padding.repeated(values / stress))
     unit = size / stress
     box = structure.box(table) / structure.units(unit, span)[:, None]
-    return Scaled(varpro.search(y / size, weight * size, basis, data.t / span, box), unit, span)
+    y, weight = padding.repeated(y / size), padding.without_weight(weight * size)
+    return Scaled(varpro.search(y, weight, basis, data.t / span, box), unit, span)
 
 
 class Optimum(NamedTuple):
@@ -87,6 +88,18 @@ def jacobian(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
 
 
+@jax.jit
+def residuals(problem: varpro.TauSearch, optimum: Optimum) -> Array:
+    """Weighted residuals (n,) of a problem at the optimum of another."""
+    return _residual(problem, optimum.parts, optimum.tau)
+
+
+def inside_jacobian(problem: varpro.TauSearch, optimum: Optimum) -> np.ndarray:
+    """The columns of ``jacobian`` of the compliances off their bounds, (n, k)."""
+    inside = strictly_inside(optimum.parts, *problem.limits)
+    return np.asarray(jacobian(problem, optimum))[:, np.asarray(inside)]
+
+
 def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) -> Array:
     """Gauss-Newton from ``start`` in log of the active parts; the others stay as they are.
 
@@ -110,30 +123,18 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
     return jnp.where(active, jnp.exp(u), start)
 
 
-class CreepProfile(NamedTuple):
-    """ends (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...), slope0 the initial slope, their upper side
-    infinite where open; allowed: the rise of RSS that bounds them."""
-
-    ends: Array
-    allowed: Allowance
-
-
 @jax.jit
-def profile(
-    problem: varpro.TauSearch, optimum: Optimum, rule: Array, known: Array, times: Array
-) -> CreepProfile:
-    """Profile-likelihood extents; rule and known as in ``evidence.allow``."""
-    lower, upper = problem.limits
-    size = jnp.sum((problem.weights * problem.data) ** 2)
-    allowed = allow(optimum.residual, jnp.sum(upper > lower), size, rule, known)
+def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
+    """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level; slope0
+    is the initial slope; the upper side is infinite where open."""
 
     def rows(tau: Array) -> Array:
         base = jnp.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
         slope = jnp.stack([jnp.array([0.0, 1 / tau, 0]), jnp.array([0.0, 1 / tau, 1.0])])
         return jnp.concatenate([base, slope, columns(Step(times), jnp.reshape(tau, 1))])
 
-    ends, reach = varpro.extents(problem, optimum.tau, optimum.cost, allowed.level, rows)
-    return CreepProfile(_opened(ends, reach, problem), allowed)
+    ends, reach = varpro.extents(problem, optimum.tau, optimum.cost, level, rows)
+    return _opened(ends, reach, problem)
 
 
 def _opened(ends: Array, reach: Array, problem: varpro.TauSearch) -> Array:

@@ -52,6 +52,7 @@ class CreepData:
             Eq. (14); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
         notes: what a reader took and mended.
         nu: Poisson's ratio of a tensile test, for "D" only.
+        sigma: (n,) standard deviations of J or strain, if they are known; ``fit_creep`` takes them.
 
     Raises:
         ValueError: anything else, with what was expected and what came.
@@ -69,6 +70,7 @@ class CreepData:
     convention: str = "J"
     notes: tuple[str, ...] = ()
     nu: float | None = None
+    sigma: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
@@ -78,6 +80,10 @@ class CreepData:
         _check_convention(self.convention, self.nu)
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
+        if self.sigma is not None:
+            put("sigma", _array("sigma", self.sigma, self.t))
+            if np.any(self.sigma <= 0):
+                raise ValueError(f"sigma: expected standard deviations > 0, got {self.sigma.min():g}")
         if self.J is not None:
             if self.stress is not None:
                 raise ValueError("stress: goes with strain, not with J")
@@ -98,6 +104,11 @@ class CreepData:
         """What is fitted, (n,): J [1/Pa], or the strain, times 2 for "1/(2G)" and 2 (1 + nu) for "D"."""
         values: Any = self.strain if self.J is None else self.J
         return values * self._factor
+
+    @property
+    def error(self) -> np.ndarray | None:
+        """Standard deviation of the response, (n,), None if it is not known."""
+        return None if self.sigma is None else self.sigma * self._factor
 
     @property
     def _factor(self) -> float:

@@ -2,38 +2,40 @@
 
 An interval holds the values whose best residual sum of squares (RSS) rises by no more than F s^2 above
 the least, F the quantile of F(1, n - p) and s^2 = RSS/(n - p); or by chi^2 where sigma is given (D. M.
-Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Residuals that are correlated beyond
-chance carry less information: with the correlation r of neighbours the allowed rise is
-(1 + r)/(1 - r) times as large, the variance of a mean of an AR(1) series over that of independent ones.
+Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Correlated residuals carry less
+information, and a wrong model none: ``correlation.py`` widens, ``verdict.py`` refuses.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 from scipy import stats
 
+from fitting import correlation
+from fitting.correlation import BEYOND_CHANCE, Noise
+from fitting.verdict import reasons
+
 NOT_DETERMINED = 0.5  # sd of a log parameter above which its value says nothing
-BEYOND_CHANCE = 3.3  # standard errors 1/sqrt(n) of a correlation: one in two thousand series of white noise
 ROUNDING = 1e-13  # share of the data's sum of squares below which a rise of RSS cannot be told
+NEGLIGIBLE = 1e-8  # the same, below which a misfit is no reason to refuse
+EXACT = 1e-20  # share of the data's sum of squares below which residuals are rounding
 
 
 class Allowance(NamedTuple):
-    """level of RSS that bounds the intervals; lag1: correlation of neighbouring residuals; widening: factor
-    on the allowed rise."""
+    """level: of RSS that bounds the intervals; noise: what the residuals are; widening: factor on the allowed
+    rise; real: the residuals are more than rounding, or more than the stated sigma accounts for."""
 
-    level: Array
-    lag1: Array
-    widening: Array
+    level: float
+    noise: Noise
+    widening: float
+    real: bool
 
 
 class Evidence(NamedTuple):
     """fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation;
-    lag1; misfit: lag1 is beyond chance; widening of the intervals; r2 (unweighted); aic, bic; p: free
-    parameters."""
+    lag1; misfit: lag1 is beyond chance; widening of the intervals; refused: why the fit does not stand, () if
+    it does; r2 (unweighted); aic, bic; p: free parameters."""
 
     fitted: np.ndarray
     residuals: np.ndarray
@@ -42,6 +44,7 @@ class Evidence(NamedTuple):
     lag1: float
     misfit: bool
     widening: float
+    refused: tuple[str, ...]
     r2: float
     aic: float
     bic: float
@@ -52,49 +55,50 @@ class Evidence(NamedTuple):
         return (1.0 if known else self.noise) * self.widening
 
 
-def threshold(level: float, n: int, p: int, known: bool) -> float:
-    """Allowed rise of RSS: chi^2 where sigma is known, else F, to be multiplied by s^2; ValueError if too few
-    points."""
+def check(level: float, n: int, p: int) -> None:
+    """ValueError unless intervals at this level can be found from n points with p parameters."""
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     if n <= p:
         raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
-    return float(stats.chi2.ppf(level, 1) if known else stats.f.ppf(level, 1, n - p))
 
 
-@jax.jit
-def allow(residual: Array, p: Array, size: Array, rule: Array, known: Array) -> Allowance:
-    """Judge weighted residuals (n,) of p parameters; size: weighted sum of squares of the data.
+def allow(
+    residual: np.ndarray, jacobian: np.ndarray, p: int, size: float, level: float, known: bool
+) -> Allowance:
+    """Judge weighted residuals (n,) of p parameters, in the order of time.
 
-    rule: of ``threshold``; known: whether sigma is given.
+    jacobian (n, k): of the parameters off their bounds; size: weighted sum of squares of the data; level: of
+    the intervals; known: whether sigma is given.
     """
-    n, rss, lag1 = residual.shape[0], residual @ residual, _lag_one(residual)
-    r = jnp.minimum(lag1, 0.999)
+    n, rss = residual.size, float(residual @ residual)
     # residuals far below the stated sigma, or at rounding, are not a sign of anything
-    real = rss > jnp.where(known, 0.5 * (n - p), 1e-20 * size)
-    widening = jnp.where((lag1 > BEYOND_CHANCE / jnp.sqrt(n)) & real, (1 + r) / (1 - r), 1.0)
-    rise = rule * jnp.where(known, 1.0, rss / (n - p)) * widening
-    return Allowance(rss + jnp.maximum(rise, ROUNDING * size), lag1, widening)
-
-
-def _lag_one(residual: Array) -> Array:
-    """Correlation of neighbouring residuals, about their mean."""
-    r = residual - jnp.mean(residual)
-    total = jnp.sum(r * r)
-    return jnp.where(total > 0, jnp.sum(r[1:] * r[:-1]) / jnp.where(total > 0, total, 1.0), 0.0)
+    real = rss > (0.5 * (n - p) if known else EXACT * size)
+    noise = correlation.judge(residual, correlation.basis(jacobian), p)
+    widening = correlation.widening(noise, level, np.inf if known else n - p) if real else 1.0
+    rule = stats.chi2.ppf(level, 1) if known else stats.f.ppf(level, 1, n - p)
+    rise = float(rule) * (1.0 if known else rss / (n - p)) * widening
+    return Allowance(rss + max(rise, ROUNDING * size), noise, widening, real)
 
 
 def weigh(
-    allowed: Allowance, residuals: np.ndarray, weights: np.ndarray, measured: np.ndarray, p: int, known: bool
-) -> Evidence:
-    """Gather; residuals: weighted, weights [1/unit of the data] and measured, all (n,)."""
-    n, rss, widening = measured.size, float(residuals @ residuals), math.sqrt(float(allowed.widening))
+    allowed: Allowance, residuals: np.ndarray, weights: np.ndarray, measured: np.ndarray, p: int, known: bool,
+    jacobian: np.ndarray, t: np.ndarray,
+) -> Evidence:  # fmt: skip
+    """Gather; residuals: weighted, weights [1/unit of the data], measured and t [s], all (n,); jacobian as in
+    ``allow``."""
+    n, rss, lag1 = measured.size, float(residuals @ residuals), allowed.noise.lag1
     fitted = measured + residuals / weights
     total = float(np.sum((measured - measured.mean()) ** 2))
     r2 = 1.0 - float(np.sum((measured - fitted) ** 2)) / total if total > 0 else math.nan
-    noise, lag1 = math.sqrt(rss / (n - p)), float(allowed.lag1)
+    misfit = bool(allowed.real and lag1 > BEYOND_CHANCE / math.sqrt(n))
+    matters = allowed.real and rss > NEGLIGIBLE * float(np.sum((weights * measured) ** 2))
+    why = reasons(residuals, jacobian, allowed.noise, r2, fitted, t) if matters else ()
     aic, bic = criteria(rss, n, p, known)
-    return Evidence(fitted, residuals, rss, noise, lag1, widening > 1.0, widening, r2, aic, bic, p)
+    return Evidence(
+        fitted, residuals, rss, math.sqrt(rss / (n - p)), lag1, misfit, math.sqrt(allowed.widening), why, r2,
+        aic, bic, p,
+    )  # fmt: skip
 
 
 def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
@@ -108,12 +112,13 @@ def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
     return fit + 2 * (p + 1), fit + (p + 1) * math.log(n)
 
 
-def identified(intervals: dict, table: dict, level: float) -> dict[str, bool]:
-    """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be."""
+def identified(intervals: dict, table: dict, level: float, refused: Any = ()) -> dict[str, bool]:
+    """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be, by a fit
+    that is not refused."""
     z = stats.norm.ppf(0.5 + 0.5 * level)
     result = {}
     for name, (low, high) in intervals.items():
         closed = table[name][0] < low and high < table[name][1]
-        fixed = table[name][0] == table[name][1]
-        result[name] = bool(fixed or (closed and math.log(high / low) < 2 * z * NOT_DETERMINED))
+        narrow = closed and math.log(high / low) < 2 * z * NOT_DETERMINED
+        result[name] = bool(table[name][0] == table[name][1] or (narrow and not refused))
     return result

@@ -14,6 +14,7 @@ from fitting.press import Found, Medium, prepare
 from fitting.result import Estimate, Fit, findings, plain
 from fitting.structure import Structure, limits, resolve, series
 from fitting.uncertainty import covariance, log_covariance
+from fitting.weights import without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -146,14 +147,14 @@ def fit_indentation(
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     press = prepare(data, structure, table, indenter, nu, control, weights, sigma, nuisances, rise)
-    rule = evidence.threshold(level, int(press.kept.sum()), press.space.free.size, press.known)
+    evidence.check(level, int(press.kept.sum()), press.space.free.size)
     if layer is None and substrate is None and grid is None:
         found = half_space_search.search(press, rise)
     elif rise is not None:
         raise ValueError(f"rise: expected None with a layer, got {rise!r}")
     else:
         found = layered_search.search(press, layer, substrate, grid)
-    return _gather(found, rule, level, started)
+    return _gather(found, level, started)
 
 
 def _structure(model: type | str, tau: Any) -> Structure:
@@ -164,15 +165,17 @@ def _structure(model: type | str, tau: Any) -> Structure:
     return series(tau) if is_series else resolve(model)
 
 
-def _gather(found: Found, rule: float, level: float, started: float) -> IndentationFit:
+def _gather(found: Found, level: float, started: float) -> IndentationFit:
     """Profile, undo the scaling, and say what there is to say."""
     press, best, objective = found.press, found.best, found.objective
     space, on, known, unit = press.space, press.kept, press.known, press.response_unit
     p = space.free.size
-    allowed = evidence.allow(best.residual[on], p, press.size, rule, known)
-    ends = nonlinear.profile(objective, best, float(allowed.level))
+    J = best.jacobian[on][:, _inside(space, best.theta)[space.free]]
     measured, weights = press.measured[on] * unit, press.weights[on] / unit
-    quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known)
+    J = J * without_noise(press.label, weights, measured, best.residual[on])[:, None]
+    allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
+    ends = nonlinear.profile(objective, best, allowed.level)
+    quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
     estimate = _estimate(space, found, ends, quality.spread(known))
     return IndentationFit(
         **findings(space.structure, press.table, level, press.nu, quality, estimate), data=press.data,
@@ -183,6 +186,12 @@ def _gather(found: Found, rule: float, level: float, started: float) -> Indentat
         curve=(*press.response, press.data.t[on], measured),
         seconds=time.perf_counter() - started,
     )  # fmt: skip
+
+
+def _inside(space: Space, theta: np.ndarray) -> np.ndarray:
+    """Which coordinates are off their bounds, (m,) bool."""
+    low, high = space.bounds
+    return (theta > low) & (theta < high)
 
 
 def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
@@ -197,7 +206,7 @@ def _estimate(space: Space, found: Found, ends: np.ndarray, spread: float) -> Es
     """The scaling undone, for the material."""
     own, theta, unit = space.material, found.best.theta, space.unit[space.material]
     low, high = space.bounds
-    inside, slope = (theta > low) & (theta < high), space.slope(theta) * unit
+    inside, slope = _inside(space, theta), space.slope(theta) * unit
     J = np.zeros((found.best.residual.size, theta.size))
     J[:, space.free] = found.best.jacobian
     whole = covariance(J, low < high, spread)[np.ix_(own, own)]

@@ -19,6 +19,7 @@ from fitting.nonlinear import Best, Objective
 from fitting.structure import Structure
 from fitting.weights import choose_weights
 
+AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number and of all
 LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
 
 
@@ -95,13 +96,14 @@ def prepare(
     # J that a scaled compliance of one stands for
     unit = 8.0 * np.sqrt(float(indenter.radius)) * d**1.5 / (3.0 * (1.0 - nu) * P)
     response = data.depth if control == "load" else data.load
-    weight, label = _weights(response, kept, weights, sigma)
+    weight, label = _weights(t, response, kept, weights, sigma)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
     if control == "load" and rise is None and data.load[-1] < LEAST_LOAD * P:
         raise ValueError(
             f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
+    _check_contact(data, kept)
     return Press(
         data, indenter, nu, control, t / T, data.load / P, data.depth / d, kept,
         weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
@@ -123,14 +125,25 @@ def _check(data: IndentationData, indenter: Any, nu: float, control: str, rise: 
         raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
 
 
+def _check_contact(data: IndentationData, kept: np.ndarray) -> None:
+    """ValueError where points before contact would be fitted as if they were in it."""
+    found = data.contact
+    fitted = int(kept[: found.before].sum())
+    if fitted > max(AIR, AIR_SHARE * kept.sum()):
+        raise ValueError(
+            f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
+            f" {found.depth:.4g} m: data.in_contact() leaves them out"
+        )
+
+
 def _weights(
-    response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any
+    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
     chosen = np.zeros(response.shape)
     if sigma is not None:
         weights, sigma = None, np.broadcast_to(np.asarray(sigma, dtype=float), response.shape)[kept]
-    chosen[kept], label = choose_weights(response[kept], weights, sigma)
+    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma)
     return chosen, label
 
 

@@ -17,7 +17,7 @@ from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings
 from fitting.structure import limits, series
 from fitting.uncertainty import covariance, log_covariance
-from fitting.weights import choose_weights
+from fitting.weights import choose_weights, without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,7 +38,7 @@ def fit_prony(
     Args:
         data: the curve, n points.
         tau: retardation times (k,) [s].
-        weights: "relative" or "absolute", as in ``fit_creep``; or
+        weights: as in ``fit_creep``, but that no point is left out; or
         sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
         instantaneous: whether J0 is sought; else it is 0.
         flow: whether the fluidity is sought; else it is 0.
@@ -49,7 +49,7 @@ def fit_prony(
         The series with its intervals: of single elements, which are often not determined, and of J(t).
 
     Raises:
-        ValueError: times that are not > 0, no or two choices of weights, or too few points.
+        ValueError: times that are not > 0, two choices of weights, or too few points.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -60,9 +60,11 @@ def fit_prony(
     """
     structure = series(tau, instantaneous, flow)
     table, places = limits(structure, None, None), sorted(structure.where.values())
-    weight, label = choose_weights(data.response, weights, sigma)
+    sigma = data.error if weights is None and sigma is None else sigma
+    weights = "estimated" if weights is None and sigma is None else weights
+    weight, label = choose_weights(data.t, data.response, weights, sigma)
     p, known = len(places), label == "sigma"
-    rule = evidence.threshold(level, data.t.size, p, known)
+    evidence.check(level, data.t.size, p)
     whole = weight[:, None] * np.asarray(history.columns(_basis(data), structure.tau))[:, places]
     scale = 1.0 / np.linalg.norm(whole, axis=0)
     A, y = whole * scale, weight * data.response
@@ -71,9 +73,10 @@ def fit_prony(
         floor=1e-26 * float(y @ y),
     )  # fmt: skip
     best = nonlinear.minimise(objective, np.maximum(np.linalg.lstsq(A, y, rcond=None)[0], 0.0))
-    allowed = evidence.allow(best.residual, p, float(y @ y), rule, known)
-    ends = nonlinear.profile(objective, best, float(allowed.level)) * scale[:, None]
-    quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known)
+    J = A[:, best.theta > 0] * without_noise(label, weight, data.response, best.residual)[:, None]
+    allowed = evidence.allow(best.residual, J, p, float(y @ y), level, known)
+    ends = nonlinear.profile(objective, best, allowed.level) * scale[:, None]
+    quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known, J, data.t)
     found = _estimate(structure.size, places, best.theta * scale, ends, whole, quality.spread(known))
     return PronyFit(
         **findings(structure, table, level, nu, quality, found), data=data, weights=label,

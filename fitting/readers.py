@@ -49,7 +49,8 @@ def read_creep(
     Args:
         path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
         columns: where the header does not say it: {"t": header or position from 0, "J": ..., "strain": ...,
-            "stress": ...}.
+            "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
+            unit of these if it has none of its own.
         units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
         convention: what the compliance is: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
             tension, which needs nu.
@@ -79,8 +80,10 @@ def read_creep(
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
     table = read_table(path, decimal)
-    columns, units = _options(table, columns, units, ("t", "J", "strain", "stress"))
+    columns, units = _options(table, columns, units, ("t", "J", "strain", "stress", "sigma"))
     wanted = _what(table, columns, stress)
+    if "sigma" in columns:
+        wanted = (*wanted, Wanted("sigma", wanted[1].names))
     taken = mending.choose(table.path, "segment", _parts(table, wanted, columns, units), segment)
     convention, taken = _tension(table, taken, convention, nu)
     taken = onset.shift(table.path, taken, start)
@@ -98,6 +101,7 @@ def read_creep(
         fields["strain"] = taken.values["strain"]
         onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
     taken = mending.check_times(table.path, taken)
+    fields["sigma"] = taken.values.get("sigma")
     return _build(table.path, CreepData, t=taken.values["t"], notes=_once(taken.notes), **fields)
 
 
@@ -230,6 +234,8 @@ def _parts(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict)
     found = []
     for block in blocks:
         places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+        if "sigma" in places and any("no unit" in note for note in places["sigma"].notes):
+            places["sigma"] = places["sigma"]._replace(factor=places[wanted[1].key].factor, notes=())
         if len({column.place for column in places.values()}) < len(places):
             raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
         found += mending.runs(series(table, block, places))

@@ -1,4 +1,4 @@
-"""What a fit says to a person: lines of text, and a figure. They read a ``Fit``, whatever its kind."""
+"""What a fit says to a person in words: lines of text of a ``Fit``, whatever its kind."""
 
 import math
 from typing import Any
@@ -53,45 +53,13 @@ def quality(fit: Any) -> list[str]:
             f"  MISFIT: residuals are correlated beyond chance; intervals were widened "
             f"{fit.widening:.2g} times and hold only if the model does"
         )
+    elif fit.widening > 1.0:
+        lines.append(f"  intervals were widened {fit.widening:.2g} times: the noise may be correlated")
     return lines
 
 
-def picture(fit: Any, path: Any) -> Any:
-    """Data, fit and residuals; J(t) with its band, beside them where the data are not J themselves."""
-    from matplotlib.figure import Figure
-
-    name, unit, t, measured = fit.curve
-    direct = name == "J"
-    figure = Figure(figsize=(7.0, 5.5) if direct else (9.0, 5.0), layout="constrained")
-    places = figure.add_gridspec(2, 1 if direct else 2, height_ratios=(3, 1))
-    top = figure.add_subplot(places[0, 0])
-    bottom = figure.add_subplot(places[1, 0], sharex=top)
-    if direct:
-        _band(top, fit, np.linspace(t[0], t[-1], 200))
-    else:
-        _compliance(figure.add_subplot(places[:, 1]), fit)
-    top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
-    top.plot(t, fit.fitted, label=f"{fit.model.__name__}, R² = {fit.r2:.5f}")
-    top.set(ylabel=f"{name} [{unit}]")
-    top.tick_params(labelbottom=False)
-    top.legend()
-    bottom.plot(t, -fit.residuals, ".", markersize=3)
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="t [s]", ylabel=f"residual\n({fit.weights})")
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _compliance(axes: Any, fit: Any) -> None:
-    """J(t) of the material and its band."""
-    t = np.linspace(0.0, fit.duration, 200)
-    _band(axes, fit, t)
-    axes.plot(t, fit.predict(t))
-    axes.set(xlabel="time since the first sample [s]", ylabel="J [1/Pa]")
-    axes.legend()
-
-
-def _band(axes: Any, fit: Any, t: np.ndarray) -> None:
-    low, high = fit.band(t)
-    axes.fill_between(t, low, high, alpha=0.3, label=f"{100 * fit.level:g} % band")
+def verdict(fit: Any) -> list[str]:
+    """Whether the fit stands, and why not."""
+    if not fit.refused:
+        return ["  verdict: stands"]
+    return [*(f"  REFUSED: {reason}" for reason in fit.refused), "  no parameter is determined by this fit"]

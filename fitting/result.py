@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
-from fitting import report
+from fitting import fit_picture, report
 from fitting.evidence import Evidence, identified
 from fitting.structure import Compliances, Structure
 from fitting.uncertainty import LogCovariance
@@ -44,9 +44,10 @@ class Fit:
     none, (k,) of a series; duration [s]. condition: of J^T J in log parameters; weakest {parameter:
     component} of the least known direction; weakest_sd. fitted, residuals (n,): response and weighted
     residuals. rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
-    correlation of neighbouring residuals; misfit: lag1 is beyond chance, and the intervals were widened by
-    ``widening``, the square root of (1 + lag1)/(1 - lag1). r2 (unweighted), aic, bic. p: free parameters.
-    notes: on the data and on the fit. curve: (name, unit, times, values) of what was fitted.
+    correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of the intervals, for what
+    correlation the noise may have; refused: why the fit does not stand, () if it does. r2 (unweighted),
+    aic, bic. p: free parameters. notes: on the data and on the fit. curve: (name, unit, times, values) of
+    what was fitted.
     """
 
     structure: Structure
@@ -71,6 +72,7 @@ class Fit:
     lag1: float
     misfit: bool
     widening: float
+    refused: tuple[str, ...]
     r2: float
     aic: float
     bic: float
@@ -88,6 +90,11 @@ class Fit:
     def t_over_tau(self) -> float:
         """Duration over the longest retardation time, nan where there is none."""
         return self.duration / float(np.max(self.tau))
+
+    @property
+    def verdict(self) -> str:
+        """Whether what the fit says of the parameters counts: "stands" or "refused"."""
+        return "refused" if self.refused else "stands"
 
     def compliances(self) -> Compliances:
         """Of the material, as found by the search: finite where a parameter is infinite."""
@@ -124,7 +131,12 @@ class Fit:
             *(report.parameter(self, name) for name in self.values),
             *self._nuisance_lines(),
         ]
-        lines += [*report.separation(self), *self._combination_lines(), *report.quality(self)]
+        lines += [
+            *report.separation(self),
+            *self._combination_lines(),
+            *report.quality(self),
+            *report.verdict(self),
+        ]
         return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
 
     def _choices(self) -> list[str]:
@@ -142,8 +154,8 @@ class Fit:
         return []
 
     def plot(self, path: Any = None) -> Any:
-        """Figure of data, fit, band and residuals; saved where a path is given."""
-        return report.picture(self, path)
+        """Figure of data, fit, band, residuals and verdict; saved where a path is given."""
+        return fit_picture.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
@@ -158,6 +170,7 @@ class Fit:
             "duration_over_tau": plain(self.t_over_tau),
             "condition_log_parameters": plain(self.condition), "weakest_direction": dict(self.weakest),
             "r2": plain(self.r2), "aic": plain(self.aic), "bic": plain(self.bic), "noise": self.noise,
+            "verdict": self.verdict, "reasons": list(self.refused),
             "lag1_residual_correlation": self.lag1, "misfit": self.misfit, "interval_widening": self.widening,
             "notes": list(self.notes),
         }  # fmt: skip
@@ -186,7 +199,7 @@ def findings(
     sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
     return evidence._asdict() | {
         "structure": structure, "level": level, "material": structure.material(values, nu), "values": values,
-        "intervals": intervals, "identified": identified(intervals, table, level), "fixed": fixed,
+        "intervals": intervals, "identified": identified(intervals, table, level, evidence.refused), "fixed": fixed,
         "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
         "condition": log.condition, "weakest_sd": log.weakest_sd,
         "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},

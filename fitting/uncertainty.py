@@ -66,8 +66,8 @@ def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray, spread: fl
 
 
 def covariance(J: np.ndarray, free: np.ndarray, spread: float) -> np.ndarray:
-    """Of the coordinates (m, m), from their Jacobian J (n, m); zero for those that are not ``free`` (m,) bool."""
-    whole, places = np.zeros((free.size, free.size)), np.flatnonzero(free)
+    """Of the coordinates (m, m), from their Jacobian J (n, m); zero for those not ``free`` (m,) bool or without effect."""
+    whole, places = np.zeros((free.size, free.size)), np.flatnonzero(free & np.any(J != 0.0, axis=0))
     whole[np.ix_(places, places)] = inverse(J[:, places]) * spread**2
     return whole
 

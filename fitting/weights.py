@@ -1,23 +1,85 @@
-"""How much each point counts: the error that is taken for granted in a fit."""
+"""How much each point counts: the error that is taken for granted in a fit, or estimated from the data.
+
+An estimated error has the variance a^2 + (b y)^2: readings near zero carry the noise of the instrument, a,
+however small they are, and large ones a share b of their value. a/b is that of greatest likelihood for what
+is left of four successive points when a parabola is taken off, under Student's t, which a few wild points
+do not sway; the model to be fitted has no part in it. b follows from the residuals of the fit.
+"""
 
 from typing import Any
 
 import numpy as np
+from scipy import stats
+
+KINDS = ("estimated", "relative", "absolute")
+FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # a/b tried, over the largest value
+TAILS = 3.0  # degrees of freedom of Student's t
+SCALES = 40  # steps to its scale
+FEW = 8  # differences below which nothing is estimated
 
 
-def choose_weights(y: np.ndarray, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
-    """Weights (n,) [1/unit of y] and their label; ValueError unless exactly one choice is made."""
+def choose_weights(t: np.ndarray, y: np.ndarray, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
+    """Weights (n,) [1/unit of y] of values y (n,) at t (n,), and their label; ValueError unless one choice is
+    made."""
     if (weights is None) == (sigma is None):
-        raise ValueError('weights: choose "relative", "absolute" or sigma=...; the choice decides the answer')
+        raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
     if sigma is not None:
         spread = np.broadcast_to(np.asarray(sigma, dtype=float), y.shape)
         if not np.all(np.isfinite(spread) & (spread > 0)):
             raise ValueError("sigma: expected finite values > 0")
         return 1.0 / spread, "sigma"
+    if weights == "estimated":
+        return 1.0 / np.hypot(noise_floor(t, y), y), weights
     if weights == "relative":
         if np.any(y <= 0):
-            raise ValueError("weights: relative weights need data > 0; use absolute weights or sigma")
+            raise ValueError('weights: "relative" needs data > 0; take "estimated", "absolute" or sigma')
         return 1.0 / y, weights
     if weights == "absolute":
         return np.full(y.shape, 1.0 / np.max(np.abs(y))), weights
-    raise ValueError(f'weights: expected "relative" or "absolute", got {weights!r}')
+    raise ValueError(f"weights: expected one of {', '.join(KINDS)}, got {weights!r}")
+
+
+def without_noise(label: str, weights: np.ndarray, y: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Factor (n,) from weights to those that the fitted values would have, residual being weighted.
+
+    Weights that follow noisy data put its noise into the columns of a Jacobian, which then look rough.
+    """
+    fitted = y + residual / weights
+    if label == "relative":
+        return y / fitted
+    if label == "estimated":
+        floor = np.sqrt(np.maximum(weights**-2 - y**2, 0.0))
+        return 1.0 / (weights * np.hypot(floor, fitted))
+    return np.ones(y.size)
+
+
+def noise_floor(t: np.ndarray, y: np.ndarray) -> float:
+    """a/b [unit of y], > 0 where values are zero; of the values' size where too few points tell."""
+    size = float(np.max(np.abs(y)))
+    rough, level = differences(t, y / size)
+    if rough.size < FEW or not np.any(rough):
+        return size
+    floors = FLOORS[FLOORS > 0] if np.any(np.abs(y) <= 1e-12 * size) else FLOORS
+    return size * float(floors[np.argmax([_likelihood(rough, np.hypot(c, level)) for c in floors])])
+
+
+def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(third divided differences of unit norm, mean |y| of their points), both (m,); none over equal times."""
+    windows = np.lib.stride_tricks.sliding_window_view
+    x, values = windows(t, 4), windows(y, 4)
+    apart = np.all(np.diff(x, axis=1) > 0, axis=1)
+    x, values = x[apart], values[apart]
+    gaps = x[:, :, None] - x[:, None, :] + np.eye(4) * np.ptp(x, axis=1)[:, None, None]
+    weight = 1.0 / np.prod(gaps, -1)
+    weight /= np.linalg.norm(weight, axis=1)[:, None]
+    return np.sum(weight * values, 1), np.mean(np.abs(values), 1)
+
+
+def _likelihood(rough: np.ndarray, shape: np.ndarray) -> float:
+    """Of differences (m,) under Student's t with standard deviations in proportion to shape (m,), at the best scale."""
+    square = (rough / np.maximum(shape, 1e-300)) ** 2
+    scale = np.median(square) + 1e-300
+    for _ in range(SCALES):  # the weighted mean that its likelihood equation is
+        scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale)) + 1e-300
+    z = np.sqrt(square / scale)
+    return float(np.sum(stats.t.logpdf(z, TAILS) - np.log(shape) - 0.5 * np.log(scale)))

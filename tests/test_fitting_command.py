@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_fitting_readers import MALFORMED, write
 
+from fitting import command
 from jaxcontact.__main__ import main
 
 TRUTH = {"G1_Pa": 0.75e9, "G2_Pa": 13.89e6, "eta1_Pa_s": 3148.6e9, "eta2_Pa_s": 120.9e9}
@@ -57,7 +58,7 @@ def test_creep_writes_what_it_says(tmp_path, capsys):
     path, out = table(tmp_path / "film.csv", "t [s],J [1/GPa]", T, 1e9 * J), tmp_path / "out"
     assert main(["fit", "creep", path, "-o", str(out)]) == 0
     printed = capsys.readouterr().out
-    assert "Burgers fit of 200 points" in printed and "weights: relative" in printed
+    assert "Burgers fit of 200 points" in printed and "weights: estimated" in printed
     summary = json.loads((out / "summary.json").read_text())
     for key, value in TRUTH.items():
         assert summary["parameters"][key] == pytest.approx(value, rel=1e-6)
@@ -108,3 +109,104 @@ def test_bad_options_are_one_line_and_status_2(given, word, tmp_path, capsys):
     path = table(tmp_path / "hold.csv", "t [s],load [N],depth [m]", T, T**0, 1e-6 * (1 + T))
     error = refused(["fit", "indentation", path, "-o", str(tmp_path / "out"), *given], capsys)
     assert word in error
+
+
+class Taken(Exception):
+    """Ends a command where it would fit."""
+
+
+@pytest.fixture
+def taken(monkeypatch):
+    """The data and options that a command line brings to the fit."""
+
+    def stop(data, **options):
+        raise Taken(data, options)
+
+    monkeypatch.setattr(command, "fit_creep", stop)
+    monkeypatch.setattr(command, "fit_indentation", stop)
+
+    def run(*arguments):
+        with pytest.raises(Taken) as caught:
+            main(["fit", *map(str, arguments)])
+        return caught.value.args
+
+    return run
+
+
+def lines(path, header, *columns, **options):
+    np.savetxt(path, np.column_stack(columns), header=header, comments="", fmt="%.10g", **options)
+    return path
+
+
+def test_flags_of_a_creep_file(tmp_path, taken):
+    """A clock that runs before the load, a constant stress in tension, a window, standard deviations."""
+    t, out = np.linspace(100.0, 120.0, 21), ["-o", tmp_path / "out"]
+    strain = 1e-3 * (1.0 + 0.1 * (t - 100.0))
+    path = lines(tmp_path / "a.csv", "time [s],strain [-],sd", t, strain, 1e-5 * t, delimiter=",")
+    flags = ["--start", "100", "--stress", "1e3", "--tension", "0.5", "--window", ":115"]
+    data, options = taken("creep", path, *out, *flags, "--column", "sigma=sd")
+    assert data.t[0] == 0.0 and data.t[-1] == 15.0 and options["nu"] == 0.5
+    np.testing.assert_allclose(data.response / data.stress[1][-1], 3.0 * strain[:16] / 1e3, rtol=1e-9)
+    np.testing.assert_allclose(data.error, 3.0 * 1e-5 * t[:16], rtol=1e-9)
+    assert options["weights"] is None and options.get("sigma") is None
+
+
+def test_flags_of_segments_and_marks(tmp_path, taken):
+    t = np.arange(1, 8)
+    block = "".join(f"{x},{x / 2}e-3\n" for x in t)
+    path = tmp_path / "b.csv"
+    path.write_text(
+        "[step]\nfirst\ntime [s],J [1/Pa]\n" + block + "[step]\nsecond\ntime [s],J [1/Pa]\n" + block
+    )
+    data, _ = taken("creep", path, "-o", tmp_path / "out", "--segment", "second")
+    assert data.t.size == 7 and any("second" in note for note in data.notes)
+    path.write_text("time [s];J [1/Pa]\n" + "".join(f"{x};{x},500\n" for x in t))
+    data, _ = taken("creep", path, "-o", tmp_path / "out", "--decimal", ",")
+    assert data.J[0] == 1.5
+
+
+def test_flags_of_a_force_curve(tmp_path, taken):
+    """Contact at 3 um after 2 s in air, 1 um/s; cantilever of 0.5 N/m: depth = height - load/k."""
+    t = np.arange(0.0, 12.0, 0.02)
+    depth = 1e-6 * np.minimum(t, 8.0) + 1e-6
+    load = 2e-7 * np.maximum(depth * 1e6 - 3.0, 0.0) ** 1.5
+    path = lines(tmp_path / "c.csv", "t [s],load [N],height [m]", t, load, depth + load / 0.5, delimiter=",")
+    flags = ["-o", tmp_path / "out", "--radius", "1e-5", "--spring-constant", "0.5"]
+    data, _ = taken("indentation", path, *flags)
+    assert data.t.size == 600
+    data, _ = taken("indentation", path, *flags, "--in-contact", "--segment", "approach", "--window", ":3")
+    assert data.load[0] == 0.0 and data.t[-1] == pytest.approx(3.0, abs=0.03)
+    np.testing.assert_allclose(data.load[5:], 2e-7 * (1e6 * data.depth[5:]) ** 1.5, rtol=0.1)
+
+
+def test_air_is_not_fitted_as_contact(tmp_path, capsys):
+    """5 s in air and contact at 3 um, which gave a modulus 2.3 times too small; the flag that helps is named."""
+    t = np.arange(0.0, 20.0, 0.02)
+    rng = np.random.default_rng(3)
+    load = 5e-6 * np.clip(t - 5.0, 0.0, 2.0) + 2e-8 * rng.standard_normal(t.size)
+    depth = 0.6e-6 * np.minimum(t, 5.0) + 1e-6 * np.clip(t - 5.0, 0.0, 2.0) ** (2 / 3) + 1e-9
+    path = lines(tmp_path / "d.csv", "t [s],load [N],depth [m]", t, load, depth, delimiter=",")
+    error = refused(
+        ["fit", "indentation", str(path), "-o", str(tmp_path / "out"), "--radius", "1e-4"], capsys
+    )
+    assert "points before it" in error and "--in-contact" in error and "in_contact()" not in error
+
+
+@pytest.mark.parametrize(
+    ("text", "flag"),
+    [
+        ("time [s],strain [-]\n" + "".join(f"{x},{x}\n" for x in range(1, 8)), "--stress"),
+        ("time [s],tensile strain [-],tensile stress [Pa]\n" + "".join(f"{x},{x},3\n" for x in range(1, 8)), "--tension"),
+        ("time [s],J [1/Pa]\n" + "".join(f"{x},{x}\n" for x in range(100, 108)), "--start"),
+        ("time [s],J [1/Pa],J(t) [1/Pa]\n" + "".join(f"{x},{x},{x}\n" for x in range(1, 8)), "--column"),
+        ("1,2\n" + "".join(f"{x},{x}\n" for x in range(2, 9)), "--column t=0"),
+        ("time [s],J [1/Pa]\n" + "".join(f"{x},{8 - abs(x - 4)}\n" for x in range(0, 12)), "--window 0:"),
+        ("time [s];J [1/Pa]\n0;900\n" + "".join(f"{x};{x},500\n" for x in range(1, 8)), "--decimal"),
+    ],
+)  # fmt: skip
+def test_errors_name_flags(text, flag, tmp_path, capsys):
+    path = tmp_path / "film.csv"
+    path.write_text(text)
+    error = refused(["fit", "creep", str(path), "-o", str(tmp_path / "out")], capsys)
+    assert flag in error, error
+    assert "=None" not in error and "columns=" not in error and "units=" not in error

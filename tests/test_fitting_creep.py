@@ -362,7 +362,6 @@ def test_report(tmp_path):
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        ({}, "weights"),
         ({"weights": "relative", "sigma": 1.0}, "weights"),
         ({"weights": "log"}, "weights"),
         ({"sigma": -1.0}, "sigma"),

@@ -1,0 +1,65 @@
+"""When a fit is refused: its residuals say that the model does not describe the data, and nothing it found counts."""
+
+import math
+
+import numpy as np
+from scipy import stats
+
+from fitting.correlation import BEYOND_CHANCE, MORE_LIKELY_THAN_NOT, RHO, Noise, basis
+
+CHANCE = 1e-3  # of an outlier in a series of Gaussian noise
+MATTERS = 1.0  # standard errors by which leaving an outlier out moves the fit
+ISOLATED = 0.5  # residual of a neighbour over that of an outlier, at most
+FLAT = 1e-9
+
+
+def reasons(
+    residuals: np.ndarray, jacobian: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, t: np.ndarray
+) -> tuple[str, ...]:
+    """Why a fit does not stand, () if it does; weighted residuals, fitted response and t [s], (n,), jacobian
+    (n, k)."""
+    found = []
+    constant = np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
+    if r2 <= 0.0 and not (constant and noise.share[0] > MORE_LIKELY_THAN_NOT):
+        found.append(f"the model explains nothing: R2 = {r2:.3g}, no better than a constant")
+    if noise.likeliest == RHO[-1]:
+        found.append(f"the residuals follow a trend: correlation of neighbours beyond {RHO[-1]:.2f}")
+    elif abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size):
+        found.append(
+            f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
+            " AR(1) noise is taken off"
+        )
+    points = [i for i in outlying(residuals, jacobian) if _moves(residuals, jacobian, i) > MATTERS]
+    if points:
+        times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
+        found.append(f"outliers move the fit: {len(points)} of {t.size} points, at t = {times} s")
+    return tuple(found)
+
+
+def outlying(residuals: np.ndarray, jacobian: np.ndarray) -> list[int]:
+    """Isolated points whose residual, had they been left out, is beyond chance (studentised, Bonferroni)."""
+    n, Q = residuals.size, basis(jacobian)
+    left = 1.0 - np.minimum(np.sum(Q * Q, 1), 1.0 - 1e-12)
+    dof = n - Q.shape[1] - 1
+    if dof < 1:
+        return []
+    others = np.maximum(residuals @ residuals - residuals**2 / left, 1e-300) / dof
+    score = np.abs(residuals) / np.sqrt(others * left)
+    far = np.flatnonzero(score > stats.t.ppf(1.0 - 0.5 * CHANCE / n, dof))
+    return [int(i) for i in far if isolated(residuals, i)]
+
+
+def isolated(residuals: np.ndarray, i: int) -> bool:
+    """Whether at most one neighbour is off to the same side by half as much."""
+    near = np.delete(residuals[max(i - 1, 0) : i + 2], min(i, 1)) * np.sign(residuals[i])
+    return bool(np.sum(near > ISOLATED * abs(residuals[i])) <= (near.size > 1))
+
+
+def _moves(residuals: np.ndarray, jacobian: np.ndarray, i: int) -> float:
+    """Standard errors by which the fitted value moves when the point is left out."""
+    Q = basis(jacobian)
+    own = min(float(Q[i] @ Q[i]), 1.0 - 1e-12)
+    others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / max(
+        residuals.size - Q.shape[1] - 1, 1
+    )
+    return float(abs(residuals[i]) * math.sqrt(own) / ((1.0 - own) * math.sqrt(max(others, 1e-300))))
