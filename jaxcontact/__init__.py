@@ -35,6 +35,7 @@ from jaxcontact.materials import Prony as Prony  # noqa: E402
 from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
+from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
 from jaxcontact.sensitivities import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.sensitivities import sensitivity as sensitivity  # noqa: E402
@@ -66,6 +67,7 @@ __all__ = [
     "Status",
     "SteadySliding",
     "cite",
+    "frequency_response",
     "indent",
     "kernels",
     "load",

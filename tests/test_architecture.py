@@ -37,6 +37,7 @@ LAYERS = {
     "response.layer": 0,
     "response.stack": 4,
     "response.rational": 5,
+    "response.wavevector": 5,
     "response.layered": 8,
     "response.body": 8,
     "indenters": 9,

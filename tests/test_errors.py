@@ -222,6 +222,18 @@ PYTHON = {
     ),
     "a negative wavenumber": (lambda: jc.normal_response(BODY, -1.0), r"k \[rad/m\]: expected >= 0, got -1"),
     "a negative time": (lambda: jc.normal_response(BODY, 1.0, -1.0), r"t \[s\]: expected >= 0, got -1"),
+    "a wavevector without end": (
+        lambda: jc.frequency_response(BODY, np.inf, 0.0),
+        r"kx \[rad/m\]: expected finite numbers, got inf",
+    ),
+    "half a wavevector": (
+        lambda: jc.frequency_response(BODY, 1.0, np.nan),
+        r"ky \[rad/m\]: expected finite numbers, got nan",
+    ),
+    "a wave before its time": (
+        lambda: jc.frequency_response(BODY, 1.0, 1.0, -1.0),
+        r"t \[s\]: expected >= 0",
+    ),
     "a velocity of another shape": (
         lambda: slide(np.zeros(3)),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\)",

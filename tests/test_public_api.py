@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 JAXCONTACT = """
 Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField KelvinVoigt Layer LayeredHalfSpace Load
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
-normal_response save sensitivity slide slide_steady Status
+frequency_response normal_response save sensitivity slide slide_steady Status
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit PronyFit Propagated compare design
