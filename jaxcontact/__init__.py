@@ -17,6 +17,8 @@ from jaxcontact._version import __version__ as __version__  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
 from jaxcontact.controls import Load as Load  # noqa: E402
+from jaxcontact.controls import TangentialDisplacement as TangentialDisplacement  # noqa: E402
+from jaxcontact.controls import TangentialLoad as TangentialLoad  # noqa: E402
 from jaxcontact.files.storage import load as load  # noqa: E402
 from jaxcontact.files.storage import save as save  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
@@ -43,6 +45,8 @@ from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa:
 from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.sliding.transient import slide as slide  # noqa: E402
+from jaxcontact.slipping.results import ShearHistory as ShearHistory  # noqa: E402
+from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [
@@ -61,11 +65,14 @@ __all__ = [
     "Maxwell",
     "Prony",
     "Sensitivity",
+    "ShearHistory",
     "SlidingHistory",
     "Sphere",
     "StandardLinearSolid",
     "Status",
     "SteadySliding",
+    "TangentialDisplacement",
+    "TangentialLoad",
     "cite",
     "frequency_response",
     "indent",
@@ -74,6 +81,7 @@ __all__ = [
     "normal_response",
     "save",
     "sensitivity",
+    "shear",
     "slide",
     "slide_steady",
 ]

@@ -12,13 +12,13 @@ bound b = friction coefficient x pressure,
 is the optimality of 1/2 <q, K_tt q> + <drift - shift, q> on discs, a convex problem (P. D. Panagiotopoulos, Ing.
 Arch. 44 (1975) 421). The shift is given, or the sum of the tractions is, and the shift its multiplier.
 
-Each pass takes the cells apart into those that slip (|q| = b with s against q, which may turn but not grow) and all
-others in contact, solves the linearised problem
+The law is q = clip(q - s/c) on the discs, for any c > 0. Each pass takes the cells on the rim that this would clip as
+slipping, with tractions that may turn but not grow, and all others in contact as sticking, solves the linearised problem
 
     P (K_tt + k) P dq = -P s,      P: the free directions, and under a given sum their zero-sum part,
 
 by preconditioned conjugate gradients to a fraction, and clips the tractions to their discs. The term k, the slip over
-the bound, is the curvature of the disc. It converges in 5 to 10 passes where projected gradients take hundreds of
+the bound, comes from the curvature of the rim. It converges in 5 to 10 passes where projected gradients take hundreds of
 steps (Cattaneo and Mindlin at 256 x 256: 373). Source: derived here as a semismooth Newton method (as for contact: S.
 Hueeber, G. Stadler, B. Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572).
 
@@ -37,7 +37,8 @@ from jaxcontact.operators.base import TractionOperator
 
 REDUCTION = 0.1  # of the residual, by the linear solve on one division into sets
 INNER = 20  # most of its iterations
-SLIPS = 1.0 - 1e-12  # of the bound, from which on a traction is as large as it may be
+SLIPS = 1e-12  # of the bound: a traction that misses less is as large as it may be
+NEAR = 0.99  # of the bound: farther from it no cell is taken to slip
 LEAST = 1e-12  # free directions, in parts of their number: fewer are none
 
 
@@ -84,14 +85,15 @@ class FreeDirections(NamedTuple):
 
     def uniform(self, total: Array) -> Array:
         """The free tractions of this sum that come from one and the same push on all cells."""
-        n = self.normal
-        turned = jnp.sum(n[:, None] * n[None], (2, 3))
-        count = jnp.sum(self.contact) * jnp.eye(2) - turned
-        size = count[0, 0] + count[1, 1]
-        some = size > 0.5
-        count = jnp.where(some, count + LEAST * size * jnp.eye(2), jnp.eye(2))
-        push = jnp.where(some, jnp.linalg.solve(count, total), 0.0)
-        return self.along(jnp.broadcast_to(push[:, None, None], n.shape))
+        x, y = self.normal
+        cells = jnp.sum(self.contact)
+        xx, yy, xy = cells - jnp.sum(x**2), cells - jnp.sum(y**2), -jnp.sum(x * y)
+        least = LEAST * (xx + yy)
+        xx, yy = jnp.where(cells > 0, xx + least, 1.0), jnp.where(cells > 0, yy + least, 1.0)
+        det = xx * yy - xy**2
+        push = jnp.stack([yy * total[0] - xy * total[1], xx * total[1] - xy * total[0]])
+        push = push / jnp.where(det > 0.0, det, jnp.inf)
+        return self.along(jnp.broadcast_to(push[:, None, None], self.normal.shape))
 
     def __call__(self, v: Array) -> Array:
         """The projection P of the module's formulas."""
@@ -113,24 +115,24 @@ def clipped(q: Array, bound: Array) -> Array:
 
 
 def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDirections:
-    """From tractions within their discs and the slip they come with."""
+    """From tractions within their discs and the slip that they come with."""
     bound, contact = problem.bound, problem.bound > 0.0
     size = length(q)
     normal = q / jnp.where(size > 0.0, size, 1.0)
     outwards = -jnp.sum(slip * normal, 0)
-    slips = contact & (size >= SLIPS * bound) & (outwards > 0.0)
-    curvature = jnp.where(slips, outwards / jnp.where(contact, bound, 1.0), 0.0)
+    slips = contact & (size >= NEAR * bound) & (size + outwards / problem.operator.local() > bound)
+    curvature = jnp.where(slips, jnp.maximum(outwards, 0.0) / jnp.where(contact, bound, 1.0), 0.0)
     return FreeDirections(contact, slips, jnp.where(slips, normal, 0.0), curvature, problem.load_controlled)
 
 
 def shift_of(problem: TangentialProblem, q: Array, moved: Array) -> Array:
-    """The shift (2,): as given, or the mean movement of the cells that stick; of all in contact if none does."""
+    """The shift (2,): as given, or the mean movement, by what is missing to slip; of all in contact if nothing is."""
     if not problem.load_controlled:
         return problem.target
     contact = problem.bound > 0.0
-    stick = contact & (length(q) < SLIPS * problem.bound)
-    where = jnp.where(jnp.any(stick), stick, contact)
-    return jnp.sum(jnp.where(where, moved, 0.0), (1, 2)) / jnp.maximum(jnp.sum(where), 1)
+    missing = jnp.where(contact, 1.0 - length(q) / jnp.where(contact, problem.bound, 1.0), 0.0)
+    weight = jnp.where(jnp.any(missing > SLIPS), jnp.maximum(missing, 0.0), contact)
+    return jnp.sum(weight * moved, (1, 2)) / jnp.maximum(jnp.sum(weight), LEAST)
 
 
 class _Pass(NamedTuple):
@@ -153,12 +155,18 @@ def _assessed(problem: TangentialProblem, q: Array, count: Array) -> _Pass:
     error = jnp.where(size > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), 0.0)
     if problem.load_controlled:
         missing = jnp.max(jnp.abs(problem.target - jnp.sum(q, (1, 2))))
-        error = jnp.maximum(error, jnp.where(missing > 0.0, missing / jnp.where(room > 0.0, room, missing), 0.0))
+        error = jnp.maximum(
+            error, jnp.where(missing > 0.0, missing / jnp.where(room > 0.0, room, missing), 0.0)
+        )
     return _Pass(q, u, slip, shift, error, count)
 
 
 def linear_step(
-    problem: TangentialProblem, free: FreeDirections, right: Array, reduction: Array | float, limit: Array | int
+    problem: TangentialProblem,
+    free: FreeDirections,
+    right: Array,
+    reduction: Array | float,
+    limit: Array | int,
 ) -> tuple[Array, Array]:
     """dq with P (K_tt + k) P dq = P right to a relative residual, and the iterations taken.
 
@@ -183,11 +191,15 @@ def linear_step(
         return x, r, z + (new / descent) * t, new, count + 1
 
     going = lambda state: (state[3] > goal) & (state[4] < limit)
-    x, _, _, _, count = jax.lax.while_loop(going, step, (jnp.zeros_like(r), r, z, descent, jnp.zeros((), int)))
+    x, _, _, _, count = jax.lax.while_loop(
+        going, step, (jnp.zeros_like(r), r, z, descent, jnp.zeros((), int))
+    )
     return x, count
 
 
-def solve(problem: TangentialProblem, start: Array, tolerance: Array, max_iterations: Array) -> TangentialSolution:
+def solve(
+    problem: TangentialProblem, start: Array, tolerance: Array, max_iterations: Array
+) -> TangentialSolution:
     """Solve from start tractions (2, nx, ny); ``iterations`` counts those of the linear solves.
 
     A sum that friction cannot hold is not searched for. The caller finds in ``error`` whether the tolerance was met.
@@ -198,10 +210,10 @@ def solve(problem: TangentialProblem, start: Array, tolerance: Array, max_iterat
 
     def improve(s: _Pass) -> _Pass:
         free = free_directions(problem, s.traction, s.slip)
-        first, right = jnp.zeros_like(s.traction), -s.slip
+        first = jnp.where(free.slips, problem.bound * free.normal - s.traction, 0.0)
         if problem.load_controlled:
-            first = free.uniform(problem.target - jnp.sum(s.traction, (1, 2)))
-            right = right - problem.operator.along(first) - free.curvature * first
+            first = first + free.uniform(problem.target - jnp.sum(s.traction + first, (1, 2)))
+        right = -s.slip - problem.operator.along(first) - free.curvature * first
         limit = jnp.minimum(INNER, max_iterations - s.iterations)
         change, count = linear_step(problem, free, right, REDUCTION, limit)
         q = clipped(s.traction + first + change, problem.bound)

@@ -18,7 +18,9 @@ from jaxcontact.response.stack import solids
 from jaxcontact.response.tangential_coefficients import TangentialImages
 
 IMAGES = 48
-NODES = np.geomspace(1e-5, 40.0, 400)  # alpha h, h of the thinnest layer for the last, of all layers for the first
+NODES = np.geomspace(
+    1e-5, 40.0, 400
+)  # alpha h, h of the thinnest layer for the last, of all layers for the first
 BEYOND = 1e5  # alpha h where every image has died away
 SHALLOWEST, DEEPEST, DEEPEST_OF_STIFF = 1.2, 30.0, 12.0  # z/h; the last times the ratio of stiffnesses
 STIFFEST = 1024.0  # ratio of stiffnesses that the depths reach for
