@@ -256,7 +256,6 @@ PYTHON = {
         lambda: shear(save=lambda step: step.load),
         r'save: expected "all" or "last"',
     ),
-    "a creeping film under friction": (lambda: shear(body=BODY), r"expected elastic layers .* got Burgers"),
     "a velocity of another shape": (
         lambda: slide(np.zeros(3)),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\)",

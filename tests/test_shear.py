@@ -179,3 +179,21 @@ def test_creeping_half_space_under_a_punch_that_sticks_moves_with_its_creep_comp
     np.testing.assert_allclose(shift, shift[0] * creep[:, None], rtol=1e-6)
     assert np.all(history.stick[-1] == (history.pressure[-1] > 0.0))
     assert shift[0, 0] / shift[0, 1] == pytest.approx(3.0, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_creeping_film_under_a_punch_that_sticks_relaxes_to_the_film_of_its_long_term_modulus():
+    """All sticks, so that the way does not matter: at once and at last the film is an elastic one of G(0), G(infinity)."""
+    film = jc.StandardLinearSolid(G1=1e8, G2=0.5e8, eta2=1e8, nu=0.3)  # relaxes to a third, within 2 s
+    grid, times = jc.Grid.square(16, 3e-3), np.array([0.0, 0.3, 1.0, 3.0, 10.0, 40.0])
+
+    def pushed(material, times):
+        body = jc.LayeredHalfSpace([jc.Layer(material, 0.4e-3)], jc.Elastic(3e8, 0.4))
+        load, push = jc.Load(1.0), jc.TangentialLoad((0.3, 0.1))
+        return jc.shear(body, jc.FlatPunch(1e-3), load, push, times, friction=1e3, grid=grid, coupled=False)
+
+    shift = np.asarray(pushed(film, times).tangential_displacement)
+    for G, ours in ((1e8, shift[0]), (1e8 / 3, shift[-1])):
+        elastic = pushed(jc.Elastic(G, 0.3), times[:1])
+        np.testing.assert_allclose(ours, elastic.tangential_displacement[0], rtol=1e-6)
+    assert np.all(np.diff(shift, axis=0) > 0.0)

@@ -1,11 +1,13 @@
 """Influence coefficients in three directions: quadrature of point loads, and the layered response behind them."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from tolerances import ROUND_OFF
 
 import jaxcontact as jc
+from jaxcontact._exponential import phi1
 from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.reference.layered_solid import surface_response
 from jaxcontact.response.stack import all_steps
@@ -14,6 +16,7 @@ from jaxcontact.response.tangential_coefficients import (
     tangential_coefficients,
 )
 from jaxcontact.response.tangential_images import fit_images, fit_wavenumbers
+from jaxcontact.response.tangential_time import separate_tangential
 
 GRID = jc.Grid((6, 5), (2.0, 3.0))
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
@@ -86,3 +89,18 @@ def test_images_stand_for_the_layered_response(ratio, nu, bound):
     size = np.sqrt(alpha * entries[0] * exact[:, 2, 2].real)
     error = np.max(np.abs(ours - entries) / np.stack([entries[0], entries[1], size]))
     assert error < (bound if ratio > 30.0 else bound / 50.0)
+
+
+@pytest.mark.parametrize(("substrate", "bound"), [(1e9, 1e-8), (2e7, 2e-6)])
+def test_the_sum_of_products_is_the_response_in_time(substrate, bound):
+    """Of a creeping film on a softer or stiffer substrate, from a hundredth to a hundred of its times."""
+    film = jc.StandardLinearSolid(G1=1e9, G2=0.3e9, eta2=1e9, nu=0.4)
+    body = jc.LayeredHalfSpace((jc.Layer(film, 1.0),), jc.Elastic(substrate, 0.3))
+    separable = jax.jit(separate_tangential)(body)
+    t, some = np.geomspace(0.03, 300.0, 13), np.arange(1, 402, 40)
+    growth = t[:, None] * phi1(t[:, None] * separable.rates)
+    ours = separable.terms[:, 0] + np.einsum("tk,mk,cmn->tcn", growth, separable.mix, separable.terms[:, 1:])
+    alpha = np.asarray(fit_wavenumbers(body))[some]
+    exact = np.asarray(jc.frequency_response(body, alpha, 0.0, t[:, None])) * alpha[:, None, None]
+    entries = np.stack([exact[..., 0, 0].real, exact[..., 1, 1].real, exact[..., 0, 2].imag], 1)
+    assert np.max(np.abs(ours[..., some] - entries) / entries[:, :1]) < bound

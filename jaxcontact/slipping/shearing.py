@@ -19,7 +19,6 @@ from jaxcontact.grid import Grid
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
-from jaxcontact.response.tangential_time import check_elastic_layers
 from jaxcontact.slipping.march import ShearSetup, ShearStep, march
 from jaxcontact.slipping.memory import TractionMemory
 from jaxcontact.slipping.results import ShearHistory
@@ -52,8 +51,7 @@ def shear(
     one may come in a single step (R. D. Mindlin, H. Deresiewicz, J. Appl. Mech. 20 (1953) 327).
 
     Args:
-        body: a ``LayeredHalfSpace``: a half-space of any material, or elastic layers on an elastic substrate.
-        indenter, times, grid: as in ``indent``.
+        body, indenter, times, grid: as in ``indent``.
         control: ``Load`` or ``Approach``, as in ``indent``.
         tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter: (2,) or (nt, 2), which
             steps on at times[0] together with the control and is linear between times.
@@ -83,7 +81,6 @@ def shear(
         save=save, substeps=substeps,
     )  # fmt: skip
     _checks.one_of("save", save, "all", "last")
-    check_elastic_layers(experiment.body)
     valid = check_tangential(tangential, np.shape(times)[0]) & _check_friction(friction, grid)
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
