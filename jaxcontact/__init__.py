@@ -24,6 +24,8 @@ from jaxcontact.citation import cite as cite  # noqa: E402
 from jaxcontact.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
 from jaxcontact.controls import Load as Load  # noqa: E402
+from jaxcontact.controls import TangentialDisplacement as TangentialDisplacement  # noqa: E402
+from jaxcontact.controls import TangentialLoad as TangentialLoad  # noqa: E402
 from jaxcontact.files.storage import load as load  # noqa: E402
 from jaxcontact.files.storage import save as save  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
@@ -42,6 +44,7 @@ from jaxcontact.materials import Prony as Prony  # noqa: E402
 from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
+from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
 from jaxcontact.sensitivities import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.sensitivities import sensitivity as sensitivity  # noqa: E402
@@ -49,6 +52,8 @@ from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa:
 from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.sliding.transient import slide as slide  # noqa: E402
+from jaxcontact.slipping.results import ShearHistory as ShearHistory  # noqa: E402
+from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [
@@ -67,19 +72,24 @@ __all__ = [
     "Maxwell",
     "Prony",
     "Sensitivity",
+    "ShearHistory",
     "SlidingHistory",
     "Sphere",
     "StandardLinearSolid",
     "Status",
     "SteadySliding",
+    "TangentialDisplacement",
+    "TangentialLoad",
     "cite",
     "enable_compilation_cache",
+    "frequency_response",
     "indent",
     "kernels",
     "load",
     "normal_response",
     "save",
     "sensitivity",
+    "shear",
     "slide",
     "slide_steady",
 ]

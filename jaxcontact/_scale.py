@@ -13,12 +13,12 @@ from jaxcontact._pytree import pytree
 LENGTH, PRESSURE, AREA, FORCE, ENERGY, NONE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (1, 1, 1), (0, 0, 0)
 DIMENSIONS = {
     **dict.fromkeys(("profile", "displacement", "gap", "approach", "approach_drift"), LENGTH),
-    **dict.fromkeys(("pressure_centre", "dropped"), LENGTH),
-    **dict.fromkeys(("pressure", "leading_peak"), PRESSURE),
+    **dict.fromkeys(("pressure_centre", "dropped", "slip", "tangential_displacement"), LENGTH),
+    **dict.fromkeys(("pressure", "leading_peak", "traction"), PRESSURE),
     **dict.fromkeys(("contact_area", "smooth_area"), AREA),
-    **dict.fromkeys(("load", "lateral_force", "tangential_force"), FORCE),
-    **dict.fromkeys(("stored_energy", "power"), ENERGY),
-    **dict.fromkeys(("film_strain", "iterations", "error", "status"), NONE),
+    **dict.fromkeys(("load", "lateral_force", "tangential_force", "tangential_load"), FORCE),
+    **dict.fromkeys(("stored_energy", "power", "dissipated"), ENERGY),
+    **dict.fromkeys(("film_strain", "iterations", "error", "status", "stick"), NONE),
 }
 
 

@@ -25,6 +25,7 @@ class Status(IntEnum):
     CAME_BACK = 5
     NOT_STEADY = 6
     OUT_OF_RANGE = 7
+    SLIDES = 8
 
     @property
     def message(self) -> str:
@@ -41,6 +42,7 @@ MESSAGES = {
     Status.CAME_BACK: "the indenter came back to where history has left the grid: a wider grid",
     Status.NOT_STEADY: "there is no steady state: the body flows without limit",
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say), which jit or vmap kept from sight",
+    Status.SLIDES: "friction cannot hold the tangential load: a smaller one, or a given displacement",
 }
 
 

@@ -1,4 +1,4 @@
-"""What is prescribed: the load or the approach."""
+"""What is prescribed: the load or the approach, and with friction the tangential load or displacement."""
 
 import numpy as np
 from jax import Array
@@ -55,3 +55,50 @@ def check_control(control: Control, nt: int) -> Verdict:
         return _checks.finite("Approach [m]", control.value)
     not_negative = _checks.non_negative("Load [N]", control.value)
     return not_negative & _checks.somewhere_positive("Load [N]", control.value)
+
+
+class TangentialControl:
+    """A prescribed tangential history: one vector held, or one per time."""
+
+    value: Array
+
+
+@pytree
+class TangentialLoad(TangentialControl):
+    """Tangential load on the indenter, which the body takes as traction; linear between the times.
+
+    Args:
+        value: (x, y) [N], (2,) (held) or (nt, 2); less than friction can hold.
+
+    Example:
+        >>> there_and_back = jc.TangentialLoad([[0.0, 0.0], [5.0, 0.0], [-5.0, 0.0]])
+    """
+
+    value: Array
+
+
+@pytree
+class TangentialDisplacement(TangentialControl):
+    """Tangential displacement of the indenter from where it first touched, linear between the times.
+
+    Args:
+        value: (x, y) [m], (2,) (held) or (nt, 2).
+
+    Example:
+        >>> held = jc.TangentialDisplacement((1e-7, 0.0))
+    """
+
+    value: Array
+
+
+def check_tangential(control: TangentialControl, nt: int) -> Verdict:
+    """A TangentialLoad or TangentialDisplacement, (2,) or (nt, 2), finite."""
+    _checks.require(
+        isinstance(control, TangentialLoad | TangentialDisplacement),
+        f"tangential: expected TangentialLoad or TangentialDisplacement, got {control!r}",
+    )
+    name, shape = type(control).__name__, np.shape(control.value)
+    _checks.require(
+        shape in ((2,), (nt, 2)), f"{name}: expected shape (2,) or ({nt}, 2) as times, got shape {shape}"
+    )
+    return _checks.finite(name, control.value)

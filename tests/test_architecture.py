@@ -38,6 +38,10 @@ LAYERS = {
     "response.layer": 0,
     "response.stack": 4,
     "response.rational": 5,
+    "response.wavevector": 5,
+    "response.tangential_coefficients": 3,
+    "response.tangential_images": 5,
+    "response.tangential_time": 6,
     "response.layered": 8,
     "response.body": 8,
     "indenters": 9,
@@ -47,11 +51,15 @@ LAYERS = {
     "operators.free_space": 1,
     "operators.moving": 2,
     "operators.kernels": 10,
+    "operators.coupled": 4,
+    "operators.traction_kernels": 11,
     # what is solved at an instant
     "contact.window": 1,
     "contact.normal": 2,
     "contact.nonsymmetric": 3,
     "contact.implicit": 4,
+    "contact.friction": 1,
+    "contact.partial_slip": 3,
     # what the body remembers, and the march
     "history.memory": 1,
     "history.march": 5,
@@ -70,6 +78,10 @@ LAYERS = {
     "sliding.wake": 12,
     "sliding.transient": 13,
     "sliding.steady": 13,
+    "slipping.results": 4,
+    "slipping.memory": 12,
+    "slipping.march": 13,
+    "slipping.shearing": 14,
     # round about
     "plotting": 6,
     "sensitivities": 7,
@@ -238,6 +250,7 @@ def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone()
         "contact.normal",
         "contact.nonsymmetric",
         "contact.implicit",
+        "contact.friction",
     }
     for path in [*(PACKAGE / "contact").glob("*.py"), PACKAGE / "history" / "march.py"]:
         found = {module_of(name) for name in imports(path, "jaxcontact")}

@@ -39,6 +39,10 @@ def steady(velocity, body=BODY, control=LOAD, **keywords):
     return jc.slide_steady(body, BALL, control, velocity=velocity, grid=GRID, **keywords)
 
 
+def shear(tangential=jc.TangentialLoad((1.0, 0.0)), body=FLOWS, friction=0.3, **keywords):  # noqa: B008
+    return jc.shear(body, STEEL_BALL, LOAD, tangential, TIMES, friction=friction, grid=GRID, **keywords)
+
+
 def on(material):
     return jc.LayeredHalfSpace([], material)
 
@@ -222,6 +226,36 @@ PYTHON = {
     ),
     "a negative wavenumber": (lambda: jc.normal_response(BODY, -1.0), r"k \[rad/m\]: expected >= 0, got -1"),
     "a negative time": (lambda: jc.normal_response(BODY, 1.0, -1.0), r"t \[s\]: expected >= 0, got -1"),
+    "a wavevector without end": (
+        lambda: jc.frequency_response(BODY, np.inf, 0.0),
+        r"kx \[rad/m\]: expected finite numbers, got inf",
+    ),
+    "half a wavevector": (
+        lambda: jc.frequency_response(BODY, 1.0, np.nan),
+        r"ky \[rad/m\]: expected finite numbers, got nan",
+    ),
+    "a wave before its time": (
+        lambda: jc.frequency_response(BODY, 1.0, 1.0, -1.0),
+        r"t \[s\]: expected >= 0",
+    ),
+    "a normal load along the surface": (lambda: shear(LOAD), r"tangential: expected TangentialLoad or"),
+    "a tangential load without direction": (
+        lambda: shear(jc.TangentialLoad(5.0)),
+        r"TangentialLoad: expected shape \(2,\) or \(2, 2\) as times, got shape \(\)",
+    ),
+    "a displacement without end": (
+        lambda: shear(jc.TangentialDisplacement((np.inf, 0.0))),
+        r"TangentialDisplacement: expected finite numbers",
+    ),
+    "friction that pushes": (lambda: shear(friction=-0.1), r"friction: expected >= 0, got -0.1"),
+    "friction on another grid": (
+        lambda: shear(friction=np.ones(3)),
+        r"friction: expected a number or shape \(8, 8\)",
+    ),
+    "a function of steps with friction": (
+        lambda: shear(save=lambda step: step.load),
+        r'save: expected "all" or "last"',
+    ),
     "a velocity of another shape": (
         lambda: slide(np.zeros(3)),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\)",

@@ -19,7 +19,8 @@ ROOT = Path(__file__).parents[1]
 JAXCONTACT = """
 Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField KelvinVoigt Layer LayeredHalfSpace Load
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
-enable_compilation_cache normal_response save sensitivity slide slide_steady Status
+enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
+ShearHistory TangentialDisplacement TangentialLoad shear
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit PronyFit Propagated compare design
@@ -48,6 +49,7 @@ MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power",
+    jc.ShearHistory: "traction slip stick tangential_load tangential_displacement dissipated",
     jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
     jc.Prony: "J0 J tau nu fluidity creep relaxation complex_modulus",
     jc.Elastic: "G nu from_young creep relaxation",
@@ -68,6 +70,7 @@ KEYWORDS = {
     jc.indent: "body indenter control times grid tolerance max_iterations save substeps correspondence kernels checkpoint",
     jc.slide: "body indenter control times velocity grid tolerance max_iterations save substeps kernels checkpoint",
     jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels",
+    jc.shear: "body indenter control tangential times friction grid coupled tolerance max_iterations save substeps",
     jc.kernels: "body indenter grid nodes",
     jc.save: "result path case",
     jc.load: "path",

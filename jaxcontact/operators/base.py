@@ -48,6 +48,35 @@ class Operator(abc.ABC):
         """K and a share of its even part."""
 
 
+class TractionOperator(abc.ABC):
+    """Traction on the cells -> displacement in three directions, scaled; the z direction has an operator of its own.
+
+    q: tangential traction on the body, (2, nx, ny); p: pressure, (nx, ny).
+    """
+
+    normal: Operator  # p -> displacement into the body under it
+
+    @abc.abstractmethod
+    def along(self, q: Array) -> Array:
+        """Tangential displacement under a tangential traction, (2, nx, ny); symmetric and positive."""
+
+    @abc.abstractmethod
+    def drawn(self, p: Array) -> Array:
+        """Tangential displacement under a pressure, (2, nx, ny)."""
+
+    @abc.abstractmethod
+    def sunk(self, q: Array) -> Array:
+        """Normal displacement under a tangential traction, (nx, ny): the transpose of ``drawn``."""
+
+    @abc.abstractmethod
+    def preconditioner(self) -> Linear:
+        """A cheap approximate inverse of ``along``, symmetric and positive."""
+
+    @abc.abstractmethod
+    def local(self) -> Array:
+        """The mean eigenvalue of ``along``, ()."""
+
+
 class Family(abc.ABC):
     """Several operators K_m on one grid, to be mixed."""
 

@@ -66,18 +66,18 @@ def separate(
     the top layer's own; both static. Rates, picked wavenumbers and weights carry no derivative, all else does.
     """
     own = two_port(wavenumber * body.layers[0].thickness, body.layers[0].material.nu).A[2]
-    if not any(_creeps(solid) for solid in solids(body)):
+    if not any(creeps(solid) for solid in solids(body)):
         start = scaled_response(body, wavenumber, spectra(body).instantaneous)
         return Separable(jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), jnp.zeros(()))
-    low, high = _band(jax.lax.stop_gradient(spectra(body)))
+    low, high = band(jax.lax.stop_gradient(spectra(body)))
     samples = _sampled(body, wavenumber, own, low / SAMPLED, high * SAMPLED, 2 * rates)
     both = jnp.concatenate([samples.rest, SHARE * samples.second])
-    picked = _pivots(both, shapes)
-    terms = _least_squares(both[:, picked], both) / samples.scale
+    picked = pivots(both, shapes)
+    terms = least_squares(both[:, picked], both) / samples.scale
     common, fluidities = _rates(body, _spread(low, high, rates))
     unit = jnp.where(common > 0.0, common, low)
     basis = _as_real(samples.weights * unit / (1.0 / samples.period[:, None] + common))
-    mix = _least_squares(basis, samples.rest[:, picked]) * unit[:, None]
+    mix = least_squares(basis, samples.rest[:, picked]) * unit[:, None]
     result = Separable(
         rates=common,
         terms=jnp.concatenate([jnp.stack([samples.start, own]), terms]),
@@ -88,16 +88,16 @@ def separate(
     return replace(result, error=_error(body, wavenumber, result, times))
 
 
-def _creeps(solid: Material) -> bool:
+def creeps(solid: Material) -> bool:
     spectrum = solid.spectrum()
     return spectrum.rates.size > 0 or spectrum.fluidity is not None
 
 
-def _flows(solid: Material) -> bool:
+def flows(solid: Material) -> bool:
     return solid.spectrum().fluidity is not None
 
 
-def _band(spectra: Spectra) -> tuple[Array, Array]:
+def band(spectra: Spectra) -> tuple[Array, Array]:
     """Lowest and highest common rate [1/s] for the solids' spectra, () each.
 
     The poles of a stack lie where some moduli s/h(s) are positive and others negative, between the
@@ -174,7 +174,7 @@ def _as_real(values: Array) -> Array:
     return jnp.concatenate([jnp.real(values), jnp.imag(values)])
 
 
-def _pivots(matrix: Array, count: int) -> Array:
+def pivots(matrix: Array, count: int) -> Array:
     """Indices of the columns that a QR decomposition with column pivots takes first, (count,)."""
 
     def take(rest: Array, _: None) -> tuple[Array, Array]:
@@ -186,7 +186,7 @@ def _pivots(matrix: Array, count: int) -> Array:
     return jax.lax.scan(take, jax.lax.stop_gradient(matrix), None, count)[1]
 
 
-def _least_squares(matrix: Array, target: Array) -> Array:
+def least_squares(matrix: Array, target: Array) -> Array:
     """The least-squares solution; each of the two steps of refinement carries one order of derivatives."""
     fixed = jax.lax.stop_gradient(matrix)
     inverse = jax.lax.stop_gradient(jnp.linalg.pinv(fixed, rtol=CUTOFF))
@@ -201,7 +201,7 @@ def _rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
     top = solids(body)[0].spectrum()
     rates = jnp.concatenate([top.rates, grid])
     fluidities = jnp.concatenate([top.rates * top.amplitudes, jnp.zeros_like(grid)])
-    if not any(_flows(solid) for solid in solids(body)):
+    if not any(flows(solid) for solid in solids(body)):
         return rates, fluidities
     flow = 0.0 if top.fluidity is None else top.fluidity
     return jnp.append(rates, 0.0), jnp.append(fluidities, flow)

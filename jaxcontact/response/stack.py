@@ -146,11 +146,16 @@ def compliances(spectra: Spectra, period: Array) -> Array:
     return jax.vmap(one)(spectra)
 
 
-def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:
-    """alpha N [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...)."""
+def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> SurfaceCompliance:
+    """alpha (L, K, N, T) [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...)."""
     poissons = jnp.stack([jnp.asarray(solid.nu, float) for solid in solids(body)])
     thicknesses = jnp.asarray([layer.thickness for layer in body.layers], float)
-    return surface_compliance(compliances, poissons, thicknesses, wavenumber).normal
+    return surface_compliance(compliances, poissons, thicknesses, wavenumber)
+
+
+def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:
+    """alpha N [1/Pa], as ``scaled_responses``."""
+    return scaled_responses(body, wavenumber, compliances).normal
 
 
 def step(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> Array:
@@ -176,6 +181,14 @@ def mean_step(body: LayeredHalfSpace, wavenumber: Array, start: Array | float, e
     grown = integral(late, end) - integral(_on_contour(body, wavenumber, start), start)
     narrow = length <= NARROW
     return jnp.where(narrow, within, grown / jnp.where(narrow, 1.0, end - start))
+
+
+def all_steps(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> SurfaceCompliance:
+    """As ``step``, of all four functions alpha (L, K, N, T) [1/Pa]; K relative to the root of L N."""
+    wavenumber, t = jnp.asarray(wavenumber, float), jnp.asarray(t, float)
+    soft = compliances(spectra(body), t[..., None] / POINTS)
+    on_contour = scaled_responses(body, wavenumber[..., None], soft)
+    return SurfaceCompliance(*(jnp.real(entry @ (WEIGHTS / POINTS)) for entry in on_contour))
 
 
 def _on_contour(body: LayeredHalfSpace, wavenumber: Array, t: Array) -> Array:

@@ -1,0 +1,119 @@
+"""The coupled operator: tractions in three directions -> displacements in three directions, by zero-padded FFT.
+
+    | u_x |   | xx   xy   x  |   | q_x |
+    | u_y | = | xy   yy   y  | * | q_y |
+    | u_z |   | -x   -y   zz |   | p   |
+
+xx, yy, zz are even in both offsets, xy odd in both, x and y odd in the offset along them alone (theory:
+``response.tangential_coefficients``). So the spectra of x and y are imaginary, of all others real, and each is kept
+as one real array. For similar solids x and y vanish, and need not be kept at all.
+"""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Linear, TractionOperator
+from jaxcontact.operators.free_space import FLOOR, FreeSpace
+from jaxcontact.response.tangential_coefficients import SurfaceKernels
+
+
+@pytree
+class Tangential:
+    """Spectra of tangential kernels: plane (..., 3, my/2 + 1, mx) of xx, yy and xy; coupling (..., 2, my/2 + 1, mx), the
+    imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, as in ``FreeSpace``."""
+
+    plane: Array
+    coupling: Array | None
+    circulant: Array
+
+    @classmethod
+    def of(cls, kernels: SurfaceKernels, *, coupled: bool) -> Tangential:
+        """From coefficients (..., nx, ny)."""
+        k = kernels
+        plane = [spectrum(k.xx, 1, 1).real, spectrum(k.yy, 1, 1).real, spectrum(k.xy, -1, -1).real]
+        coupling = [spectrum(k.x, -1, 1).imag, spectrum(k.y, 1, -1).imag] if coupled else None
+        return cls(
+            jnp.stack(plane, -3),
+            None if coupling is None else jnp.stack(coupling, -3),
+            spectral.circulant_spectrum((k.xx + k.yy) / 2.0),
+        )
+
+
+def spectrum(kernel: Array, parity_x: int, parity_y: int) -> Array:
+    """Spectrum (..., my/2 + 1, mx) of kernels (..., nx, ny) at offsets >= 0; parity: 1 even, -1 odd in the offset."""
+    padded = spectral.padded_shape(kernel.shape[-2:])
+    for axis, length, parity in ((-2, padded[0], parity_x), (-1, padded[1], parity_y)):
+        kernel = jnp.moveaxis(kernel, axis, -1)
+        middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
+        kernel = jnp.concatenate([kernel, middle, parity * kernel[..., :0:-1]], -1)
+        kernel = jnp.moveaxis(kernel, -1, axis)
+    return jnp.swapaxes(jnp.fft.rfft2(kernel), -1, -2)
+
+
+@pytree
+class Coupled(TractionOperator):
+    """normal: the entry zz; tangential: all others."""
+
+    normal: FreeSpace
+    tangential: Tangential
+
+    def along(self, q: Array) -> Array:
+        xx, yy, xy = self.tangential.plane
+        x, y = spectral.transform(q)
+        return spectral.inverse(jnp.stack([xx * x + xy * y, xy * x + yy * y]), q.shape[-2:])
+
+    def drawn(self, p: Array) -> Array:
+        if self.tangential.coupling is None:
+            return jnp.zeros((2, *p.shape))
+        return spectral.inverse(1j * self.tangential.coupling * spectral.transform(p), p.shape)
+
+    def sunk(self, q: Array) -> Array:
+        if self.tangential.coupling is None:
+            return jnp.zeros(q.shape[-2:])
+        moved = jnp.sum(-1j * self.tangential.coupling * spectral.transform(q), 0)
+        return spectral.inverse(moved, q.shape[-2:])
+
+    def preconditioner(self) -> Linear:
+        """The inverse of the circulant for each direction, its small and negative eigenvalues raised."""
+        inverse = 1.0 / jnp.maximum(self.tangential.circulant, FLOOR * self.local())
+        apply = lambda r: spectral.apply_circulant(inverse, r)
+        return lambda r: jnp.stack([apply(r[0]), apply(r[1])])
+
+    def local(self) -> Array:
+        return jnp.mean(jnp.abs(self.tangential.circulant))
+
+
+@pytree
+class CoupledFamily:
+    """Several tangential operators on one grid, to be mixed; members: their leaves have a first axis."""
+
+    members: Tangential
+
+    def combined(self, weights: Array) -> Tangential:
+        """sum_m weights_m K_m, one weight for each."""
+        return jax.tree.map(lambda a: jnp.tensordot(weights, a, 1), self.members)
+
+    def drawn_by(self, fields: Array) -> Array:
+        """Tangential displacement under all but the first member's fields, (M, 3, nx, ny) of q_x, q_y and p."""
+        total = jnp.zeros((2, *fields.shape[-2:]))
+        if not fields.shape[0]:
+            return total
+        x, y, p = jnp.moveaxis(spectral.transform(fields), 1, 0)
+        xx, yy, xy = jnp.moveaxis(self.members.plane[1:], 1, 0)
+        moved = jnp.stack([jnp.sum(xx * x + xy * y, 0), jnp.sum(xy * x + yy * y, 0)])
+        if self.members.coupling is not None:
+            moved = moved + jnp.sum(1j * self.members.coupling[1:] * p[:, None], 0)
+        return spectral.inverse(moved, fields.shape[-2:])
+
+    def sunk_by(self, fields: Array) -> Array:
+        """Normal displacement under the tangential ones of those fields, (nx, ny)."""
+        if not fields.shape[0] or self.members.coupling is None:
+            return jnp.zeros(fields.shape[-2:])
+        tangential = spectral.transform(fields[:, :2])
+        moved = jnp.sum(-1j * self.members.coupling[1:] * tangential, (0, 1))
+        return spectral.inverse(moved, fields.shape[-2:])

@@ -1,0 +1,54 @@
+"""Kernels of traction: the response of body and indenter in three directions on a grid, ready for the march."""
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree
+from jaxcontact.grid import Grid
+from jaxcontact.indenters import Indenter
+from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators.coupled import CoupledFamily, Tangential
+from jaxcontact.operators.kernels import Kernels, build
+from jaxcontact.response.tangential_coefficients import TangentialImages, tangential_coefficients
+from jaxcontact.response.tangential_images import fit_images
+from jaxcontact.response.tangential_time import half_space_shares, separate_tangential
+
+
+@pytree
+class TractionKernels:
+    """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K).
+
+    The tangential rates are their own; what a pressure draws along, too, is remembered at them.
+    """
+
+    normal: Kernels
+    family: CoupledFamily
+    rates: Array
+    mix: Array
+
+
+def build_traction(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
+) -> TractionKernels:
+    """The kernels of a body, an indenter and a grid, for use inside jit.
+
+    Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
+    """
+    normal = build(body, indenter, grid)
+    separable = separate_tangential(body)
+    images = fit_images(body, separable.terms)
+    weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
+    coefficients = tangential_coefficients(grid, TangentialImages(images.depths, weights))
+    scaled = jax.tree.map(lambda a: a / normal.scale.length, coefficients)
+    scaled = jax.tree.map(lambda a: a.at[0].divide(normal.scale.compliance), scaled)
+    family = CoupledFamily(Tangential.of(scaled, coupled=coupled))
+    return TractionKernels(normal, family, separable.rates, separable.mix / normal.scale.compliance)
+
+
+def _of_indenter(indenter: Indenter) -> Array:
+    """What the indenter adds to alpha (L, T, K) [1/Pa], (3,)."""
+    if indenter.material is None:
+        return jnp.zeros(3)
+    shares = half_space_shares(indenter.material) * jnp.array([1.0, 1.0, -1.0])
+    return shares * indenter.material.spectrum().instantaneous

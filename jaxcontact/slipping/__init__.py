@@ -1,0 +1,1 @@
+"""Contact with friction: tractions in all directions, in time."""

@@ -1,0 +1,159 @@
+"""The march in time of a contact with friction: at each step the memory predicts, both contacts are solved.
+
+As ``history.march``, of which it takes what a normal contact says; the carry is explicit here, too.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree, static
+from jaxcontact._status import Status
+from jaxcontact.contact.friction import length
+from jaxcontact.contact.partial_slip import Round, SlipProblem, solve
+from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.slipping.memory import TractionFields, TractionMemory
+
+
+@pytree
+class ShearSetup:
+    """All that stays the same during a march, scaled; coefficient: of friction, (nx, ny)."""
+
+    memory: TractionMemory
+    profile: Array
+    coefficient: Array
+    tolerance: Array
+    max_iterations: Array
+    load_controlled: bool = static()
+    tangential_load_controlled: bool = static()
+    coupled: bool = static()
+
+
+class ShearStep(NamedTuple):
+    """What drives the inner steps: dt [s], and the targets of both controls, () and (2,)."""
+
+    dt: Array
+    target: Array
+    tangential: Array
+
+
+class ShearCarry(NamedTuple):
+    """fields of the memory; traction (3, nx, ny) of q_x, q_y and p; rate (nx, ny): of the pressure; moved (2, nx, ny): the
+    tangential displacement; shift (2,) of the indenter; dissipated ()."""
+
+    fields: TractionFields
+    traction: Array
+    rate: Array
+    moved: Array
+    shift: Array
+    dissipated: Array
+
+
+class ShearOutcome(NamedTuple):
+    """One step, scaled, by the names of a result; slip: since the time before."""
+
+    fields: dict[str, Any]
+    numbers: dict[str, Array]
+
+
+def start(setup: ShearSetup) -> ShearCarry:
+    """No traction, no history."""
+    zero, pair = jnp.zeros_like(setup.profile), jnp.zeros((2, *setup.profile.shape))
+    fields = setup.memory.start(setup.profile.shape)
+    return ShearCarry(fields, jnp.zeros((3, *zero.shape)), zero, pair, jnp.zeros(2), jnp.zeros(()))
+
+
+def advance(setup: ShearSetup, carry: ShearCarry, step: ShearStep) -> tuple[ShearCarry, ShearOutcome]:
+    """One inner step."""
+    memory = setup.memory
+    operator, sunk, drawn, fields = memory.predict(carry.fields, carry.traction, step.dt)
+    before = 0.0 if setup.tangential_load_controlled else carry.shift
+    problem = SlipProblem(
+        operator=operator,
+        gap=setup.profile + sunk,
+        drift=drawn - carry.moved,
+        coefficient=setup.coefficient,
+        target=step.target,
+        tangential_target=step.tangential - before,
+        lowest=jnp.min(setup.profile),
+        load_controlled=setup.load_controlled,
+        tangential_load_controlled=setup.tangential_load_controlled,
+        coupled=setup.coupled,
+    )
+    guess = carry.traction[2] + carry.rate * step.dt
+    found = solve(problem, guess, carry.traction[:2], setup.tolerance, setup.max_iterations)
+    p, q, slip = found.normal.pressure, found.tangential.traction, found.tangential.slip
+    traction = jnp.concatenate([q, p[None]])
+    fields = memory.update(fields, traction, step.dt)
+    moved = drawn + found.tangential.displacement + (operator.drawn(p) if setup.coupled else 0.0)
+    rate = (p - carry.traction[2]) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
+    shift = carry.shift + jnp.where(
+        jnp.any(p > 0.0) | (not setup.tangential_load_controlled), found.tangential.shift, 0.0
+    )
+    dissipated = carry.dissipated - jnp.sum(q * slip)
+    carry = ShearCarry(fields, traction, rate, moved, shift, dissipated)
+    strain = memory.film_strain(fields, p, step.dt)
+    return carry, _outcome(setup, problem, found, carry, sunk, strain)
+
+
+def _outcome(
+    setup: ShearSetup, problem: SlipProblem, found: Round, carry: ShearCarry, sunk: Array, strain: Array
+) -> ShearOutcome:
+    pressed, sheared = found.normal, found.tangential
+    said = contact_outcome(pressed)
+    earlier = sunk + (problem.operator.sunk(sheared.traction) if setup.coupled else 0.0)
+    fields = {
+        "pressure": said.pop("pressure"),
+        "displacement": earlier + pressed.displacement,
+        "traction": sheared.traction,
+        "slip": sheared.slip,
+        "stick": sheared.stick,
+    }
+    numbers = said | {
+        "iterations": found.taken,
+        "error": jnp.maximum(pressed.error, sheared.error),
+        "film_strain": strain,
+        "status": _status(setup, problem, found),
+        "tangential_load": jnp.sum(sheared.traction, (1, 2)),
+        "tangential_displacement": carry.shift,
+        "dissipated": carry.dissipated,
+    }
+    return ShearOutcome(fields, numbers)
+
+
+def _status(setup: ShearSetup, problem: SlipProblem, found: Round) -> Array:
+    """That of the normal contact, unless the tangential one has none, or was not found."""
+    status = status_of(problem.pressed(found.tangential.traction), found.normal, setup.tolerance)
+    missed = (found.tangential.error > setup.tolerance) & (status != Status.NOT_CONVERGED)
+    status = jnp.where(missed, int(Status.NOT_CONVERGED), status)
+    if not setup.tangential_load_controlled:
+        return status
+    asked = length(problem.tangential_target[:, None, None])[0, 0]
+    room = jnp.sum(problem.coefficient * found.normal.pressure)
+    return jnp.where((asked > 0.0) & (asked >= room), int(Status.SLIDES), status)
+
+
+def march(setup: ShearSetup, steps: ShearStep, *, all_fields: bool) -> tuple[ShearOutcome, dict[str, Any]]:
+    """From rest over steps whose leading axes are (nt, substeps): outcomes over time, and the fields of the last.
+
+    all_fields: whether outcomes keep their fields.
+    """
+
+    def inner(state: tuple[ShearCarry, ShearOutcome], step: ShearStep) -> tuple[Any, None]:
+        carry, outcome = advance(setup, state[0], step)
+        outcome.fields["slip"] = outcome.fields["slip"] + state[1].fields["slip"]
+        return (carry, outcome), None
+
+    def outer(state: tuple[ShearCarry, ShearOutcome], row: ShearStep) -> tuple[Any, ShearOutcome]:
+        state[1].fields["slip"] = jnp.zeros_like(state[1].fields["slip"])
+        state = jax.lax.scan(inner, state, row)[0]
+        kept = state[1] if all_fields else state[1]._replace(fields={})
+        return state, kept
+
+    first = start(setup)
+    blank = jax.eval_shape(lambda: advance(setup, first, jax.tree.map(lambda a: a[0, 0], steps))[1])
+    blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), blank)
+    (_, last), outcomes = jax.lax.scan(outer, (first, blank), steps)
+    return outcomes, last.fields
