@@ -78,7 +78,7 @@ LAYERS = {
     "sliding.wake": 12,
     "sliding.transient": 13,
     "sliding.steady": 13,
-    "slipping.results": 4,
+    "slipping.results": 5,
     "slipping.memory": 12,
     "slipping.march": 13,
     "slipping.shearing": 14,

@@ -3,7 +3,7 @@
 from jax import Array
 
 from jaxcontact._pytree import pytree
-from jaxcontact.results import ContactHistory
+from jaxcontact.results import ContactHistory, Readable
 
 
 @pytree
@@ -25,3 +25,5 @@ class ShearHistory(ContactHistory):
     tangential_load: Array
     tangential_displacement: Array
     dissipated: Array
+
+    __repr__ = Readable.__str__
