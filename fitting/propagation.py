@@ -7,6 +7,7 @@ with p the compliances that were fitted (``structure.py``) and C their covarianc
 the parameters, which were fitted at the assumed q:  (df/dq + df/dp dp/dq)^2 s^2.
 """
 
+import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -56,7 +57,7 @@ def propagate(
         Value, standard deviation and band, in the shape and unit of f's result.
 
     Raises:
-        ValueError: what is not a fit, or a spread of an unknown or unfitted quantity.
+        ValueError: what is not a fit, a result without a slope, or a spread of an unknown or unfitted quantity.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -84,9 +85,23 @@ def propagate(
     shares = {"data": np.sqrt(np.maximum(variance, 0.0))}
     for name, sd in sds.items():
         shares[name] = np.abs(np.asarray(by_q[name]) + by_p @ fit.moves(name)) * sd
+    _check_moves(value, by_p, by_q)
     total = np.sqrt(sum(share**2 for share in shares.values()))
     z = stats.norm.ppf(0.5 + 0.5 * fit.level)
     return Propagated(value, total, value - z * total, value + z * total, shares)
+
+
+def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) -> None:
+    """ValueError where nothing of a result has a slope, a warning where a part has none: its sd would be 0."""
+    slopes = np.any(by_p != 0.0, axis=-1) | np.any(
+        [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
+    )
+    without = int(np.sum(~slopes))
+    why = "a count of cells (contact_area, contact_radius) has none, smooth_area has one"
+    if without == value.size:
+        raise ValueError(f"f: expected a result that moves with the material, got slope 0: {why}")
+    if without:
+        warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
 
 
 def _off_zero(fit: Fit) -> np.ndarray:

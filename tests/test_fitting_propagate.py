@@ -174,3 +174,14 @@ def test_bad_designs_are_named(options, word):
 def test_an_infinite_parameter_cannot_be_designed_for():
     with pytest.raises(ValueError, match="finite"):
         fitting.design(jc.Burgers(0.75e9, 13.89e6, np.inf, 120.9e9))
+
+
+def test_a_count_has_no_band():
+    """A count of cells has no slope: an sd of 0 would be a wrong number."""
+    fit = fitting.fit_creep(fitting.CreepData(t=noisy(0)[0], J=noisy(0)[1]), sigma=1e-9)
+    count = lambda material: jnp.floor(material.creep(LATER) * 1e10)
+    with pytest.raises(ValueError, match="slope 0: a count of cells"):
+        fitting.propagate(fit, count)
+    with pytest.warns(UserWarning, match="1 of 2 values have slope 0"):
+        band = fitting.propagate(fit, lambda m: jnp.stack([m.creep(1.0), count(m)[0]]))
+    assert band.sd[0] > 0.0
