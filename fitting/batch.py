@@ -14,7 +14,7 @@ from fitting.evidence import Allowance, Evidence
 from fitting.structure import limits, resolve
 from fitting.weights import choose_weights, without_noise
 
-VARYING = ("data", "weights", "lower", "upper", "ratio")
+VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
 
 
 class BatchFit(NamedTuple):

@@ -127,6 +127,7 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
 def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
     """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level; slope0
     is the initial slope; the upper side is infinite where open."""
+    problem = problem._replace(origin=optimum.parts[:3])
 
     def rows(tau: Array) -> Array:
         base = jnp.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])

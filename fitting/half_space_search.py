@@ -1,36 +1,64 @@
-"""The fit of a ball on a half-space: its objective, where it begins, and what is said of its optimum."""
+"""The fit of a ball on a half-space: its objective, where it begins, and what is said of its optimum.
+
+Under depth control there may be several minima. So the fit begins from several retardation times, on some of
+the points, and goes on with all of them from the lowest that it came to.
+"""
 
 import functools
 
 import numpy as np
 
-from fitting import halfspace, nonlinear
+from fitting import halfspace, nonlinear, padding
 from fitting.halfspace import Curve
 from fitting.history import merge
 from fitting.nonlinear import Best, Objective
-from fitting.press import Found, Medium, Press, start
+from fitting.press import Found, Medium, Press, spread_starts, start
 
 FALL = 0.02  # share of the greatest depth by which a depth may fall before the contact counts as shrinking
+FEW = 126  # points on which the minima are sought
 
 
 def search(press: Press, rise: float | None) -> Found:
     """The optimum; rise [s]: of a load to put in place of the measured one, or None."""
     knots, values = (press.t, press.load) if rise is None else _held(press, rise)
-    top = int(np.argmax(press.depth))
-    basis = merge(press.t, knots, values)
-    curve = Curve(press.t, press.load, press.depth, press.weights, basis, press.extra, top)
     shrinks = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
     kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
-    at = press.space.point
-    objective = Objective(
-        lambda theta: halfspace.evaluate(at(theta), curve, kind),
-        lambda theta, free: halfspace.slopes(at(theta), free, curve, kind),
+    whole, few = np.arange(press.t.size), _some(press)
+    objective = _objective(press, whole, knots, values, kind)
+    first, others = _starts(press, knots, values, kind)
+    coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
+    low = nonlinear.minimise_from(coarse, [first, *others])
+    best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
+    best = best._replace(starts=low.starts, agreed=low.agreed)
+    notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best)
+    return Found(press, best, objective, notes, moves, Medium())
+
+
+def _objective(
+    press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str
+) -> Objective:
+    """Over some of the points, padded within."""
+    curve, at, n = _curve(press, points, knots, values), press.space.point, points.size
+    return Objective(
+        lambda theta: halfspace.evaluate(at(theta), curve, kind)[:n],
+        lambda theta, free: halfspace.slopes(at(theta), free, curve, kind)[:n],
         *press.space.bounds,
         floor=1e-26 * press.size,
     )
-    best = nonlinear.minimise(objective, _start(press, curve, kind))
-    notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best)
-    return Found(press, best, objective, notes, moves, Medium())
+
+
+def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
+    """The samples at ``points``, up to a padded length."""
+    t, load, depth = (padding.repeated(y[points]) for y in (press.t, press.load, press.depth))
+    basis = merge(t, padding.repeated(knots), padding.repeated(values))
+    weights = padding.without_weight(press.weights[points])
+    return Curve(t, load, depth, weights, basis, press.extra, int(np.argmax(depth)))
+
+
+def _some(press: Press) -> np.ndarray:
+    """Few of the points, evenly, with the greatest depth."""
+    even = np.linspace(0, press.t.size - 1, min(FEW, press.t.size)).round().astype(int)
+    return np.unique(np.append(even, np.argmax(press.depth)))
 
 
 def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
@@ -41,14 +69,18 @@ def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
 
 
-def _start(press: Press, curve: Curve, kind: str) -> np.ndarray:
+def _starts(
+    press: Press, knots: np.ndarray, values: np.ndarray, kind: str
+) -> tuple[np.ndarray, list[np.ndarray]]:
     """By variable projection: depth^(3/2) is linear in the compliances under the measured load."""
     root = np.sqrt(np.maximum(press.depth, 1e-3))
-    use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= curve.top))
+    use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
     # weights of the depth: those of the fit under load control, even ones otherwise
     even = press.weights if press.control == "load" else np.ones(press.t.size)
-    power = root**3 - press.extra * press.load
-    return start(press, power, use / (1.5 * root) * even, curve.basis, least=1e-6)
+    power = padding.repeated(root**3 - press.extra * press.load)
+    weights = padding.without_weight(use / (1.5 * root) * even)
+    basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
+    return start(press, power, weights, basis, least=1e-6), spread_starts(press, power, weights, basis)
 
 
 def _moves(press: Press, best: Best, name: str) -> np.ndarray:

@@ -66,7 +66,7 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     weights, rates = relaxation_modes(point.compliances(), curve.extra)
     rising = jnp.arange(curve.t.size) <= curve.top
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
-    depth = jnp.where(rising, jax.lax.cummax(jnp.where(rising, depth, 0.0)), depth)
+    depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
     last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
     power = depth**1.5
     ended = _at(curve.t, power, _memory(curve.t, power, rates), rates, last)
@@ -101,6 +101,16 @@ def _leaving_out(factors: Array) -> Array:
     return jnp.prod(jnp.where(jnp.eye(k, dtype=bool), 1.0, factors[:, None, :]), -1)
 
 
+def _highest(y: Array) -> Array:
+    """The greatest so far, (n,); one after the other, which compiles three times faster than ``lax.cummax``."""
+
+    def step(top: Array, here: Array) -> tuple[Array, Array]:
+        top = jnp.maximum(top, here)
+        return top, top
+
+    return jax.lax.scan(step, jnp.zeros(()), y)[1]
+
+
 def _memory(t: Array, y: Array, rates: Array) -> Array:
     """int_0^t exp(-r (t - s)) dy(s) at the samples, (n, k); y steps on at the first and is linear between."""
     gap = jnp.diff(t, prepend=t[:1])
@@ -124,15 +134,16 @@ def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> 
     int_t1^t G(t - s) d(depth) falls with t1 at the rate G(t - t1) depth'(t1); one Newton step at
     that rate carries the derivative.
     """
-    memory = _memory(curve.t, depth, rates)
+    series = depth, weights, rates, _memory(curve.t, depth, rates)
+    fixed = jax.lax.stop_gradient(series)  # the bisection needs no derivative, and compiles faster without
 
-    def left(t1: Array) -> Array:
+    def left(t1: Array, depth: Array, weights: Array, rates: Array, memory: Array) -> Array:
         decay = jnp.exp(-rates * (curve.t - t1)[:, None])
         return (memory - decay * _at(curve.t, depth, memory, rates, t1)) @ weights
 
     def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
         middle = 0.5 * (ends[0] + ends[1])
-        late = left(middle) < 0.0
+        late = left(middle, *fixed) < 0.0
         return jnp.where(late, ends[0], middle), jnp.where(late, middle, ends[1])
 
     ends = jnp.full_like(curve.t, curve.t[0]), jnp.full_like(curve.t, curve.t[curve.top])
@@ -144,7 +155,7 @@ def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> 
     rate = jnp.exp(-rates * (curve.t - t1)[:, None]) @ weights * speed
     # no step where the depth stands still, nor before the first contact
     moving = (rate > 1e-9 * jnp.max(rate)) & (t1 > curve.t[0] + 1e-6 * (curve.t[curve.top] - curve.t[0]))
-    step = jnp.where(moving, left(t1) / jax.lax.stop_gradient(jnp.where(moving, rate, 1.0)), 0.0)
+    step = jnp.where(moving, left(t1, *series) / jax.lax.stop_gradient(jnp.where(moving, rate, 1.0)), 0.0)
     return t1 + step
 
 

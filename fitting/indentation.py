@@ -27,6 +27,7 @@ class IndentationFit(Fit):
         nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
         kept: (n,) bool, the points fitted, which ``fitted`` and ``residuals`` are of.
         runs: (forward, gradient) evaluations of the model.
+        starts: (sought, agreed): minima that were sought, and those as low as this one.
         seconds: for all of the fit.
     """
 
@@ -37,6 +38,7 @@ class IndentationFit(Fit):
     nuisances: dict[str, tuple[float, float, float]]
     kept: np.ndarray
     runs: tuple[int, int]
+    starts: tuple[int, int]
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
@@ -48,6 +50,7 @@ class IndentationFit(Fit):
             "indenter_radius_m": float(self.indenter.radius), "poisson_ratio": self.nu,
             "film_thickness_m": plain(self.film.thickness),
             "bias_over_standard_error": dict(self.film.bias),
+            "starts": self.starts[0], "starts_agreed": self.starts[1],
             "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
         }  # fmt: skip
 
@@ -64,7 +67,8 @@ class IndentationFit(Fit):
 
     def _conditions(self) -> list[str]:
         film, runs = self.film, f"{self.runs[0]} forward and {self.runs[1]} gradient runs"
-        spent = f"  {runs} in {self.seconds:.3g} s"
+        sought, agreed = self.starts
+        spent = f"  {agreed} of {sought} starts came to this minimum; {runs} in {self.seconds:.3g} s"
         if film.thickness is None:
             return [f"  the moduli are conditional on nu = {self.nu:g} and a half-space", spent]
         bias = ", ".join(f"{name} {value:.2g}" for name, value in film.bias.items())
@@ -182,7 +186,7 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
         weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
         indenter=press.indenter, nu=press.nu, control=press.control, film=found.medium,
         nuisances=_nuisances(space, best.theta, ends), kept=on,
-        runs=(objective.residual_runs, objective.jacobian_runs),
+        runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
         curve=(*press.response, press.data.t[on], measured),
         seconds=time.perf_counter() - started,
     )  # fmt: skip

@@ -8,7 +8,7 @@ D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1).
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,8 @@ from scipy import optimize
 from fitting.uncertainty import inverse
 
 STEPS, ITERATIONS, MOST = 30, 60, 4.0
+NEGLIGIBLE = 1e-4  # share of the allowed rise by which a profile may be above the least
+SAME = 1e-5  # share of RSS by which two minima are one
 START = 1e-3  # a first step in the units of a coordinate, where the Jacobian does not give one
 
 
@@ -48,30 +50,42 @@ class Objective:
         self.residual_runs += 1
         return np.asarray(self.residual(theta))
 
-    def slope(self, theta: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Their Jacobian (n, k)."""
+    def slope(self, theta: np.ndarray, some: np.ndarray) -> np.ndarray:
+        """Their Jacobian (n, k) with respect to some of the free coordinates; all are taken, by one program."""
         self.jacobian_runs += 1
-        return np.asarray(self.jacobian(theta, free))
+        return np.asarray(self.jacobian(theta, self.free))[:, np.isin(self.free, some)]
 
 
 class Best(NamedTuple):
-    """theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss."""
+    """theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: how many minima
+    were sought, and how many of them are as low as this."""
 
     theta: np.ndarray
     residual: np.ndarray
     jacobian: np.ndarray
     rss: float
+    starts: int = 1
+    agreed: int = 1
 
 
 def minimise(objective: Objective, start: np.ndarray) -> Best:
     """The least squares in the box from ``start``."""
-    return _fit(objective, start, objective.free)
+    return _fit(objective, start, objective.free, objective.floor)
 
 
-def _fit(objective: Objective, start: np.ndarray, free: np.ndarray) -> Best:
+def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
+    """The lowest of the minima from several starts, of which some may have no value."""
+    sound = [start for start in starts if np.all(np.isfinite(objective.at(start)))]
+    found = [minimise(objective, start) for start in sound]
+    best = min(found, key=lambda one: one.rss)
+    low = best.rss * (1.0 + SAME) + objective.floor
+    return best._replace(starts=len(found), agreed=sum(one.rss <= low for one in found))
+
+
+def _fit(objective: Objective, start: np.ndarray, free: np.ndarray, floor: float) -> Best:
     """With the coordinates ``free`` fitted: Levenberg-Marquardt, each step a bounded linear least squares.
 
-    It ends where the step would change RSS by no more than ftol of it, which costs no further run.
+    It ends where the step would change RSS by no more than ftol of it and ``floor``, which costs no further run.
     """
     theta = np.clip(start, objective.lower, objective.upper)
     residual, damping = objective.at(theta), 0.0
@@ -86,7 +100,7 @@ def _fit(objective: Objective, start: np.ndarray, free: np.ndarray) -> Best:
             damping,
         )
         expected = rss - float(np.sum((residual + jacobian @ step) ** 2))
-        if expected <= objective.ftol * rss + objective.floor or damping > 1e8:
+        if expected <= objective.ftol * rss + floor or damping > 1e8:
             break
         trial = theta.copy()
         trial[free] = np.clip(theta[free] + step, objective.lower[free], objective.upper[free])
@@ -130,7 +144,7 @@ def _end(
     objective: Objective, best: Best, covariance: np.ndarray, place: int, side: float, level: float
 ) -> float:
     """The value of one coordinate, below or above its best, at which the profile reaches the level."""
-    free = objective.free
+    free, negligible = objective.free, max(NEGLIGIBLE * (level - best.rss), objective.floor)
     i, others = free[place], np.delete(free, place)
     along = np.delete(covariance[:, place] / covariance[place, place], place)
     bound = objective.lower[i] if side < 0 else objective.upper[i]
@@ -146,7 +160,7 @@ def _end(
         start = inner[2].copy()
         start[i] = value
         start[others] += along * (value - inner[0])
-        found = _fit(objective, start, others)
+        found = _fit(objective, start, others, negligible)
         theta, rise = found.theta, found.rss - best.rss
         # where the model has no value, half the way
         height = math.sqrt(max(rise, 0.0) / (level - best.rss)) if math.isfinite(rise) else 3.0

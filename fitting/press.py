@@ -20,6 +20,9 @@ from fitting.structure import Structure
 from fitting.weights import choose_weights
 
 AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number and of all
+TIMES = np.geomspace(3e-3, 3.0, 7)  # retardation times over the duration that are started from
+SHARED = np.array([0.45, 0.45, 0.1])  # between spring, retarded part and flow
+VISIBLE = 1e-2  # scaled compliance that a part has at least there
 LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
 
 
@@ -174,13 +177,29 @@ def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: f
     space = press.space
     box = space.linear_box
     if space.structure.tau is None:
-        _, x, tau, _ = varpro.solve(varpro.search(y, weights, basis, press.t, box))
+        _, x, tau, _ = varpro.solve(_search(press, y, weights, basis))
         found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
     else:
         A = weights[:, None] * np.asarray(columns(basis, space.structure.tau / press.duration))
         low, high = box.T
         found = optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
     return space.near(found, least)
+
+
+def spread_starts(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> list[np.ndarray]:
+    """More coordinates to start from, where a retardation time is sought: for each of ``TIMES`` held, the same
+    least squares, and its compliance at the end shared out evenly."""
+    space = press.space
+    if space.structure.tau is not None or space.structure.branches == 0:
+        return []
+    x = np.asarray(varpro.solve_each(_search(press, y, weights, basis), TIMES))
+    even = np.outer(x.sum(1), SHARED)
+    x, times = np.concatenate([x, even]), np.tile(TIMES, 2)
+    return [space.near(np.append(row, row[1] / tau), VISIBLE) for row, tau in zip(x, times, strict=True)]
+
+
+def _search(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> varpro.TauSearch:
+    return varpro.search(y, weights, basis, press.t, press.space.linear_box)
 
 
 class Medium(NamedTuple):

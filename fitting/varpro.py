@@ -48,7 +48,8 @@ class Sides:
 
 class TauSearch(NamedTuple):
     """A weighted fit. data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f);
-    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search; sides: of the box."""
+    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search; sides: of the box; origin (3,): of
+    the sums: near the optimum RSS keeps its digits, which at zero are lost in the data's sum of squares."""
 
     data: Array
     weights: Array
@@ -58,6 +59,7 @@ class TauSearch(NamedTuple):
     ratio: Array
     tau: Array
     sides: Sides
+    origin: Array
 
     @property
     def limits(self) -> tuple[Array, Array]:
@@ -70,7 +72,8 @@ def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: n
     whole = np.zeros((4, 2))
     whole[PLACES[len(box)]] = box
     low, high = whole.T
-    return TauSearch(y, weights, basis, low[:3], high[:3], whole[3], _tau_range(t, whole), _sides(low, high))
+    ends = low[:3], high[:3], whole[3], _tau_range(t, whole), _sides(low, high)
+    return TauSearch(y, weights, basis, *ends, origin=np.zeros(3))
 
 
 def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
@@ -135,15 +138,16 @@ def _inverse3(A: Array) -> Array:
 
 
 def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
-    """Normal matrix (3, 3), right-hand side (3,) and weighted sum of squares of the data.
+    """Normal matrix (3, 3), right-hand side (3,) and weighted sum of squares, of the data less the origin's model.
 
     The squared weights stand apart from the products of columns: over many curves on one time grid
     the products are formed once and the sums are one matrix product.
     """
     C, square = columns(problem.basis, jnp.reshape(tau, 1)), problem.weights**2
     sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
-    pull = square * problem.data
-    return sums[PLACE], pull @ C, pull @ problem.data
+    left = problem.data - C @ problem.origin
+    pull = square * left
+    return sums[PLACE], pull @ C, pull @ left
 
 
 def faces(problem: TauSearch, tau: Array) -> Faces:
@@ -151,8 +155,7 @@ def faces(problem: TauSearch, tau: Array) -> Faces:
     A, b, yy = moments(problem, tau)
     scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
     A, b = A * scale[:, None] * scale, b * scale
-    lower, upper = box(problem, tau)
-    low, high = lower / scale, upper / scale
+    low, high = ((side - problem.origin) / scale for side in box(problem, tau))
     table = problem.sides.faces()
     free = jnp.asarray(table == 0)
     clamped = jnp.where(table == 1, low, jnp.where(table == 2, high, 0.0))
@@ -163,7 +166,9 @@ def faces(problem: TauSearch, tau: Array) -> Faces:
     x = jnp.einsum("fij,fj->fi", inverse, b - clamped @ A) + clamped
     rss = jnp.maximum(yy - 2.0 * x @ b + jnp.einsum("fi,ij,fj->f", x, A, x), 0.0)
     inside = usable & _within(x, low, high, free)
-    return Faces(x * scale, inverse * scale[:, None] * scale, jnp.where(usable, rss, jnp.inf), inside)
+    return Faces(
+        x * scale + problem.origin, inverse * scale[:, None] * scale, jnp.where(usable, rss, jnp.inf), inside
+    )
 
 
 def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
@@ -199,6 +204,12 @@ def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
     start = (grid[k], step, cost[k], jnp.zeros(3))
     centre, _, rss, x = jax.lax.fori_loop(0, ROUNDS, zoom, start)
     return rss, x, jnp.exp(centre), cost
+
+
+@jax.jit
+def solve_each(problem: TauSearch, tau: Array) -> Array:
+    """The least squares (k, 3) at each of tau (k,)."""
+    return _bests(problem, jnp.log(tau))[1]
 
 
 def _costs(problem: TauSearch, log_tau: Array) -> Array:

@@ -377,3 +377,21 @@ def test_bad_options_are_named(options, word):
     t, J = noisy(7200.0, 1)
     with pytest.raises(ValueError, match=word):
         fitting.fit_creep(fitting.CreepData(t=t, J=J), **options)
+
+
+def test_interval_ends_do_not_hang_on_rounding():
+    """The data changed in their last digit: at 1e5 points the ends moved by 1e-8 to 3e-5, with the order of sums."""
+    t, J = noisy(40000.0, 1, n=100000)
+    last = 1 + 1e-15 * np.random.default_rng(0).standard_normal(t.size)
+    fits = [fitting.fit_creep(fitting.CreepData(t=t, J=y), weights="relative") for y in (J, J * last)]
+    for name in TRUTH:
+        np.testing.assert_allclose(fits[1].intervals[name], fits[0].intervals[name], rtol=1e-10)
+
+
+def test_another_number_of_points_does_not_compile_again():
+    t, J = noisy(40000.0, 10)
+    counts = []
+    for n in (150, 170, 192):
+        fitting.fit_creep(fitting.CreepData(t=t[:n], J=J[:n]), weights="relative")
+        counts.append((creep_search.minimise._cache_size(), creep_search.profile._cache_size()))
+    assert counts[0] == counts[1] == counts[2]

@@ -290,3 +290,39 @@ def test_unloading_under_load_control_is_refused():
     data = fitting.IndentationData(t=np.linspace(0, 4e4, 201), load=load, depth=hold().depth)
     with pytest.raises(ValueError, match="grows"):
         fit(data)
+
+
+def load_of(depth, t, p, radius, nu):
+    """Load (n,) under a growing depth by Lee and Radok, depth^(3/2) linear in between, summed over all pairs of times."""
+    G1, G2, eta1, eta2 = p
+    a, b, c = eta2 / G1, G2 / G1 + eta2 / eta1 + 1.0, G2 / eta1
+    power, load = depth**1.5, np.zeros(t.size)
+    for r in -np.roots([a, b, c]):
+        weight = 1.0 / (1 / G1 + G2 / (G2 - eta2 * r) ** 2)
+        begin, end = (np.exp(-r * np.maximum(t[:, None] - s, 0.0)) for s in (t[:-1], t[1:]))
+        kernel = np.where(t[:, None] > t[:-1], (end - begin) / (r * np.diff(t)), 0.0)
+        load += weight.real * (kernel @ np.diff(power) + power[0] * np.exp(-r * t)).real
+    return 8.0 * np.sqrt(radius) / (3.0 * (1.0 - nu)) * load
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_start_finds_a_lower_minimum(seed):
+    """Load 3 % off under depth control, where the first start stops 1 to 2 % above the least squares of scipy from
+    twelve starts, with no instantaneous compliance at all."""
+    truth = (2338.0, 4335.0, 1.279e5, 222.8)
+    t = np.linspace(0.0, 10.0, 60)
+    ramp = lambda s: s / truth[0] + (s + 0.0514 * np.expm1(-s / 0.0514)) / truth[1] + s**2 / (2.0 * truth[2])
+    growth = 1e-8 * (ramp(t) - ramp(np.maximum(t - 1.0, 0.0)))
+    depth = (3 * 0.5 / (8 * np.sqrt(1e-5)) * growth) ** (2 / 3)
+    load = 1e-8 * np.minimum(t, 1.0) * (1.0 + 0.03 * np.random.default_rng(seed).standard_normal(t.size))
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    found = fitting.fit_indentation(data, indenter=jc.Sphere(radius=1e-5), nu=0.5, control="depth")
+    residual = lambda u: (load_of(depth, t, np.exp(u), 1e-5, 0.5) / load.max() - load / load.max())[1:]
+    rng = np.random.default_rng(0)
+    starts = np.log(truth) + rng.uniform(-1.5, 1.5, (12, 4))
+    limits = np.log(truth)[:, None] + np.array([-9.0, 9.0])
+    costs = [2 * optimize.least_squares(residual, u, bounds=(*limits.T,), xtol=1e-12).cost for u in starts]
+    assert found.rss <= min(costs) * (1 + 1e-5)
+    sought, agreed = found.starts
+    assert 1 <= agreed < sought
+    assert f"{agreed} of {sought} starts came to this minimum" in found.summary()
