@@ -34,6 +34,8 @@ from jaxcontact.indenters import Cylinder as Cylinder  # noqa: E402
 from jaxcontact.indenters import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters import Sphere as Sphere  # noqa: E402
+from jaxcontact.interior_fields import InteriorFields as InteriorFields  # noqa: E402
+from jaxcontact.interior_fields import subsurface as subsurface  # noqa: E402
 from jaxcontact.layers import Layer as Layer  # noqa: E402
 from jaxcontact.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
 from jaxcontact.materials import Burgers as Burgers  # noqa: E402
@@ -65,6 +67,7 @@ __all__ = [
     "FlatPunch",
     "Grid",
     "HeightField",
+    "InteriorFields",
     "KelvinVoigt",
     "Layer",
     "LayeredHalfSpace",
@@ -92,4 +95,5 @@ __all__ = [
     "shear",
     "slide",
     "slide_steady",
+    "subsurface",
 ]

@@ -42,6 +42,8 @@ LAYERS = {
     "response.tangential_coefficients": 3,
     "response.tangential_images": 5,
     "response.tangential_time": 6,
+    "response.interior": 5,
+    "response.interior_coefficients": 6,
     "response.layered": 8,
     "response.body": 8,
     "indenters": 9,
@@ -82,6 +84,7 @@ LAYERS = {
     "slipping.memory": 12,
     "slipping.march": 13,
     "slipping.shearing": 14,
+    "interior_fields": 7,
     # round about
     "plotting": 6,
     "sensitivities": 7,

@@ -16,7 +16,15 @@ ROOT = Path(__file__).parents[1]
 SOURCES = sorted([*(ROOT / "jaxcontact").rglob("*.py"), *(ROOT / "fitting").rglob("*.py")])
 PUBLIC = [getattr(module, name) for module in (jc, fitting) for name in getattr(module, "__all__", ())]
 GIVEN = [  # what users are given, and do not make
-    *(jc.ContactHistory, jc.ShearHistory, jc.SlidingHistory, jc.SteadySliding, jc.Sensitivity, jc.Status),
+    *(
+        jc.ContactHistory,
+        jc.InteriorFields,
+        jc.ShearHistory,
+        jc.SlidingHistory,
+        jc.SteadySliding,
+        jc.Sensitivity,
+        jc.Status,
+    ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
     *(fitting.PronyFit, fitting.Propagated),
 ]

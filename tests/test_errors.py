@@ -256,6 +256,30 @@ PYTHON = {
         lambda: shear(save=lambda step: step.load),
         r'save: expected "all" or "last"',
     ),
+    "pressure on another grid": (
+        lambda: jc.subsurface(BODY, GRID, np.ones(3), depths=[0.0]),
+        r"pressure: expected shape \(8, 8\), got \(3,\)",
+    ),
+    "pressure without end": (
+        lambda: jc.subsurface(BODY, GRID, np.full((8, 8), np.inf), depths=[0.0]),
+        r"pressure \[Pa\]: expected finite",
+    ),
+    "traction without direction": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), np.ones((8, 8)), depths=[0.0]),
+        r"traction: expected shape \(2, 8, 8\)",
+    ),
+    "traction without end": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), np.full((2, 8, 8), np.inf), depths=[0.0]),
+        r"traction \[Pa\]: expected finite",
+    ),
+    "a single depth": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=1e-6),
+        r"depths: expected a 1-d array, got shape \(\)",
+    ),
+    "a place above the surface": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
+        r"depths \[m\]: expected >= 0",
+    ),
     "a velocity of another shape": (
         lambda: slide(np.zeros(3)),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\)",

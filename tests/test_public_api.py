@@ -21,6 +21,7 @@ Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField Kelv
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
 enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
 ShearHistory TangentialDisplacement TangentialLoad shear
+InteriorFields subsurface
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit PronyFit Propagated compare design
@@ -50,6 +51,7 @@ MEMBERS = {
     " smooth_area film_strain iterations error status converged saved plot",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power",
     jc.ShearHistory: "traction slip stick tangential_load tangential_displacement dissipated",
+    jc.InteriorFields: "depths stress displacement von_mises peak",
     jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
     jc.Prony: "J0 J tau nu fluidity creep relaxation complex_modulus",
     jc.Elastic: "G nu from_young creep relaxation",
@@ -71,6 +73,7 @@ KEYWORDS = {
     jc.slide: "body indenter control times velocity grid tolerance max_iterations save substeps kernels checkpoint",
     jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels",
     jc.shear: "body indenter control tangential times friction grid coupled tolerance max_iterations save substeps",
+    jc.subsurface: "body grid pressure traction depths",
     jc.kernels: "body indenter grid nodes",
     jc.save: "result path case",
     jc.load: "path",

@@ -76,12 +76,12 @@ def surface_compliance(
     @jax.checkpoint
     def cover(below: SurfaceCompliance, layer: tuple[Array, ...]) -> tuple[SurfaceCompliance, None]:
         j, nu, thickness = layer
-        return _covered(below, j, two_port(wavenumber * thickness, nu)), None
+        return covered(below, j, two_port(wavenumber * thickness, nu)), None
 
     return jax.lax.scan(cover, base, (compliances[:-1], poissons[:-1], thicknesses), reverse=True)[0]
 
 
-def _covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceCompliance:
+def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceCompliance:
     """The compliance with one more layer on top."""
     (A11, A12, A22), (B11, B12, B21, B22), (C11, C12, C22) = port.A, port.B, port.C
     L, K, N, T = below

@@ -1,0 +1,194 @@
+"""Stresses and displacements below the surface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact import _checks
+from jaxcontact._checks import Verdict
+from jaxcontact._pytree import as_float64, is_concrete, pytree
+from jaxcontact.grid import Grid, check_grid
+from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.operators import spectral
+from jaxcontact.operators.coupled import spectrum
+from jaxcontact.response.interior import material_at
+from jaxcontact.response.interior_coefficients import (
+    OF_DISPLACEMENTS,
+    OF_GRADIENTS,
+    Buried,
+    bury,
+    displacements,
+    gradients,
+    summed,
+)
+
+
+@pytree
+class InteriorFields:
+    """Stresses and displacements below the surface, SI units.
+
+    depths (nz,) [m]; stress (nz, 3, 3, nx, ny) [Pa], tension positive, x, y, z by row and column; displacement
+    (nz, 3, nx, ny) [m], z into the body.
+    """
+
+    grid: Grid
+    depths: Array
+    stress: Array
+    displacement: Array
+
+    @property
+    def von_mises(self) -> Array:
+        """sqrt(3/2 s : s) of the stress deviator s [Pa], (nz, nx, ny)."""
+        mean = jnp.trace(self.stress, axis1=1, axis2=2) / 3.0
+        deviator = self.stress - mean[:, None, None] * jnp.eye(3)[:, :, None, None]
+        return jnp.sqrt(1.5 * jnp.sum(deviator**2, (1, 2)))
+
+    @property
+    def peak(self) -> tuple[Array, Array]:
+        """The largest von Mises stress [Pa] and where it is, (3,) [m]."""
+        field = self.von_mises
+        k, i, j = jnp.unravel_index(jnp.argmax(field), field.shape)
+        x, y = self.grid.axes()
+        return field[k, i, j], jnp.stack([x[i], y[j], self.depths[k]])
+
+
+def subsurface(
+    body: LayeredHalfSpace,
+    grid: Grid,
+    pressure: Array,
+    traction: Array | None = None,
+    *,
+    depths: Array,
+) -> InteriorFields:
+    """Stresses and displacements in layers and substrate under pressure and traction on the surface.
+
+        sigma_ij(x, y, z) = sum over cells of S_ijk(x - x', y - y', z) t_k(x', y')
+
+    Uniform tractions on rectangular cells, no approximation but in the images of a layered body (1e-6 of the largest
+    traction or so): a half-space is exact. The stress sigma_xx, sigma_yy, sigma_xy jumps at interfaces; at one, it is
+    that below it. Source: the transfer of tractions through the layers, ``response.interior``; derived here.
+
+    Args:
+        body: a ``LayeredHalfSpace``; a material that creeps has its first, elastic response.
+        grid: a ``Grid``.
+        pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``.
+        traction: (2, nx, ny) [Pa] on the body, as in ``ShearHistory.traction``; None: none.
+        depths: (nz,) [m] >= 0.
+
+    Returns:
+        ``InteriorFields``; nan where jit or vmap brought a value outside its range.
+
+    Raises:
+        ValueError: what cannot be computed.
+
+    Example:
+        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+        >>> grid = jc.Grid.square(n=32, width=300e-6)
+        >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
+        >>> inside = jc.subsurface(glass, grid, history.pressure[-1], depths=np.linspace(0.0, 150e-6, 16))
+        >>> stress, place = inside.peak
+        >>> f"{stress / history.pressure[-1].max():.2f} of the peak pressure, {place[2] * 1e6:.0f} um deep"
+        '0.64 of the peak pressure, 50 um deep'
+    """
+    body, valid = checked_body(body)
+    valid = valid & check_grid(grid) & _check_fields(grid, pressure, traction) & _check_depths(depths)
+    body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
+    if not is_concrete(valid):
+        pressure = jnp.where(valid, pressure, jnp.nan)
+    sideways = jnp.zeros((2, *grid.shape)) if traction is None else as_float64(traction)
+    return _fields(body, grid, jnp.concatenate([sideways, pressure[None]]), depths)
+
+
+def _check_fields(grid: Grid, pressure: Any, traction: Any) -> Verdict:
+    shape = tuple(grid.shape)
+    _checks.require(
+        np.shape(pressure) == shape, f"pressure: expected shape {shape}, got {np.shape(pressure)}"
+    )
+    valid = _checks.finite("pressure [Pa]", pressure)
+    if traction is None:
+        return valid
+    _checks.require(
+        np.shape(traction) == (2, *shape), f"traction: expected shape {(2, *shape)}, got {np.shape(traction)}"
+    )
+    return valid & _checks.finite("traction [Pa]", traction)
+
+
+def _check_depths(depths: Any) -> Verdict:
+    shape = np.shape(depths)
+    _checks.require(len(shape) == 1 and shape[0] > 0, f"depths: expected a 1-d array, got shape {shape}")
+    return _checks.non_negative("depths [m]", depths)
+
+
+@jax.jit
+def _fields(body: LayeredHalfSpace, grid: Grid, tractions: Array, depths: Array) -> InteriorFields:
+    transformed = spectral.transform(tractions)
+
+    def at(z: Array) -> tuple[Array, Array]:
+        images = bury(body, z)
+        passed, strains = _kernels_of_stress(grid, images)
+        moved = _kernels_of_displacement(grid, images)
+        apply = lambda kernels: spectral.inverse(
+            jnp.stack([sum(k * t for k, t in zip(row, transformed, strict=True)) for row in kernels]),
+            grid.shape,
+        )
+        stress = _stress(apply(passed), apply(strains), *material_at(body, z))
+        return stress, apply(moved) * grid.spacing[0]
+
+    stress, displacement = jax.lax.map(at, depths)
+    return InteriorFields(grid, depths, stress, displacement)
+
+
+Rows = list[list[Array]]
+
+
+def _kernels_of_stress(grid: Grid, images: Buried) -> tuple[Rows, Rows]:
+    """Spectra from (q_x, q_y, p) to the tractions (x, y, z), and to the strains xx, yy and 2 xy, at a depth."""
+    zero, one, two, three = summed(grid, gradients, OF_GRADIENTS, images)
+    t_zz = spectrum(zero[0, 0], 1, 1)
+    (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)
+    (rr_xx, ss_xx, u_xx), (rr_yy, ss_yy, u_yy) = spectrum(two[:, 0], 1, 1), spectrum(two[:, 2], 1, 1)
+    rr_xy, ss_xy, u_xy = spectrum(two[:, 1], -1, -1)
+    (rr_xxx, ss_xxx), (rr_xyy, ss_xyy) = spectrum(three[:, 0], -1, 1), spectrum(three[:, 2], -1, 1)
+    (rr_xxy, ss_xxy), (rr_yyy, ss_yyy) = spectrum(three[:, 1], 1, -1), spectrum(three[:, 3], 1, -1)
+    tractions = [
+        [-rr_xx - ss_yy, ss_xy - rr_xy, rz_x],
+        [ss_xy - rr_xy, -rr_yy - ss_xx, rz_y],
+        [-zr_x, -zr_y, t_zz],
+    ]
+    strains = [
+        [-rr_xxx - ss_xyy, ss_xxy - rr_xxy, u_xx],
+        [ss_xyy - rr_xyy, -rr_yyy - ss_xxy, u_yy],
+        [ss_xxy - 2.0 * rr_xxy - ss_yyy, ss_xyy - 2.0 * rr_xyy - ss_xxx, 2.0 * u_xy],
+    ]
+    return tractions, strains
+
+
+def _kernels_of_displacement(grid: Grid, images: Buried) -> Rows:
+    """Spectra from (q_x, q_y, p) to the displacements (x, y, z) in cells of dx."""
+    one, two = summed(grid, displacements, OF_DISPLACEMENTS, images)
+    (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)
+    (rr_xx, ss_xx, zz_xx), (rr_yy, ss_yy, zz_yy) = spectrum(two[:, 0], 1, 1), spectrum(two[:, 2], 1, 1)
+    rr_xy, ss_xy, _ = spectrum(two[:, 1], -1, -1)
+    return [
+        [rr_xx + ss_yy, rr_xy - ss_xy, rz_x],
+        [rr_xy - ss_xy, rr_yy + ss_xx, rz_y],
+        [-zr_x, -zr_y, zz_xx + zz_yy],
+    ]
+
+
+def _stress(tractions: Array, strains: Array, compliance: Array, nu: Array) -> Array:
+    """(3, 3, nx, ny) from the tractions on a plane, (3, nx, ny), and the strains xx, yy and 2 xy in it, likewise."""
+    out_x, out_y, out_z = -tractions
+    xx, yy, twice_xy = strains / compliance
+    plane, across = 2.0 / (1.0 - nu), nu / (1.0 - nu) * out_z
+    rows = [
+        [plane * (xx + nu * yy) + across, twice_xy, out_x],
+        [twice_xy, plane * (yy + nu * xx) + across, out_y],
+        [out_x, out_y, out_z],
+    ]
+    return jnp.stack([jnp.stack(row) for row in rows])

@@ -1,0 +1,100 @@
+"""What reaches a depth: traction and displacement inside a stack under tractions on its surface, by wavenumber.
+
+The plane at depth z cuts the body in two. The layers above it pass on, with A, B, C of ``response.layer`` and the
+compliance S of all that lies below each of them (``response.stack``),
+
+    t_below = j (j + C S)^-1 B^T t_above,      alpha u = S t,
+
+layer by layer from the surface to the plane. In the plane of the wavevector these are 2 x 2 over (in-plane, normal)
+with t_r = i tau, u_r = i U, across it they are numbers. At a depth within a half-space the half-space itself is cut.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.materials import Material
+from jaxcontact.response.layer import TwoPort, two_port
+from jaxcontact.response.stack import SurfaceCompliance, covered, solids, surface_compliance
+
+
+class Transfer(NamedTuple):
+    """From tractions on the surface to what is at a depth; entries (out, in), r in the plane, z normal, s across.
+
+    t_rr, t_rz, t_zr, t_zz, t_ss: to tractions; u_rr, ...: to alpha times displacement [1/Pa].
+    """
+
+    t_rr: Array
+    t_rz: Array
+    t_zr: Array
+    t_zz: Array
+    t_ss: Array
+    u_rr: Array
+    u_rz: Array
+    u_zr: Array
+    u_zz: Array
+    u_ss: Array
+
+
+def depths_of_interfaces(body: LayeredHalfSpace) -> Array:
+    """[m], (layers,)."""
+    return jnp.cumsum(jnp.asarray([layer.thickness for layer in body.layers], float))
+
+
+def material_at(body: LayeredHalfSpace, z: Array) -> tuple[Array, Array]:
+    """First compliance 1/G [1/Pa] and Poisson's ratio at a depth z [m]; at an interface those below it."""
+    index = jnp.sum(depths_of_interfaces(body) <= z)
+    return _compliances(body)[index], _poissons(body)[index]
+
+
+def _compliances(body: LayeredHalfSpace) -> Array:
+    return jnp.stack([_first(solid) for solid in solids(body)])
+
+
+def _first(solid: Material) -> Array:
+    return jnp.asarray(solid.spectrum().instantaneous, float)
+
+
+def _poissons(body: LayeredHalfSpace) -> Array:
+    return jnp.stack([jnp.asarray(solid.nu, float) for solid in solids(body)])
+
+
+def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array) -> Transfer:
+    """At wavenumbers alpha >= 0 [rad/m], (n,), for the depth z [m], (); the first, elastic response."""
+    bottom = depths_of_interfaces(body)
+    top = jnp.append(0.0, bottom)
+    above = jnp.clip(z - top, 0.0, jnp.append(bottom, jnp.inf) - top)
+    below = jnp.diff(top) - above[:-1]
+    j, nu = _compliances(body)[:, None], _poissons(body)[:, None]
+    ports = [two_port(wavenumber * above[i], nu[i]) for i in range(len(j))]
+    compliance = [surface_compliance(j, nu, below[:, None], wavenumber)]  # of what lies below the plane,
+    for port, own in zip(ports[::-1], j[::-1], strict=True):  # and of what lies below each layer above it
+        compliance.insert(0, covered(compliance[0], own, port))
+    one, no = jnp.ones_like(wavenumber), jnp.zeros_like(wavenumber)
+    t = (one, no, no, one, one)
+    for port, own, foundation in zip(ports, j, compliance[1:], strict=True):
+        t = _passed(port, own, foundation, t)
+    L, K, N, T = compliance[-1]
+    rr, rz, zr, zz, ss = t
+    return Transfer(*t, L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss)
+
+
+def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: tuple[Array, ...]) -> tuple[Array, ...]:
+    """Tractions under a layer from those on it, both (rr, rz, zr, zz, ss)."""
+    (B11, B12, B21, B22), (C11, C12, C22) = port.B, port.C
+    L, K, N, T = below
+    D11, D12 = j + C11 * L + C12 * K, C11 * K + C12 * N
+    D21, D22 = C12 * L + C22 * K, j + C12 * K + C22 * N
+    det = D11 * D22 - D12 * D21
+    share = j / jnp.where(det > 0.0, det, 1.0)
+
+    def through(r: Array, z: Array) -> tuple[Array, Array]:
+        r, z = B11 * r + B21 * z, B12 * r + B22 * z
+        return share * (D22 * r - D12 * z), share * (D11 * z - D21 * r)
+
+    rr, rz, zr, zz, ss = t
+    (rr, zr), (rz, zz) = through(rr, zr), through(rz, zz)
+    across = j + port.tanh * T
+    return rr, rz, zr, zz, ss * port.sech * j / jnp.where(across > 0.0, across, 1.0)
