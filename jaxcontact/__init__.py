@@ -56,6 +56,8 @@ from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.sliding.transient import slide as slide  # noqa: E402
 from jaxcontact.slipping.results import ShearHistory as ShearHistory  # noqa: E402
 from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
+from jaxcontact.studies import Study as Study  # noqa: E402
+from jaxcontact.studies import sweep as sweep  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [
@@ -81,6 +83,7 @@ __all__ = [
     "StandardLinearSolid",
     "Status",
     "SteadySliding",
+    "Study",
     "TangentialDisplacement",
     "TangentialLoad",
     "cite",
@@ -96,4 +99,5 @@ __all__ = [
     "slide",
     "slide_steady",
     "subsurface",
+    "sweep",
 ]

@@ -22,6 +22,7 @@ LAYERS = {
     "_scale": 1,
     "citation": 1,
     "compilation_cache": 1,
+    "studies": 2,
     "reference": 0,
     # what a user makes
     "grid": 2,

@@ -20,7 +20,7 @@ JAXCONTACT = """
 Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField KelvinVoigt Layer LayeredHalfSpace Load
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
 enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
-ShearHistory TangentialDisplacement TangentialLoad shear
+ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface
 """
 FITTING = """

@@ -1,0 +1,237 @@
+"""Many cases of one function: what is missing is computed, each case kept as it is done, failures passed over."""
+
+import contextlib
+import functools
+import hashlib
+import inspect
+import json
+import types
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import filelock
+import loky
+import numpy as np
+from tqdm import tqdm
+
+from jaxcontact._version import __version__
+from jaxcontact.compilation_cache import enable_compilation_cache
+from jaxcontact.files.npz import read_npz, write_npz, write_whole
+
+Case = dict[str, Any]
+Result = dict[str, np.ndarray]
+CASE = "case.json"  # the name of the case beside its arrays
+FUNCTION = "function.json"
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a sweep found, read from its folder when it is asked for.
+
+    folder: where; cases: in the order given; failures: {index of a case: what went wrong, in one line}.
+    """
+
+    folder: Path
+    cases: tuple[Case, ...]
+    failures: dict[int, str]
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def __getitem__(self, index: int) -> Result:
+        """What f returned for a case; KeyError for one that failed."""
+        if index in self.failures:
+            raise KeyError(f"case {index} failed: {self.failures[index]}")
+        arrays = read_npz(self.folder / _file(self.cases[index]))
+        return {name: values for name, values in arrays.items() if name != CASE}
+
+    def stacked(self, name: str) -> np.ndarray:
+        """One result of all cases, (n, ...), nan where a case failed."""
+        found = {index: self[index][name] for index in range(len(self)) if index not in self.failures}
+        like = next(iter(found.values()), np.zeros(()))
+        missing = np.full(like.shape, np.nan)
+        return np.stack([found.get(index, missing) for index in range(len(self))])
+
+    def __str__(self) -> str:
+        done = len(self) - len(self.failures)
+        lines = [f"{done} of {len(self)} cases are in {self.folder}"]
+        return "\n".join([*lines, *(f"failed: {self.cases[i]}: {why}" for i, why in self.failures.items())])
+
+
+def sweep(
+    f: Callable[[Case], Mapping[str, Any]],
+    cases: Sequence[Mapping[str, Any]],
+    out: str | Path,
+    *,
+    executor: Executor | None = None,
+) -> Study:
+    """Call f for each case, in parallel, and keep what it returns; what is in ``out`` already is not computed again.
+
+    Each case is a file of its own, written whole when it is done: however a sweep ends, what was finished stays,
+    and the same call goes on. A case that raises, or whose process dies, is reported, and the others go on; the next
+    call tries it again. What f reads beside its case is not looked at: for another body take another folder.
+
+    Args:
+        f: a function of a dict that returns a dict of arrays or numbers. A module's function or one of a notebook.
+        cases: dicts of numbers, text, or lists of them; ``itertools.product`` makes a grid of them.
+        out: the folder, made if need be; one sweep at a time writes into it.
+        executor: any ``concurrent.futures.Executor``, ``distributed.Client(...).get_executor()`` and
+            ``mpi4py.futures.MPIPoolExecutor`` among them; by default a process for each core, which share the store of
+            compiled programs.
+
+    Returns:
+        A ``Study``: ``study[i]`` is the result of a case, ``study.stacked(name)`` one result of all cases.
+
+    Raises:
+        ValueError: cases that are not such dicts, f that is no function, or a folder of another function or another
+            version of it, or in use.
+
+    Example:
+        >>> import tempfile
+        >>> def area(case):
+        ...     return {"area": np.pi * case["radius"] ** 2}
+        >>> cases = [{"radius": radius} for radius in (1.0, 2.0)]
+        >>> study = jc.sweep(area, cases, tempfile.mkdtemp())  # doctest: +SKIP
+        >>> study.stacked("area")  # doctest: +SKIP
+        array([ 3.14159265, 12.56637061])
+    """
+    chosen = _checked(f, cases)
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    missing = {_file(case): case for case in chosen}
+    with _held(folder):
+        _check_function(f, folder)
+        missing = {name: case for name, case in missing.items() if not (folder / name).exists()}
+        failed = _fill(f, missing, folder, executor)
+    places = {index: _file(case) for index, case in enumerate(chosen)}
+    return Study(folder, chosen, {index: failed[name] for index, name in places.items() if name in failed})
+
+
+def _checked(f: Any, cases: Any) -> tuple[Case, ...]:
+    if not isinstance(f, types.FunctionType):
+        raise ValueError(
+            f"f: expected a function of a case, got {type(f).__name__}: what varies goes into the cases"
+        )
+    for index, case in enumerate(cases):
+        if not isinstance(case, Mapping):
+            raise ValueError(f"cases[{index}]: expected a dict, got {type(case).__name__}")
+        try:
+            _file(dict(case))
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"cases[{index}]: expected finite numbers, text and lists, got {case}"
+            ) from error
+    return tuple(dict(case) for case in cases)
+
+
+def _text(case: Case) -> str:
+    plain = lambda value: value.tolist() if hasattr(value, "tolist") else json.JSONEncoder().default(value)
+    return json.dumps(case, sort_keys=True, allow_nan=False, default=plain)
+
+
+def _file(case: Case) -> str:
+    """The name of the file of a case: equal cases have one."""
+    return hashlib.sha256(_text(case).encode()).hexdigest()[:20] + ".npz"
+
+
+@contextlib.contextmanager
+def _held(folder: Path) -> Iterator[None]:
+    """One sweep at a time."""
+    try:
+        with filelock.FileLock(folder / ".lock", timeout=0):
+            yield
+    except filelock.Timeout as error:
+        raise ValueError(f"out: {folder} is in use by another sweep") from error
+
+
+def _check_function(f: types.FunctionType, folder: Path) -> None:
+    """Results of another function, or of another version of it, are not taken for those of this one."""
+    try:
+        source = hashlib.sha256(inspect.getsource(f).encode()).hexdigest()
+    except (OSError, TypeError):
+        source = ""
+    own = {"function": f.__qualname__, "source": source, "jaxcontact": __version__}
+    path = folder / FUNCTION
+    if not path.exists():
+        write_whole(path, lambda partial: partial.write_text(json.dumps(own)))
+    elif json.loads(path.read_text()) != own:
+        raise ValueError(f"out: {folder} holds results of another function or version; take another folder")
+
+
+def _fill(f: Callable, missing: dict[str, Case], folder: Path, executor: Executor | None) -> dict[str, str]:
+    """Compute what is missing into the folder; {file: what went wrong}."""
+    with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
+        errors = _keep(_outcomes(f, missing, executor), missing, folder, bar)
+        died = [name for name, error in errors.items() if isinstance(error, BrokenExecutor)]
+        for name in (
+            died if executor is None else ()
+        ):  # its own process died, or one beside it: once more, alone
+            del errors[name]
+            errors |= _keep(_outcomes(f, {name: missing[name]}, None), missing, folder, bar)
+    return {name: _line(error) for name, error in errors.items()}
+
+
+def _keep(
+    outcomes: Iterator[tuple[str, Result | BaseException]], cases: dict[str, Case], folder: Path, bar: tqdm
+) -> dict[str, BaseException]:
+    """Write what was found as it comes; {file: error} of the others."""
+    errors: dict[str, BaseException] = {}
+    for name, found in outcomes:
+        bar.update(not isinstance(found, BrokenExecutor))
+        if isinstance(found, BaseException):
+            errors[name] = found
+        else:
+            arrays = found | {CASE: np.asarray(_text(cases[name]))}
+            write_whole(folder / name, functools.partial(write_npz, arrays=arrays))
+    return errors
+
+
+def _line(error: BaseException) -> str:
+    if isinstance(error, BrokenExecutor):
+        return "its process died (out of memory?)"
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def _outcomes(
+    f: Callable, cases: dict[str, Case], executor: Executor | None
+) -> Iterator[tuple[str, Result | BaseException]]:
+    """What f returned or raised, as it comes; of our own processes each has one case at a time."""
+    waiting, running = deque(cases.items()), dict[Future, str]()
+    width = min(loky.cpu_count(), len(cases)) if executor is None else len(cases)
+    try:
+        while waiting or running:
+            while waiting and len(running) < width:
+                name, case = waiting.popleft()
+                running[(executor or _processes(width)).submit(_call, f, case)] = name
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(future), future.exception() or future.result()
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _processes(count: int) -> Executor:
+    """The processes of this machine, made anew where one has died; together they take no more than its cores."""
+    threads = {"NPROC": str(max(1, loky.cpu_count() // count))}  # what XLA reads
+    return loky.get_reusable_executor(count, initializer=_share_programs, env=threads, timeout=60)
+
+
+def _share_programs() -> None:
+    with contextlib.suppress(OSError):
+        enable_compilation_cache()
+
+
+def _call(f: Callable, case: Case) -> Result:
+    """In the process that computes: the result as arrays of numbers."""
+    found = f(case)
+    if not isinstance(found, Mapping):
+        raise ValueError(f"f: expected a dict of arrays, got {type(found).__name__}")
+    arrays = {str(name): np.asarray(values) for name, values in found.items()}
+    for name, values in arrays.items():
+        if values.dtype.kind not in "biufc":
+            raise ValueError(f"f: expected numbers in {name!r}, got {values.dtype}")
+    return arrays

@@ -1,0 +1,129 @@
+"""A sweep over many cases: each computed once, whatever dies on the way, with the numbers of a plain loop."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+
+CASES = [{"x": float(x), "log": ""} for x in range(6)]
+
+
+def noted(case):
+    """A line for each call, in the file that the case names."""
+    if case["log"]:
+        with open(case["log"], "a") as log:
+            print(case["x"], file=log)
+    return {"square": case["x"] ** 2, "row": np.sin(case["x"] * np.arange(4.0))}
+
+
+def troubled(case):
+    if case["x"] == 2.0:
+        raise RuntimeError("two\nlines")
+    if case["x"] == 4.0:
+        os._exit(7)
+    return noted(case)
+
+
+def words(case):
+    return {"name": "steel"} if case["x"] else [1.0]
+
+
+def with_log(path, count=6):
+    return [{"x": float(x), "log": str(path)} for x in range(count)]
+
+
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(2)], ids=["processes", "threads"])
+def test_the_numbers_of_a_plain_loop_each_computed_once(tmp_path, executor):
+    log = tmp_path / "log"
+    cases = with_log(log)
+    study = jc.sweep(noted, [*cases[:4], cases[0]], tmp_path / "out", executor=executor)
+    study = jc.sweep(noted, cases, tmp_path / "out", executor=executor)
+    assert sorted(map(float, log.read_text().split())) == [0, 1, 2, 3, 4, 5]
+    assert len(study) == 6 and not study.failures and str(study).startswith("6 of 6 cases")
+    np.testing.assert_array_equal(study.stacked("square"), np.arange(6.0) ** 2)
+    np.testing.assert_array_equal(study[3]["row"], np.sin(3.0 * np.arange(4.0)))
+
+
+def test_what_fails_is_reported_and_the_others_are_done(tmp_path):
+    """A case that raises, and one that takes its process with it."""
+    study = jc.sweep(troubled, CASES, tmp_path)
+    assert study.failures == {2: "RuntimeError: two lines", 4: "its process died (out of memory?)"}
+    np.testing.assert_array_equal(np.isnan(study.stacked("square")), [False, False, True, False, True, False])
+    assert study.stacked("row").shape == (6, 4)
+    with pytest.raises(KeyError, match="case 2 failed: RuntimeError"):
+        study[2]
+    bad = jc.sweep(words, CASES[:2], tmp_path / "words")
+    assert bad.failures == {
+        0: "ValueError: f: expected a dict of arrays, got list",
+        1: "ValueError: f: expected numbers in 'name', got <U5",
+    }
+    assert np.isnan(bad.stacked("name")).all()
+
+
+SLOWLY = """
+import sys, time
+import jaxcontact as jc
+
+def slowly(case):
+    with open(sys.argv[1] if len(sys.argv) > 1 else case["log"], "a") as log:
+        print(case["x"], file=log)
+    time.sleep(0.3)
+    return {"square": case["x"] ** 2}
+
+if __name__ == "__main__":
+    cases = [{"x": float(x), "log": sys.argv[1]} for x in range(10)]
+    print(jc.sweep(slowly, cases, sys.argv[2]).stacked("square").tolist())
+"""
+
+
+def test_a_killed_sweep_goes_on_and_computes_again_what_was_running_alone(tmp_path):
+    script, log, out = tmp_path / "study.py", tmp_path / "log", tmp_path / "out"
+    script.write_text(SLOWLY)
+    command = [sys.executable, str(script), str(log), str(out)]
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    while len(list(out.glob("*.npz"))) < 3:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    assert done.stdout.strip() == str([float(x * x) for x in range(10)])
+    calls = log.read_text().split()
+    assert sorted(set(map(float, calls))) == list(range(10)) and len(calls) <= 10 + os.cpu_count() + 1
+
+
+def test_a_folder_holds_one_function(tmp_path):
+    jc.sweep(noted, CASES[:1], tmp_path, executor=ThreadPoolExecutor(1))
+    with pytest.raises(ValueError, match="another function or version"):
+        jc.sweep(words, CASES[:1], tmp_path)
+    for cases, told in (
+        ([1.0], r"cases\[0\]: expected a dict, got float"),
+        ([{"x": np.nan}], "expected finite"),
+        ([{"x": {1}}], "expected finite numbers"),
+    ):
+        with pytest.raises(ValueError, match=told):
+            jc.sweep(noted, cases, tmp_path)
+    with pytest.raises(ValueError, match="f: expected a function of a case, got partial"):
+        jc.sweep(__import__("functools").partial(noted), CASES, tmp_path)
+
+
+def test_a_folder_in_use_is_said_to_be(tmp_path):
+    import filelock
+
+    with filelock.FileLock(tmp_path / ".lock"), pytest.raises(ValueError, match="in use by another sweep"):
+        jc.sweep(noted, CASES, tmp_path)
+
+
+def test_through_dask(tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the extra cluster")
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
+        study = jc.sweep(noted, CASES, tmp_path, executor=client.get_executor())
+    np.testing.assert_array_equal(study.stacked("square"), np.arange(6.0) ** 2)
