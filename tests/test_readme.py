@@ -33,10 +33,10 @@ HERE = {  # the other commands, and what runs them
 def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     monkeypatch.chdir(tmp_path)
-    assert len(PYTHON) == 4
+    assert len(PYTHON) == 5
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        exec("\n".join(PYTHON), {})
+        exec("\n".join(PYTHON), {"__name__": "__main__"})
     assert "Burgers(" in capsys.readouterr().out
     assert len(list(tmp_path.glob("creep_*.nc"))) == 31
 
@@ -49,6 +49,7 @@ def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
     for path in (Path(jc.__file__).parent / "cases").glob("*.toml"):
         (cases / path.name).write_text(path.read_text().replace("n = 256", "n = 32"))
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("jaxcontact.commands.look.CASES", cases)
     asked = []
     monkeypatch.setattr(
         "jaxcontact.cases.reproduce.main", lambda names, directory, force: asked.extend(names) or 0

@@ -19,6 +19,8 @@ from jaxcontact.materials import Material
 from jaxcontact.response.layer import TwoPort, two_port
 from jaxcontact.response.stack import SurfaceCompliance, covered, solids, surface_compliance
 
+Five = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
+
 
 class Transfer(NamedTuple):
     """From tractions on the surface to what is at a depth; entries (out, in), r in the plane, z normal, s across.
@@ -81,7 +83,7 @@ def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array) -> Transfer:
     return Transfer(*t, L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss)
 
 
-def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: tuple[Array, ...]) -> tuple[Array, ...]:
+def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: Five) -> Five:
     """Tractions under a layer from those on it, both (rr, rz, zr, zz, ss)."""
     (B11, B12, B21, B22), (C11, C12, C22) = port.B, port.C
     L, K, N, T = below
