@@ -27,13 +27,14 @@ from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
 from jaxcontact.indenters import Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
-from jaxcontact.operators.kernels import Kernels, build, check_kernels, check_stiffness
+from jaxcontact.operators.kernels import Errors, Kernels, build, check_kernels, check_stiffness
 from jaxcontact.response.body import response_of
 from jaxcontact.results import ContactStep, marked
 
 Save = str | Callable[[ContactStep], Any]
 STRAIN_LIMIT = 0.2
 SEPARATION_LIMIT = 1e-3
+IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
 LOOSEST = 1e-2  # tolerance
 
@@ -123,14 +124,14 @@ class Experiment:
         """The control, scaled: the sum of pressures or the approach."""
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
 
-    def plan(self, memory: Memory, inputs: Any, scale: Scale, separation: Array) -> Plan:
+    def plan(self, memory: Memory, inputs: Any, scale: Scale, errors: Errors) -> Plan:
         """Ready to march, with a memory and its inputs (nt, substeps, ...)."""
         profile = self.indenter.profile(self.grid) / scale.length
         setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled)
         substeps = self.options.substeps
         targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
         steps = Steps(fine_steps(self.times, substeps), targets, inputs)
-        return Plan(setup, steps, scale, separation)
+        return Plan(setup, steps, scale, errors)
 
 
 def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: str) -> Verdict:
@@ -168,12 +169,12 @@ def fine_values(values: Array, substeps: int) -> Array:
 
 @pytree
 class Plan:
-    """A march to be made: its setup, its steps (nt, substeps), its scale, and the error of shared rates."""
+    """A march to be made: its setup, its steps (nt, substeps), its scale, and the errors of its kernels."""
 
     setup: Setup
     steps: Steps
     scale: Scale
-    separation: Array
+    errors: Errors
 
     def march(self, options: Options) -> tuple[Outcome, Outcome]:
         """From rest: the outcomes of all times, with what ``options.save`` keeps, and the last one whole."""
@@ -201,16 +202,16 @@ class Plan:
         return {"times": times, "grid": grid, "saved": saved, **in_si}
 
 
-def reported(result: Any, separation: Array, valid: Array | None) -> Any:
+def reported(result: Any, errors: Errors, valid: Array | None) -> Any:
     """The result, marked where values were out of range, with warnings of what a user should know."""
     result = marked(result, valid)
-    _warn(result, separation)
+    _warn(result, errors)
     return result
 
 
-def _warn(result: Any, separation: Array) -> None:
+def _warn(result: Any, errors: Errors) -> None:
     """Say what a user should know of a finished run; silent under jit, grad and vmap."""
-    if not is_concrete(result, separation):
+    if not is_concrete(result, errors):
         return
     say = lambda text: warnings.warn(text, stacklevel=5)
     status, strain = np.asarray(result.status), float(jnp.max(result.film_strain))
@@ -218,8 +219,14 @@ def _warn(result: Any, separation: Array) -> None:
         say(f"{int(np.sum(status == code))} of {status.size} steps: {Status(code).message}")
     if strain > STRAIN_LIMIT:
         say(f"film strain reaches {strain:.2g}: above {STRAIN_LIMIT} the linear theory is stretched")
-    if float(separation) > SEPARATION_LIMIT:
-        say(f"shared decay rates are off by up to {float(separation):.1g}: pass kernels with more nodes")
+    if float(errors.separation) > SEPARATION_LIMIT:
+        say(
+            f"shared decay rates are off by up to {float(errors.separation):.1g}: pass kernels with more nodes"
+        )
+    if float(errors.images) > IMAGE_LIMIT:
+        say(
+            f"the response on the grid is off by up to {float(errors.images):.1g}: its images reach too little"
+        )
     area = np.asarray(result.contact_area)[np.asarray(result.contact_area) > 0.0]
     across = 2.0 * np.sqrt(np.min(area) / np.pi / float(result.grid.cell_area)) if area.size else np.inf
     if across < FEW_CELLS:

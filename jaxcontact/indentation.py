@@ -15,7 +15,7 @@ from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.operators.kernels import Kernels, build_images
+from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.results import ContactHistory
 
 
@@ -68,7 +68,8 @@ def indent(
 
     Returns:
         A ``ContactHistory``. Failure to converge is data: ``status`` and ``converged``. Warns of film strain
-        above 0.2, of fewer than 10 cells across the contact, and of shared decay rates off by more than 1e-3.
+        above 0.2, of fewer than 10 cells across the contact, of shared decay rates off by more than 1e-3, and of a
+        response that is off on the grid by more than 1e-4.
 
     Raises:
         ValueError: what cannot be computed, before anything is.
@@ -84,17 +85,17 @@ def indent(
         body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
         kernels=kernels, save=save, substeps=substeps, correspondence=correspondence, checkpoint=checkpoint,
     )  # fmt: skip
-    result, separation = _run(experiment)
-    return reported(result, separation, experiment.valid)
+    result, errors = _run(experiment)
+    return reported(result, errors, experiment.valid)
 
 
 @jax.jit
-def _run(experiment: Experiment) -> tuple[ContactHistory, Array]:
+def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     plan = planned(experiment)
     outcomes, last = plan.march(experiment.options)
     history = plan.history(experiment.grid, experiment.times, outcomes, last)
-    return ContactHistory(**history), plan.separation
+    return ContactHistory(**history), plan.errors
 
 
 def planned(experiment: Experiment) -> Plan:
@@ -103,7 +104,7 @@ def planned(experiment: Experiment) -> Plan:
     if experiment.options.correspondence == "quasi-elastic":
         return _superposed(experiment)
     kernels = experiment.ready_kernels()
-    return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.separation_error)
+    return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors)
 
 
 def _superposed(experiment: Experiment) -> Plan:
@@ -113,4 +114,4 @@ def _superposed(experiment: Experiment) -> Plan:
     table: Any = rows(body, indenter, when.ravel(), quasi_elastic=True)
     table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
     memory = DirectMemory(images, jnp.zeros(when.size))
-    return experiment.plan(memory, table, images.scale, jnp.zeros(()))
+    return experiment.plan(memory, table, images.scale, Errors(jnp.zeros(()), images.image_error))

@@ -12,7 +12,8 @@ from tolerances import APPROACH, PEAK, SOLVER
 import jaxcontact as jc
 from jaxcontact.contact import implicit, normal
 from jaxcontact.operators.free_space import FreeSpaceFamily
-from jaxcontact.response.coefficients import surface_coefficients
+from jaxcontact.response.coefficients import influence_coefficients
+from jaxcontact.response.images import Images
 
 NOW = np.zeros(1)
 GLASS = jc.Elastic(G=30e9, nu=0.25)
@@ -109,7 +110,7 @@ def problem_at(lowest, load, grid=(32, 40), curvature=0.02):
     """Paraboloids with their lowest points at the given cells, on a half-space, in units of the cell."""
     x, y = np.meshgrid(*map(np.arange, grid), indexing="ij")
     gap = np.min([curvature / 2 * ((x - a) ** 2 + (y - b) ** 2) for a, b in lowest], 0)
-    kernel = surface_coefficients(jc.Grid(shape=grid, spacing=(1.0, 1.0)))
+    kernel = influence_coefficients(jc.Grid(grid, (1.0, 1.0)), Images(jnp.zeros(0), jnp.ones(1)))
     operator = FreeSpaceFamily.of(kernel[None]).combined([1.0])
     return normal.Problem(operator, jnp.asarray(gap), jnp.asarray(load), jnp.zeros(()), load_controlled=True)
 

@@ -14,9 +14,11 @@ import jaxcontact as jc
 from jaxcontact import materials
 from jaxcontact.contact import implicit
 from jaxcontact.contact.normal import Problem
+from jaxcontact.operators import kernels as gridded
 from jaxcontact.operators.free_space import FreeSpaceFamily
 from jaxcontact.operators.kernels import build
-from jaxcontact.response import coefficients as influence
+from jaxcontact.response.coefficients import influence_coefficients
+from jaxcontact.response.images import Images
 from jaxcontact.response.one_layer import OneLayer
 
 STEEL = jc.Elastic.from_young(210e9)
@@ -80,7 +82,7 @@ def test_reverse_forward_and_central_differences_agree_for_every_leaf(control):
 def small_contact(q):
     """A contact of some 60 cells: approach and sum p^2 from log modulus, log curvature, log load."""
     grid = jc.Grid.square(16, 16.0)
-    kernel = jnp.exp(q[0]) * influence.surface_coefficients(grid)
+    kernel = jnp.exp(q[0]) * influence_coefficients(grid, Images(jnp.zeros(0), jnp.ones(1)))
     x, y = grid.coordinates()
     gap = 0.02 * jnp.exp(q[1]) * (x**2 + 1.3 * y**2)
     operator = FreeSpaceFamily.of(kernel[None]).combined([1.0])
@@ -116,7 +118,7 @@ def stopped(f):
 CHECKS = {
     "materials": (creep_and_modulus, 4, materials, "relaxation_modes"),
     "responses": (responses, 9, OneLayer, "modes"),
-    "influence coefficients": (coefficients, 9, influence, "image_coefficients"),
+    "influence coefficients": (coefficients, 9, gridded, "influence_coefficients"),
     "contact": (small_contact, 3, implicit, "solve_in_contact"),
 }
 

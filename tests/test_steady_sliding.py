@@ -79,6 +79,7 @@ def plane_strain_kernels(n, columns, dx):
         film=None,
         scale=Scale(jnp.asarray(dx), jnp.ones(()), jnp.asarray(dx**2)),
         separation_error=jnp.zeros(()),
+        image_error=jnp.zeros(()),
         grid=jc.Grid(shape=(n, columns), spacing=(dx, dx)),
     )
 

@@ -2,7 +2,7 @@
 
 ROUND_OFF = 1e-12  # the same mathematics in another order
 SEPARATION = 1e-6  # decay rates shared by all wavenumbers, paper's film (measured: 1e-13 of the response)
-IMAGES = 5e-8  # least-squares images of a response, of its own size (measured: 1e-8 to 3e-8)
+IMAGES = 1e-8  # least-squares images of a response, of its own size (measured: 3e-9)
 SOLVER = 1e-7  # contact solved to 1e-8, the default
 TIGHT_SOLVER = 1e-9  # contact solved to 1e-12
 APPROACH = 5e-4  # discretisation at N = 256: approach

@@ -88,7 +88,7 @@ def _march(case: Case, steps: FinishedSteps) -> Ending:
             interrupt, standing = error, steps.standing()
         if standing.steps:
             run = steps.together(case.grid)
-            reported(run.history, simulation.plan.separation, None)
+            reported(run.history, simulation.plan.errors, None)
     notes = [" ".join(str(warning.message).split()) for warning in caught]
     return Ending(standing, run, interrupt, notes)
 

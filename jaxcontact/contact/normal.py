@@ -3,9 +3,11 @@
     u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
-L. M. Keer, Wear 231 (1999) 206, with four changes: a circulant preconditioner; the Polak-Ribiere
+L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner; the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and u
-follows p by linearity, so that an iteration costs one convolution unless a cell left contact. Where
+follows p by linearity, so that an iteration costs one convolution unless a cell left contact. A given
+approach is met as a given load is, by directions of zero mean, and the pressure itself is one more direction of
+each step: a surface that yields as a whole, as a stiff film does, would else come and go with every cell. Where
 the contact leaves enough of the grid free, the search begins in a window around it (``contact.window``);
 it ends on the whole grid in any case.
 
@@ -26,6 +28,7 @@ from jaxcontact._pytree import pytree, replace, static
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
+PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
 REFRESH = 25  # iterations between full evaluations of K * p, against the drift of rounding
 
 
@@ -142,25 +145,60 @@ def usable_start(problem: Problem, start: Array) -> Array:
     return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
 
 
+def _level(problem: Problem, pressure: Array, displacement: Array) -> Array:
+    """The approach at which the gap in contact is zero in the mean."""
+    active, surface = pressure > 0.0, displacement + problem.gap
+    given = approach_of(problem, pressure, displacement)
+    return jnp.where(jnp.any(active), masked_mean(surface, active), given)
+
+
+def _lengths(problem: Problem, s: _Search, residual: Array, lifted: Array, t: Array) -> tuple[Array, Array]:
+    """How far back along a direction t, and by what share the pressure itself grows, for the least energy.
+
+    The share is zero under a given load.
+    """
+    p, curvature = s.pressure, jnp.sum(t * lifted)
+    along = jnp.sum(t * residual)
+    if problem.load_controlled:
+        return along / jnp.where(curvature > 0.0, curvature, 1.0), jnp.zeros(())
+    mixed, stiffness = jnp.sum(p * lifted), jnp.sum(p * s.displacement)
+    growing = jnp.sum(p * (s.displacement + problem.gap - problem.target))
+    determinant = curvature * stiffness - mixed**2
+    apart = determinant > PARALLEL * curvature * stiffness
+    safe = jnp.where(apart, determinant, 1.0)
+    alone = growing / jnp.where(stiffness > 0.0, stiffness, 1.0)  # in a contact of one cell
+    back = jnp.where(apart, (along * stiffness - growing * mixed) / safe, 0.0)
+    return back, jnp.where(apart, (along * mixed - growing * curvature) / safe, -alone)
+
+
+def _fitting_share(problem: Problem, pressure: Array, displacement: Array) -> Array:
+    """The factor of a pressure that leaves the least energy at the given approach; one where there is none."""
+    work = jnp.sum(pressure * (problem.target - problem.gap))
+    energy = jnp.sum(pressure * displacement)
+    return jnp.where((work > 0.0) & (energy > 0.0), work / jnp.where(energy > 0.0, energy, 1.0), 1.0)
+
+
 def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
-    load = problem.load_controlled
     p, u = s.pressure, s.displacement
-    r = u + problem.gap - approach_of(problem, p, u)
+    r = u + problem.gap - _level(problem, p, u)
     work = (p > 0.0) | (r < 0.0)
-    z = projected(precondition(projected(r, work, load)), work, load)
+    z = projected(precondition(projected(r, work, True)), work, True)
     descent = jnp.sum(z * r)
     beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
     beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
-    t = projected(z + beta * s.direction, work, load)
+    t = projected(z + beta * s.direction, work, True)
     lifted = problem.operator(t)
-    curvature = jnp.sum(t * lifted)
-    step = jnp.sum(t * r) / jnp.where(curvature > 0.0, curvature, 1.0)
-    free = p - step * t
+    back, growth = _lengths(problem, s, r, lifted, t)
+    free = (1.0 + growth) * p - back * t
     pressure = jnp.maximum(free, 0.0)
-    if load:
+    if problem.load_controlled:
         pressure = pressure * (problem.target / jnp.sum(pressure))
     changed = jnp.any(free < 0.0) | (s.since_refresh >= REFRESH)
-    displacement = jax.lax.cond(changed, lambda: problem.operator(pressure), lambda: u - step * lifted)
+    moved = lambda: (1.0 + growth) * u - back * lifted
+    displacement = jax.lax.cond(changed, lambda: problem.operator(pressure), moved)
+    if not problem.load_controlled:
+        share = jnp.where(changed, _fitting_share(problem, pressure, displacement), 1.0)
+        pressure, displacement = share * pressure, share * displacement
     approach = approach_of(problem, pressure, displacement)
     error = stopping_error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
     since = jnp.where(changed, 0, s.since_refresh + 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -19,13 +20,18 @@ from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators.free_space import FreeSpaceFamily
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
-from jaxcontact.response.coefficients import (
-    image_coefficients,
-    influence_coefficients,
-    surface_coefficients,
-)
-from jaxcontact.response.images import MOST_STIFF, Images
-from jaxcontact.response.separable import DEFAULT_NODES
+from jaxcontact.response.coefficients import influence_coefficients
+from jaxcontact.response.images import Images, image_error
+from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
+
+MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
+
+
+class Errors(NamedTuple):
+    """Relative errors of the response on a grid: of shared rates, and of images, () each."""
+
+    separation: Array
+    images: Array
 
 
 @pytree
@@ -42,7 +48,8 @@ class Kernels:
     """What a body, an indenter and a grid come to; made by ``jaxcontact.kernels``, taken as ``kernels=``.
 
     family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
-    separation_error: relative error of sharing the rates between wavenumbers, (); grid: that of the operators.
+    separation_error: relative error of sharing the rates between wavenumbers, (); image_error: relative error of the
+    images between the wavenumbers where they are fitted, (); grid: that of the operators.
     """
 
     family: FreeSpaceFamily
@@ -51,16 +58,24 @@ class Kernels:
     film: Film | None
     scale: Scale
     separation_error: Array
+    image_error: Array
     grid: Grid
+
+    @property
+    def errors(self) -> Errors:
+        """What a run on them is told to be off by."""
+        return Errors(self.separation_error, self.image_error)
 
 
 @pytree
 class ImageKernels:
-    """Image by image, for kernels at any lag: the operators of all images; film_coefficients: as in ``Film``."""
+    """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
+    ``Film``; image_error: as in ``Kernels``."""
 
     family: FreeSpaceFamily
     film_coefficients: Array | None
     scale: Scale
+    image_error: Array
 
 
 def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: int = DEFAULT_NODES) -> Kernels:
@@ -109,17 +124,14 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
 
 
 def check_stiffness(body: LayeredHalfSpace) -> Verdict:
-    """A film that images can stand for: not more than 1000 times as stiff as its substrate.
-
-    Beyond, they are off without bound: by 1 % at 3000, by half at 10000.
-    """
+    """A film that images can stand for: not more than a million times as stiff as its substrate."""
     ratio = response_of(body).stiffness_ratio()
     if not is_concrete(ratio):
         return ratio <= MOST_STIFF
     _checks.require(
         float(ratio) <= MOST_STIFF * (1.0 + 1e-9),
         f"layer: expected at most {MOST_STIFF:g} times the substrate's modulus, got {float(ratio):.4g} times:"
-        " the response of a stiffer film cannot be put on a grid yet",
+        " the response of a stiffer film cannot be put on a grid",
     )
     return True
 
@@ -137,7 +149,8 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
     scale = scale_of(response, indenter, grid)
     separable = response.separate(nodes)
     images = _images(response, separable)
-    images = Images(images.depths, images.weights.at[0, 0].add(indenter.compliance()))
+    error = _image_error(response, separable, images)
+    images = Images(images.depths, images.heights.at[0].add(indenter.compliance()))
     coefficients = influence_coefficients(grid, images) / scale.length
     scaled = coefficients.at[0].divide(scale.compliance)
     mix = separable.mix / scale.compliance
@@ -146,37 +159,50 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
         weights = jnp.append(layer.material.spectrum().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
     family = FreeSpaceFamily.of(scaled)
-    return Kernels(family, separable.rates, mix, film, scale, separable.error, grid)
+    return Kernels(family, separable.rates, mix, film, scale, separable.error, error, grid)
 
 
 _build_jitted = functools.partial(jax.jit, static_argnames=("nodes",))(build)
 
 
 def _images(response: Response, separable: Separable) -> Images:
-    """The images of C_0 and of the shapes, (M + 1, J); the shapes vanish at wavenumber zero under a film."""
-    first = response.expand(separable.terms[0], response.wide(0.0))
-    others = response.expand(separable.terms[1:], None)
-    return Images(first.depths, jnp.concatenate([first.weights[None], others.weights]))
+    """The images of C_0 and of the shapes, (M + 1, J + 1)."""
+    start, shapes = response.expand(separable.terms[:1]), response.expand_shapes(separable.terms[1:])
+    return Images(start.depths, jnp.concatenate([start.heights, shapes.heights]))
+
+
+def _image_error(response: Response, separable: Separable, images: Images) -> Array:
+    """At times spread around every rate."""
+    response, separable, images = jax.lax.stop_gradient((response, separable, images))
+    times, wavenumbers = check_times(separable.rates)[:, None], response.wavenumbers()
+    exact = products(separable, separable.terms, times)
+    return image_error(products(separable, images.at(wavenumbers), times), exact)
 
 
 def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
-    """The images one by one."""
+    """The steps of the staircase one by one."""
     response, layer = response_of(body), response_of(body).film()
     scale = scale_of(response, indenter, grid)
-    on_base = response.expand(response.on_rigid_base(), None)
-    images = jax.lax.map(lambda z: image_coefficients(grid, z), on_base.depths[1:])
-    each = jnp.concatenate([surface_coefficients(grid)[None], images]) / (scale.length * scale.compliance)
-    film = None if layer is None else influence_coefficients(grid, on_base) / layer.thickness
-    return ImageKernels(FreeSpaceFamily.of(each), film, scale)
+    on_base = response.expand_shapes(response.on_rigid_base()[None])
+    each = influence_coefficients(grid, Images(on_base.depths, jnp.eye(on_base.depths.size + 1)))
+    family = FreeSpaceFamily.of(each / (scale.length * scale.compliance))
+    film = None if layer is None else influence_coefficients(grid, on_base)[0] / layer.thickness
+    return ImageKernels(family, film, scale, _quasi_elastic_error(response))
+
+
+def _quasi_elastic_error(response: Response) -> Array:
+    """At times spread around the rates of the surface."""
+    response = jax.lax.stop_gradient(response)
+    times, wavenumbers = check_times(response.surface().spectrum().rates)[:, None], response.wavenumbers()
+    values = response.quasi_elastic(wavenumbers, times, times)
+    return image_error(response.expand(values).at(wavenumbers), values)
 
 
 def image_weights(
     body: LayeredHalfSpace, indenter: Indenter, start: Array, end: Array, *, quasi_elastic: bool
 ) -> Array:
-    """Weights (..., J) [1/Pa] of the images for the mean response over lags start to end, both (...)."""
+    """Heights (..., J + 1) [1/Pa] of the staircase for the mean response over lags start to end, both (...)."""
     response = response_of(body)
     respond = response.quasi_elastic if quasi_elastic else response.step
     values = respond(response.wavenumbers(), start[..., None], end[..., None])
-    at_zero = response.long_term() * jnp.ones_like(start)
-    weights = response.expand(values, at_zero).weights
-    return weights.at[..., 0].add(indenter.compliance())
+    return response.expand(values).heights + indenter.compliance()

@@ -53,13 +53,18 @@ class Contact(NamedTuple):
 
 
 def scaled_response(alpha, body):
-    """alpha N(alpha) [1/Pa] of the layered half-space, compact form of theory A.2; complex moduli allowed."""
+    """alpha N(alpha) [1/Pa] of the layered half-space, compact form of theory A.2; complex moduli allowed.
+
+    With k and lambda next to one, as for a stiff layer, their differences from one are taken by themselves.
+    """
     Gc, nuc, h, Gs, nus, _ = body
     G, kc, ks, x = Gc / Gs, 3.0 - 4.0 * nuc, 3.0 - 4.0 * nus, alpha * h
-    theta = np.exp(-2.0 * x)
-    k, lam = (G - 1.0) / (G + kc), (G * ks - kc) / (1.0 + G * ks)
-    D = 1.0 - (lam + k + 4.0 * k * x**2) * theta + lam * k * theta**2
-    return (1.0 - nuc) / Gc * (1.0 + 4.0 * x * k * theta - lam * k * theta**2) / D
+    theta, gone = np.exp(-2.0 * x), -np.expm1(-2.0 * x)
+    less_k, less_lam = (1.0 + kc) / (G + kc), (1.0 + kc) / (1.0 + G * ks)
+    k, lam = 1.0 - less_k, 1.0 - less_lam
+    D = (gone + less_lam * theta) * (gone + less_k * theta) - 4.0 * k * x**2 * theta
+    N = gone * (1.0 + theta) + (less_lam + lam * less_k) * theta**2 + 4.0 * x * k * theta
+    return (1.0 - nuc) / Gc * N / D
 
 
 def surface_compliance(body):
@@ -69,7 +74,17 @@ def surface_compliance(body):
 
 def _panels(end, width):
     """Composite Gauss nodes and weights on [0, end]."""
+    return _gauss(np.linspace(0.0, end, int(np.ceil(end / width)) + 1))
+
+
+def _waves(end, width):
+    """The same with panels that shrink towards zero: a stiff layer bends under waves far longer than all else."""
     ends = np.linspace(0.0, end, int(np.ceil(end / width)) + 1)
+    return _gauss(np.concatenate([[0.0], np.geomspace(1e-10 * ends[1], ends[1], 40), ends[2:]]))
+
+
+def _gauss(ends):
+    """Gauss nodes and weights between neighbouring ends."""
     half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
     return (mid[:, None] + half[:, None] * NODES).ravel(), (half[:, None] * WEIGHTS).ravel()
 
@@ -94,7 +109,7 @@ def _transforms(x, modes):
 def _basis(octave, modes):
     """Nodes x = alpha a, weights and transforms that serve every a/h up to 2^(octave/4)."""
     ratio = 2.0 ** (octave / 4)
-    x, w = _panels(CUTOFF * ratio, min(2.0 * np.pi, 0.5 * ratio))
+    x, w = _waves(CUTOFF * ratio, min(2.0 * np.pi, 0.5 * ratio))
     return x, w, _transforms(x, modes)
 
 
@@ -270,7 +285,7 @@ def march_step_load(load, duration, steps, body, modulus, radius, modes=30):
     """
     slow = body._replace(layer_modulus=1.0 / talbot(lambda s: 1.0 / (s * modulus(s)), duration))
     largest = 1.3 * solve_load(load, slow, radius, modes).radius
-    alpha, w = _panels(CUTOFF / body.thickness, min(2.0 * np.pi / largest, 0.5 / body.thickness))
+    alpha, w = _waves(CUTOFF / body.thickness, min(2.0 * np.pi / largest, 0.5 / body.thickness))
     values, means = _tables(body, modulus, alpha, duration / steps, steps)
     start = solve_load(load, body._replace(layer_modulus=modulus(1e9 * steps / duration).real), radius, modes)
     contacts, spectra = [start], []

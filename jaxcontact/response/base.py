@@ -48,18 +48,19 @@ class Response(abc.ABC):
 
     @abc.abstractmethod
     def wavenumbers(self) -> Array:
-        """Where the response is to be known to be put on a grid, (n,) [rad/m]."""
+        """Where the response is to be known to be put on a grid, (n,) [rad/m]; they carry no derivative."""
 
     @abc.abstractmethod
     def separate(self, nodes: int) -> Separable:
         """The sum of products with ``nodes`` decay rates a band, static."""
 
     @abc.abstractmethod
-    def expand(self, values: Array, at_zero: Array | None) -> Images:
-        """Images of responses given at ``wavenumbers``, (..., n), and at wavenumber zero, (...) [any unit].
+    def expand(self, values: Array) -> Images:
+        """Images of responses given at ``wavenumbers``, (..., n) [any unit], close to them relative to ``step``."""
 
-        at_zero: None for responses that vanish there, as those of a film on a rigid base do.
-        """
+    @abc.abstractmethod
+    def expand_shapes(self, shapes: Array) -> Images:
+        """The same of the shapes of ``separate``, (M, n), the film's first; at the depths of ``expand``."""
 
     @abc.abstractmethod
     def wide(self, t: Array | float) -> Array:

@@ -3,20 +3,20 @@
 An image at depth z (``response.images``) has a closed form over a rectangular cell: with F(x, y; z) the
 double integral of 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
 
-    F = (1/2 pi) [x ln(y + r) + y ln(x + r) - z atan(x y/(z r))],
+    F = (1/2 pi) [x asinh(y/sqrt(x^2 + z^2)) + y asinh(x/sqrt(y^2 + z^2)) - z atan(x y/(z r))],
 
 the coefficient at an offset is the difference of F over the cell's four corners (z = 0: A. E. H. Love,
-Phil. Trans. R. Soc. A 228 (1929) 377; terms of x or y alone drop out of the difference). For an image
-F(z) - F(0) is taken in one, with r_0 = r(z = 0) and s = r - r_0 = z^2/(r + r_0),
+Phil. Trans. R. Soc. A 228 (1929) 377). For a step of the staircase, from z down to Z, the difference of F is
+taken in one, since for a film much thinner than a cell all else cancels: with R = r(Z),
 
-    F(z) - F(0) = (1/2 pi) [x ln(1 + s/(y + r_0)) + y ln(1 + s/(x + r_0)) - z atan(x y/(z r))],
+    asinh(y/sqrt(x^2 + z^2)) - asinh(y/sqrt(x^2 + Z^2))
+        = asinh(y (Z^2 - z^2)/((r + R) sqrt(x^2 + z^2) sqrt(x^2 + Z^2))).
 
-since in sums over images of a film much thinner than a cell all else cancels. They are good to 1e-9 of the
-central one, whatever the film's thickness; the paper's refined grid (its Eqs. 7-10,
-``reference.refined_grid``) has 0.2 to 2 %.
+They are good to 1e-9 of the central one for films up to ten times as stiff as their substrate, whatever their
+thickness; the paper's refined grid (its Eqs. 7-10, ``reference.refined_grid``) has 0.2 to 2 %.
 """
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -26,45 +26,65 @@ from jaxcontact.grid import Grid
 from jaxcontact.response.images import Images
 
 
-def _surface_integral(x: Array, y: Array) -> Array:
-    """2 pi F of the module's formula at z = 0; x and y not zero."""
-    r = jnp.sqrt(x**2 + y**2)
-    return x * jnp.log(y + r) + y * jnp.log(x + r)
+class Level(NamedTuple):
+    """The corners (x, y) > 0 seen from a depth z, in units of dx.
+
+    distance: r, (nx, ny); across and along: sqrt(x^2 + z^2), (nx, 1), and sqrt(y^2 + z^2), (1, ny); angle:
+    z atan(x y/(z r)), (nx, ny).
+    """
+
+    depth: Array
+    distance: Array
+    across: Array
+    along: Array
+    angle: Array
 
 
-def _image_integral(x: Array, y: Array, z: Array) -> Array:
-    """2 pi (F(z) - F(0)) of the module's formula; z may be zero, x and y not."""
-    above, r = jnp.sqrt(x**2 + y**2), jnp.sqrt(x**2 + y**2 + z**2)
-    further = z**2 / (r + above)
-    logs = x * jnp.log1p(further / (y + above)) + y * jnp.log1p(further / (x + above))
-    return logs - z * jnp.arctan2(x * y, z * r)
+def _level(x: Array, y: Array, z: Array) -> Level:
+    r = jnp.sqrt(x**2 + y**2 + z**2)
+    return Level(z, r, jnp.sqrt(x**2 + z**2), jnp.sqrt(y**2 + z**2), z * jnp.arctan2(x * y, z * r))
 
 
-def _over_cells(grid: Grid, integral: Callable[[Array, Array], Array]) -> Array:
-    """dx times the difference of F over a cell's corners at offsets (i, j) >= 0, (nx, ny)."""
+def _asinh(u: Array) -> Array:
+    """For u >= 0; twice as fast as ``jnp.arcsinh``."""
+    return jnp.log1p(u + u**2 / (1.0 + jnp.sqrt(1.0 + u**2)))
+
+
+def _step_integral(x: Array, y: Array, upper: Level, lower: Level) -> Array:
+    """2 pi (F(z) - F(Z)) of the module's formula, (nx, ny)."""
+    rise = (lower.depth - upper.depth) * (lower.depth + upper.depth) / (upper.distance + lower.distance)
+    logs = x * _asinh(y * rise / (upper.across * lower.across))
+    return logs + y * _asinh(x * rise / (upper.along * lower.along)) - (upper.angle - lower.angle)
+
+
+def _last_integral(x: Array, y: Array, level: Level) -> Array:
+    """2 pi F of the module's formula, (nx, ny)."""
+    return x * _asinh(y / level.across) + y * _asinh(x / level.along) - level.angle
+
+
+def _over_cells(corners: Array) -> Array:
+    """The difference over a cell's corners of functions odd in x and y, from their values at positive ones."""
+    corners = jnp.diff(corners, axis=-2, prepend=-corners[..., :1, :])
+    return jnp.diff(corners, axis=-1, prepend=-corners[..., :1])
+
+
+def _corners(grid: Grid) -> tuple[Array, Array]:
+    """Those with x > 0, (nx, 1), and y > 0, (1, ny), in units of dx."""
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
-    x, y = jnp.arange(nx + 1) - 0.5, (jnp.arange(ny + 1) - 0.5) * (dy / dx)  # in units of dx
-    corner = integral(x[:, None], y[None, :])
-    return dx * (corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]) / (2.0 * jnp.pi)
-
-
-def surface_coefficients(grid: Grid) -> Array:
-    """Coefficients [m] of 1/alpha at offsets (i, j) >= 0, (nx, ny)."""
-    return _over_cells(grid, _surface_integral)
-
-
-def image_coefficients(grid: Grid, depth: Array) -> Array:
-    """Coefficients [m] of (exp(-depth alpha) - 1)/alpha at offsets (i, j) >= 0, (nx, ny)."""
-    z = depth / grid.spacing[0]
-    return _over_cells(grid, lambda x, y: _image_integral(x, y, z))
+    return (jnp.arange(nx) + 0.5)[:, None], (jnp.arange(ny) + 0.5)[None, :] * (dy / dx)
 
 
 def influence_coefficients(grid: Grid, images: Images) -> Array:
-    """Coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny), for image weights (..., J)."""
+    """Coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny), for heights (..., J + 1)."""
+    x, y = _corners(grid)
 
-    def add(total: Array, image: tuple[Array, Array]) -> tuple[Array, None]:
-        depth, weight = image
-        return total + weight[..., None, None] * image_coefficients(grid, depth), None
+    def descend(carry: tuple[Array, Level], step: tuple[Array, Array]) -> tuple[tuple[Array, Level], None]:
+        (total, upper), (height, z) = carry, step
+        lower = _level(x, y, z)
+        return (total + height[..., None, None] * _step_integral(x, y, upper, lower), lower), None
 
-    start = images.weights[..., :1, None] * surface_coefficients(grid)
-    return jax.lax.scan(add, start, (images.depths[1:], jnp.moveaxis(images.weights[..., 1:], -1, 0)))[0]
+    heights, depths = jnp.moveaxis(images.heights, -1, 0), images.depths / grid.spacing[0]
+    top = jnp.zeros((*heights.shape[1:], *grid.shape)), _level(x, y, jnp.zeros(()))
+    (total, deepest), _ = jax.lax.scan(descend, top, (heights[:-1], depths))
+    total = total + heights[-1][..., None, None] * _last_integral(x, y, deepest)
+    return _over_cells(total) * grid.spacing[0] / (2.0 * jnp.pi)

@@ -38,9 +38,13 @@ class HalfSpace(Response):
         terms = self.share * jnp.stack([self.material.spectrum().instantaneous, jnp.ones(())])[:, None]
         return Separable(rates, terms, fluidities[None], jnp.zeros(()))
 
-    def expand(self, values: Array, at_zero: Array | None) -> Images:
-        """One image on the surface."""
-        return Images(jnp.zeros(1), values)
+    def expand(self, values: Array) -> Images:
+        """One step without end."""
+        return Images(jnp.zeros(0), values)
+
+    def expand_shapes(self, shapes: Array) -> Images:
+        """As ``expand``."""
+        return self.expand(shapes)
 
     def wide(self, t: Array | float) -> Array:
         return self.share * self.material.creep(t)

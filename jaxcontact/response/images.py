@@ -1,71 +1,121 @@
-"""Images: a response as a sum of real exponentials in the wavenumber, at fixed depths.
+"""Images: a response as a staircase in depth, the half-space seen through steps of real exponentials.
 
 A response alpha N(alpha) is written as
 
-    alpha N = A_s + sum_j w_j (exp(-z_j alpha) - 1),
+    alpha N = sum_j H_j (exp(-z_j alpha) - exp(-z_{j+1} alpha)),      z_0 = 0 < z_1 < ... < z_J < z_{J+1} = infinity.
 
-where A_s is its value at alpha = 0. Each exponential is the response of a half-space seen at a depth z_j
-(an "image"), whose integral over a cell is closed form (``response.coefficients``). The weights are a
-linear least-squares fit, so whatever is made of them is differentiable in the response.
+Each exponential is the response of a half-space seen at a depth (an "image"), whose integral over a cell is
+closed form (``response.coefficients``). The first height is the limit of short waves and the last one the value
+at wavenumber zero, both exact; those between are a damped linear least-squares fit, so whatever is made of them
+is differentiable in the response; depths and wavenumbers carry no derivative. Of the wavenumbers every other
+is fitted, and the rest tell the error.
+
+Images must reach far below a film that is G times as stiff as its substrate: it bends under waves of
+h G^(1/3), and its resistance to stretching is felt up to h G. Measured, largest error relative to the response
+over all wavenumbers and times, films that creep fourfold: 3e-9 for G up to 10, 1e-7 at 1e3, 1e-6 at 1e6.
 """
+
+import math
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from jaxcontact._pytree import pytree
 
-IMAGES = 40
-NODES = np.geomspace(1e-5, 40.0, 400)
-BEYOND = 1e5  # alpha h where every image has died away
-CUTOFF = 1e-14
-MOST_STIFF = 1e3  # film over substrate modulus up to which the depths reach far enough
+IMAGES = 64
+NODES = 501
+LONGEST, SHORTEST = 1e-10, 40.0  # alpha h between which a response is fitted,
+BEYOND = 1e5  # and where every image has died away
+FIRST = 1.6  # the least depth over h
+SPARSE = 4.0  # how much thinner the depths lie beyond the longest bending wave
+DAMPING = 1e-13  # of the heights, in units of the expected response
 
 
 @pytree
 class Images:
-    """depths: z_j [m], (J,), z_0 = 0 first; weights: (..., J) [1/Pa], of 1 first, then of exp(-z_j alpha) - 1."""
+    """depths: z_1 to z_J [m], (J,); heights: H_0 to H_J, (..., J + 1) [1/Pa, or what the response has]."""
 
     depths: Array
-    weights: Array
+    heights: Array
+
+    def at(self, wavenumber: Array) -> Array:
+        """The response at wavenumbers (n,) [rad/m], (..., n)."""
+        return self.heights @ steps(self.depths, wavenumber).T
 
 
-def image_depths(stiffness_ratio: Array) -> Array:
-    """z_j/h, (IMAGES,): from 1.2 to 30, or to 12 G for a film G > 2.5 times as stiff as its substrate."""
-    reach = jnp.maximum(30.0, 12.0 * jax.lax.stop_gradient(stiffness_ratio))
-    return 1.2 * (reach / 1.2) ** jnp.linspace(0.0, 1.0, IMAGES)
+@pytree
+class Ladder:
+    """Where a response is fitted, and how closely.
 
-
-def fit_wavenumbers(thickness: Array | float) -> Array:
-    """The wavenumbers [rad/m] at which a response is to be given to ``fit_images``, (n,)."""
-    return jnp.append(NODES, BEYOND) / thickness
-
-
-def quantised(ratio: Array) -> Array:
-    """The power of two nearest to a ratio > 0, at most 1024, without derivative."""
-    return jnp.exp2(jnp.round(jnp.log2(jnp.minimum(jax.lax.stop_gradient(ratio), 1024.0))))
-
-
-def fit_images(
-    values: Array, at_zero: Array, floor: Array | float, relative_depths: Array, thickness: Array | float
-) -> Images:
-    """Least-squares images of responses alpha N.
-
-    values: alpha N at ``fit_wavenumbers``, (..., n) [any unit]; at_zero: its value at alpha = 0, (...);
-    floor: at_zero over the limit of short waves, (), roughly: errors are relative to floor + x/(1 + x),
-    x = alpha h; relative_depths: z_j/h, (J,).
-
-    The matrix has no units and, with a quantised floor, does not follow the values: the images are
-    linear in them, without noise in finite differences or between systems of units.
+    wavenumbers: (n,) [rad/m], zero first and the limit of short waves last; depths: (J,) [m]; at_nodes, (n - 2,),
+    and at_steps, (J - 1,): the size that the response may have at the wavenumbers between the ends, and about
+    1/depth, in units of its own: errors are relative to it.
     """
-    x = jnp.append(NODES, BEYOND)
-    # the limit of short waves is held a thousand times closer than the rest
-    rows = jnp.ones(x.size).at[-1].set(1e3) / (floor + x / (1.0 + x))
-    exponent = jnp.minimum(x[:, None] * relative_depths, 700.0)
-    matrix = jax.lax.stop_gradient(jnp.expm1(-exponent) * rows[:, None])
-    u, s, vt = jnp.linalg.svd(matrix, full_matrices=False)
-    target = (values - at_zero[..., None]) * rows
-    weights = jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt
-    depths = jnp.append(0.0, thickness * relative_depths)
-    return Images(depths, jnp.concatenate([at_zero[..., None], weights], -1))
+
+    wavenumbers: Array
+    depths: Array
+    at_nodes: Array
+    at_steps: Array
+
+
+def fit_wavenumbers(thinnest: Array | float, whole: Array | float) -> Array:
+    """Zero, wavenumbers [rad/m] from far beyond all layers to far within the top one, and a last one, (n,)."""
+    return jnp.concatenate(
+        [jnp.zeros(1), spread(LONGEST / whole, SHORTEST / thinnest, NODES), jnp.full(1, BEYOND / thinnest)]
+    )
+
+
+def spread(low: Array | float, high: Array | float, count: int) -> Array:
+    """Points evenly spaced in their logarithm, (count,)."""
+    return jnp.exp(jnp.linspace(jnp.log(low), jnp.log(high), count))
+
+
+def image_depths(first: Array | float, bent: Array, last: Array) -> Array:
+    """Depths from the first, closely up to ``bent`` and thinly on to the last, (IMAGES,)."""
+    first, bent, last = (jnp.log(a) for a in (jnp.asarray(first), bent, jnp.maximum(bent, last)))
+    dense, sparse = bent - first, (last - bent) / SPARSE
+    where = jnp.linspace(0.0, dense + sparse, IMAGES)
+    return jnp.exp(first + jnp.minimum(where, dense) + SPARSE * jnp.maximum(where - dense, 0.0))
+
+
+def rounded(value: Array) -> Array:
+    """The power of two next to a value above zero, without derivative.
+
+    What a fit is weighted by does not follow the response: the images are linear in it, without noise in
+    finite differences or between systems of units.
+    """
+    return jnp.exp2(jnp.round(jnp.log2(jax.lax.stop_gradient(value))))
+
+
+def steps(depths: Array, wavenumber: Array) -> Array:
+    """exp(-z_j alpha) - exp(-z_{j+1} alpha), (n, J + 1)."""
+    upper = jnp.exp(-wavenumber[:, None] * jnp.append(0.0, depths))
+    within = -jnp.expm1(-wavenumber[:, None] * jnp.diff(depths, prepend=0.0))
+    return upper * jnp.append(within, jnp.ones((wavenumber.size, 1)), 1)
+
+
+def fit_images(values: Array, ladder: Ladder) -> Images:
+    """Least-squares images of responses alpha N at the ladder's wavenumbers, (..., n)."""
+    ladder = jax.lax.stop_gradient(ladder)
+    relative = steps(ladder.depths, ladder.wavenumbers[1:-1:2])
+    at_nodes, at_steps = ladder.at_nodes[::2], ladder.at_steps
+    last, first = values[..., :1], values[..., -1:]
+    matrix = relative[:, 1:-1] * at_steps / at_nodes[:, None]
+    q, r = jnp.linalg.qr(jnp.concatenate([matrix, DAMPING * jnp.eye(at_steps.size)]))
+    rest = (values[..., 1:-1:2] - first * relative[:, 0] - last * relative[:, -1]) / at_nodes
+    rows = (rest @ q[: at_nodes.size]).reshape(math.prod(rest.shape[:-1]), at_steps.size)
+    between = (
+        jax.scipy.linalg.solve_triangular(r, rows.T).T.reshape(*rest.shape[:-1], at_steps.size) * at_steps
+    )
+    heights = jnp.concatenate([first, between, last], -1)
+    return Images(ladder.depths, heights)
+
+
+def image_error(fitted: Array, values: Array) -> Array:
+    """Largest error relative to the response at the wavenumbers that were not fitted, (); zero where there are none.
+
+    fitted and values: (..., n) at the wavenumbers of a ladder.
+    """
+    off = fitted[..., 2:-1:2] / values[..., 2:-1:2] - 1.0
+    return jnp.max(jnp.abs(off), initial=0.0)

@@ -48,8 +48,11 @@ class Stack(Response):
         """Fixed rates, four a decade or so; ``nodes`` is not needed, ``error`` says how good they are."""
         return separate(self.body, self.wavenumbers())
 
-    def expand(self, values: Array, at_zero: Array | None) -> Images:
-        return self._top().expand(values, at_zero)
+    def expand(self, values: Array) -> Images:
+        return self._top().expand(values)
+
+    def expand_shapes(self, shapes: Array) -> Images:
+        return self._top().expand_shapes(shapes)
 
     def _top(self) -> OneLayer:
         """The top layer on the substrate."""

@@ -85,9 +85,17 @@ def _lagrange(points: np.ndarray, m: int, x: Array) -> Array:
 
 def separation_error(separable: Separable, exact: Callable[[Array], Array]) -> Array:
     """Largest relative deviation from the exact response at times spread around every rate."""
-    rates = separable.rates
+    times = check_times(separable.rates)[:, None]
+    return jnp.max(jnp.abs(products(separable, separable.terms, times) / exact(times) - 1.0))
+
+
+def check_times(rates: Array) -> Array:
+    """Times [s] spread around every rate [1/s], zero without any."""
     positive = jnp.where(rates > 0.0, rates, jnp.max(rates, initial=1.0))
-    times = (CHECK_TIMES[:, None] / positive).ravel() if rates.size else jnp.zeros(1)
-    growth = times[:, None] * phi1(times[:, None] * rates)
-    products = separable.terms[0] + growth @ separable.mix.T @ separable.terms[1:]
-    return jnp.max(jnp.abs(products / exact(times[:, None]) - 1.0))
+    return (jnp.asarray(CHECK_TIMES)[:, None] / positive).ravel() if rates.size else jnp.zeros(1)
+
+
+def products(separable: Separable, terms: Array, times: Array) -> Array:
+    """The sum of products at times (t, 1) of terms (M + 1, n) in the place of its own, (t, n)."""
+    growth = times * phi1(times * separable.rates)
+    return terms[0] + growth @ separable.mix.T @ terms[1:]

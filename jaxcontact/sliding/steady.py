@@ -21,7 +21,7 @@ from jaxcontact.grid import Grid
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.operators.kernels import Kernels, build
+from jaxcontact.operators.kernels import Errors, Kernels, build
 from jaxcontact.response.body import response_of
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding
@@ -75,8 +75,8 @@ def slide_steady(
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
     experiment = experiment.also(_steady(experiment, velocity))
-    result, separation = _run(experiment, as_float64(velocity))
-    return reported(result, separation, experiment.valid)
+    result, errors = _run(experiment, as_float64(velocity))
+    return reported(result, errors, experiment.valid)
 
 
 def _check_single(control: Control, velocity: Array) -> None:
@@ -108,7 +108,7 @@ def _steady(experiment: Experiment, velocity: Array) -> Verdict:
 
 
 @jax.jit
-def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Array]:
+def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors]:
     """The compiled core: one trace for equal shapes and flags."""
     kernels = experiment.ready_kernels()
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
@@ -121,9 +121,7 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Array]
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = _with_no_steady_state(status_of(problem, solution, experiment.tolerance), experiment, vector)
     fields = _fields(wake, symbols, problem, solution, vector)
-    return _result(
-        experiment.grid, kernels.scale, vector, fields | {"status": status}
-    ), kernels.separation_error
+    return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors
 
 
 def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:

@@ -14,7 +14,7 @@ from jaxcontact.grid import Grid
 from jaxcontact.history.moving import Motion, Shift, moving_memory
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.operators.kernels import Kernels
+from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.sliding.observables import SlidingStep
 from jaxcontact.sliding.results import SlidingHistory
 from jaxcontact.sliding.track import FARTHEST, as_array, checked_track, directions, over_times, shifts
@@ -81,12 +81,12 @@ def slide(
     )  # fmt: skip
     velocity = as_array(velocity)
     experiment = experiment.also(checked_track(velocity, times, grid, substeps))
-    result, separation = _run(experiment, as_float64(velocity))
-    return reported(result, separation, experiment.valid)
+    result, errors = _run(experiment, as_float64(velocity))
+    return reported(result, errors, experiment.valid)
 
 
 @jax.jit
-def _run(experiment: Experiment, velocity: Array) -> tuple[SlidingHistory, Array]:
+def _run(experiment: Experiment, velocity: Array) -> tuple[SlidingHistory, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     plan = planned(experiment, velocity)
     outcomes, last = plan.march(experiment.options)
@@ -104,7 +104,7 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SlidingHistory, Array
         dropped=slid.dropped,
     )
     moving = over_times(velocity, experiment.times)
-    return SlidingHistory(**history | {"status": status, "velocity": moving} | in_si), plan.separation
+    return SlidingHistory(**history | {"status": status, "velocity": moving} | in_si), plan.errors
 
 
 def planned(experiment: Experiment, velocity: Array) -> Plan:
@@ -115,7 +115,7 @@ def planned(experiment: Experiment, velocity: Array) -> Plan:
     motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
     profile = experiment.indenter.profile(grid) / scale.length
     memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0])
-    return experiment.plan(memory, motion, scale, kernels.separation_error)
+    return experiment.plan(memory, motion, scale, kernels.errors)
 
 
 def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:
