@@ -58,7 +58,8 @@ def creep_and_relaxation(q, control, n, times):
     )
 
 
-@pytest.mark.parametrize("control", ["load", pytest.param("approach", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["load", "approach"])
 def test_reverse_forward_and_central_differences_agree_for_every_leaf(control):
     """64 x 64 cells, 16 steps, tolerance 1e-12, where no cell enters or leaves contact within the step.
 
@@ -206,6 +207,7 @@ def test_a_film_that_may_flow_but_does_not_has_a_value_and_a_slope():
     assert float(forward) == pytest.approx(float(of_flow(1e-3) - of_flow(0.0)) / 1e-3, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
     """The load at which four cells enter is bracketed; the pressure is continuous, its slope jumps."""
@@ -293,6 +295,7 @@ def test_a_second_derivative_by_the_approach_of_what_creeps_is_there():
     assert abs(float(jax.hessian(load)(1.0))) < 1e-6 * float(jax.grad(load)(1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:only")
 def test_a_function_that_saves_is_only_asked_where_there_is_contact():
     """The mean depth under the pressure has no value without; seven steps do not fill blocks of three."""
@@ -340,6 +343,7 @@ def test_what_reverse_mode_keeps_does_not_change_what_it_finds():
     np.testing.assert_allclose(gradient("blocks"), gradient("pressures"), rtol=ROUND_OFF * 100)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_sensitivities_of_hertz_are_its_exponents():
     """approach ~ E*^(-2/3) R^(-1/3), peak pressure ~ E*^(2/3) R^(-2/3), on a grid of 64."""

@@ -100,6 +100,7 @@ def test_derivative_of_relaxation_against_central_differences():
         assert float(getattr(gradient, name)) == pytest.approx(slope, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_equal_times_are_one_branch_and_an_empty_branch_is_none():
     """Values, complex modulus and derivatives by every J of relaxation, and of a film's whole response."""
     twice = jc.Prony(1.0, jnp.array([2.0, 0.5, 0.0, 1.0]), jnp.array([3.0, 3.0, 7.0, 20.0]))
@@ -127,6 +128,7 @@ def test_scaled_materials_are_stiffer_and_keep_their_times_and_poissons_ratio(na
     assert scaled.nu == material.nu
 
 
+@pytest.mark.slow
 def test_hessian_of_relaxation_is_symmetric_and_finite():
     """Two Newton steps carry two orders of derivatives through the decay rates."""
     f = lambda q: jc.Burgers(*jnp.exp(q)).relaxation(4.0)

@@ -83,6 +83,7 @@ def compressed():
     return jc.shear(body, ball, jc.Load((k / 45) ** 3), still, k, friction=0.2986, grid=grid, tolerance=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*cells across")
 def test_compression_with_friction_is_that_of_contact():
     """Fully coupled, in increments: 225 cells stick, approach 0.09874 mm, peak 0.02392 MPa."""
@@ -118,6 +119,7 @@ def test_coupled_compression_obeys_the_law_of_friction():
     assert max(law_of_friction(compressed(), 0.2986)) < 1e-6
 
 
+@pytest.mark.slow
 def test_rough_surface_dragged_round_a_corner_and_off_obeys_the_law_of_friction():
     """On a layer, with a coefficient of friction that varies: along x, along y, and then until every cell slips."""
     n, grid = 48, jc.Grid.square(48, 480e-6)
@@ -165,6 +167,7 @@ def test_similar_solids_do_not_feel_the_coupling():
         np.testing.assert_allclose(one, other, atol=1e-6 * np.max(np.abs(other)))
 
 
+@pytest.mark.slow
 def test_creeping_half_space_under_a_punch_that_sticks_moves_with_its_creep_compliance():
     """nu = 0.5 has no coupling, and the contact does not change: displacement over load follows J(t) in all directions."""
     material = jc.StandardLinearSolid(G1=1e6, G2=0.5e6, eta2=1e6, nu=0.5)

@@ -39,6 +39,7 @@ def apart(a, b):
     return float(jnp.max(jnp.abs(a - b)) / jnp.max(b))
 
 
+@pytest.mark.slow
 def test_speed_zero_is_indentation(body, ball):
     still = slide(body, ball, velocity=0.0)
     pressed = indent(body, ball, LOAD, TIMES, grid=GRID, tolerance=1e-12)
@@ -62,7 +63,8 @@ def test_great_speed_is_the_glassy_film(body, ball, film, steel):
     assert apart(away.pressure[-1], elastic.pressure) < 2e-3
 
 
-@pytest.mark.parametrize("speed", [0.4e-6, pytest.param(1.6e-6, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [0.4e-6, 1.6e-6])
 def test_long_transient_is_the_steady_state(body, ball, speed):
     run = slide(body, ball, times=TIMES * 8.0, velocity=speed, substeps=1 if speed < 1e-6 else 4)
     with pytest.warns(UserWarning, match="film strain"):
@@ -82,6 +84,7 @@ def test_direction_reversed_mirrors_the_field(body, ball):
     assert float(forth.tangential_force[-1]) > 0.0  # against the motion
 
 
+@pytest.mark.slow
 def test_x_y_and_the_diagonal_agree(body, ball):
     v = 0.4e-6
     number = slide(body, ball, velocity=v)

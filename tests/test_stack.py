@@ -264,6 +264,7 @@ def test_a_batch_of_films_is_each_film_alone():
     np.testing.assert_allclose(alone, 0.7 * FILM.creep(t) * np.ones_like(x), rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_recursion_answers_all_that_the_closed_form_answers(body):
     """At instants to 1e-12; the paper's substitution, the film on a rigid base, the simple limits likewise."""
     closed, stack = response_of(body), Stack(tuple(body.layers), body.substrate)
@@ -277,6 +278,7 @@ def test_the_recursion_answers_all_that_the_closed_form_answers(body):
     assert bool(stack.flows()) and bool(closed.flows())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:film strain")
 def test_a_run_on_the_recursion_is_the_run_on_the_closed_form(body, ball, monkeypatch):
     """Kernels, march and results take whatever response they are given: equal to the separation error."""

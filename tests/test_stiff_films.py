@@ -69,7 +69,14 @@ def test_coefficients_by_numerical_hankel_integrals(ratio, cells):
 
 
 @pytest.mark.parametrize(
-    ("ratio", "thickness"), [(1e4, 1e-3), (1e4, 10.0), (1e5, 1.0), (1e6, 1e-3), (1e6, 10.0)]
+    ("ratio", "thickness"),
+    [
+        *(
+            pytest.param(*row, marks=pytest.mark.slow)
+            for row in [(1e4, 1e-3), (1e4, 10.0), (1e5, 1.0), (1e6, 1e-3)]
+        ),
+        (1e6, 10.0),
+    ],
 )
 def test_creeping_film_against_the_axisymmetric_solution(ratio, thickness):
     """At first and, under a load or at an approach, after a long time: elastic films of the two moduli."""
@@ -107,6 +114,7 @@ def test_images_measure_their_error_at_all_times():
         np.testing.assert_allclose(found[3:], [each(r, nu) for r in ratios[3:]], rtol=0.1)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_approach_by_modulus_and_thickness():
     """A ratio of 1e5, as thick as the contact is wide: against differences of the axisymmetric solution."""
     modulus, load = 1e5 * BASE, exact(1e5 * BASE, A).load

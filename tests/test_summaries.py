@@ -1,5 +1,6 @@
 """What a result shows of itself, against what it holds."""
 
+import dataclasses
 import re
 import sys
 
@@ -49,18 +50,23 @@ def test_prefixes(value, unit, text):
     assert prefixed(value, unit) == text
 
 
-def test_the_last_field_alone_and_steady_states_and_many_runs():
-    last = jc.indent(RUBBER, BALL, jc.Load(5e-3), [0.0, 1.0], grid=GRID, save="last")
-    peak = re.search(r"peak pressure +([\d.]+) kPa\n", last.summary())
-    assert float(peak.group(1)) == pytest.approx(float(np.max(last.pressure)) / 1e3, rel=1e-4)
-    solid = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=1e6, nu=0.4))
-    steady = jc.slide_steady(solid, BALL, jc.Load(5e-3), velocity=0.1, grid=GRID)
-    assert "tangential force" in repr(steady) and "array" not in repr(steady)
-    assert "1 converged" in repr(steady)
-    many = jax.vmap(lambda W: jc.indent(solid, BALL, jc.Load(W), [0.0], grid=GRID))(np.array([1e-3, 5e-3]))
-    assert repr(many) == "ContactHistory of status (2, 1): no single run"
-    assert repr(jax.tree.map(lambda a: a[0], many)).startswith("ContactHistory of 1 times")
-    with pytest.raises(ValueError, match=r"of one run, got a status of shape \(2, 1\)"):
+def test_the_last_field_alone_and_steady_states_and_many_runs(history):
+    peak = float(np.max(history.pressure[-1]))
+    last = dataclasses.replace(history, pressure=history.pressure[-1], displacement=history.displacement[-1])
+    row = re.search(r"peak pressure +([\d.]+) kPa\n", last.summary())
+    assert float(row.group(1)) == pytest.approx(peak / 1e3, rel=1e-4)
+    steady = jc.SteadySliding(
+        **{field.name: np.asarray(1.5) for field in dataclasses.fields(jc.SteadySliding)}
+        | {"grid": GRID, "pressure": np.full((2, 2), 3e6), "status": np.asarray(6)}
+    )
+    assert re.search(
+        r"tangential force +1.5 N\n", repr(steady)
+    ) and "peak pressure                3 MPa" in str(steady)
+    assert "1 there is no steady state" in str(steady)
+    many = jax.tree.map(lambda a: np.stack([a, a]), history)
+    assert repr(many) == "ContactHistory of status (2, 3): no single run"
+    assert repr(jax.tree.map(lambda a: a[0], many)).startswith("ContactHistory of 3 times")
+    with pytest.raises(ValueError, match=r"of one run, got a status of shape \(2, 3\)"):
         many.to_xarray()
 
 

@@ -18,6 +18,7 @@ def run(body=GLASS, ball=BALL, load=20.0, times=NOW, grid=GRID, **options):
     return jc.indent(body, ball, jc.Load(load), times, grid=grid, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:only")
 def test_values_out_of_range_that_jit_and_vmap_hide_are_nan_with_a_status_of_their_own():
     """nu = 0.6 in one of three bodies, a negative load, times that go back: the others are as alone."""
@@ -76,6 +77,7 @@ def test_a_function_that_saves_sees_one_step_in_si_by_name():
     assert saved["verdict"].tolist() == [0]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:only")
 def test_the_lateral_force_of_a_steady_indenter_has_a_slope_at_rest():
     """By the velocity, against a difference; the force against the motion has a kink there."""
