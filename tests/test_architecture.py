@@ -127,6 +127,7 @@ FITTING_LAYERS = {
     "files.onset": 5,
     "readers": 6,
     "indentation": 6,
+    "flags": 1,
     "command": 7,
     "__init__": 8,
 }

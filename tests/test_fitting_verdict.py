@@ -137,3 +137,12 @@ def test_intervals_cover_under_correlated_noise(n, rho):
         f"\nn = {n}, rho = {rho}: {100 * found.refused.mean():.1f} % refused, coverage {np.round(100 * covered, 1)} %"
     )
     assert 0.93 <= covered.mean() <= 0.97
+
+
+def test_compared_models_have_the_same_points():
+    """A spike that Burgers shows as one stays out of the fit of Maxwell too: BIC compare the same data."""
+    t, J = np.append(0.0, TIMES), np.append(3e-9, burgers(TIMES))
+    J = J * (1 + 0.005 * np.random.default_rng(3).standard_normal(41))
+    table = fitting.compare(fitting.CreepData(t=t, J=J), ["Maxwell", "Burgers"])
+    assert [found.fitted.size for found in table.fits] == [40, 40]
+    assert [found.verdict for found in table.fits] == ["stands", "refused"] and "verdict" in str(table)
