@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, prony, compare and batch.
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, prony, compare and batch.
 
 Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
 line, for the command line to show; what it says of options it says of flags.
@@ -17,6 +17,8 @@ import jaxcontact as jc
 from fitting import flags
 from fitting.creep import compare, fit_creep
 from fitting.indentation import fit_indentation
+from fitting.modulus import fit_relaxation
+from fitting.modulus_reader import read_relaxation
 from fitting.prony import fit_prony
 from fitting.readers import read_creep, read_indentation
 
@@ -51,6 +53,11 @@ def add_parser(kinds: Any) -> None:
         flags.add_creep(parser)
         parser.set_defaults(command=command)
     _add_indentation(kinds.add_parser("indentation", help="a ball: time, load and depth"))
+    relaxation = kinds.add_parser("relaxation", help="a relaxation modulus over time")
+    flags.add_file(relaxation)
+    flags.add_model(relaxation)
+    flags.add_test(relaxation, "t, modulus")
+    relaxation.set_defaults(command=_relaxation)
 
 
 def _add_indentation(press: Any) -> None:
@@ -92,6 +99,19 @@ def _prony(options: argparse.Namespace) -> int:
     tau = [flags.number("--tau", text) for text in options.tau.split(",")]
     with flags.about(options.file):
         found = fit_prony(data, tau, **given)
+    return _finish(options, found)
+
+
+def _relaxation(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    _check_directory(options)
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
+    segment = options.segment and [flags.place(one) for one in options.segment]
+    data = flags.read(read_relaxation, options.file, options, start=options.start, segment=segment, **tensile)
+    nu = options.nu if options.tension is None else options.tension
+    given = flags.weighting(options, False) | flags.known(options)
+    with flags.about(options.file):
+        found = fit_relaxation(data, options.model, nu=nu, **given)
     return _finish(options, found)
 
 

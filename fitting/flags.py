@@ -18,7 +18,7 @@ FLAGS = (
     (r"\bunits=", "--unit"),
     (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
     (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
-    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for J)", "--tension NU"),
+    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
     (r"\b(start|segment|curve|stress)=", r"--\1"),
     (r"\bspring_constant=", "--spring-constant"),
     (r"(data\.)?in_contact\(\)", "--in-contact"),
@@ -67,20 +67,23 @@ def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
     parser.add_argument(f"--{flag}", action="append", default=[], metavar=form, help=what)
 
 
-def add_creep(parser: Any) -> None:
-    """How a creep curve is read and weighted."""
+def add_test(parser: Any, kinds: str) -> None:
+    """How a curve over time is read and weighted."""
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
-    add_common(parser, "estimated", errors, "t, J, strain, stress, sigma: standard deviations")
-    parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
-    parser.add_argument(
-        "--tension", type=float, metavar="NU", help="a tensile test, J = 2 (1 + NU) strain/stress"
-    )
+    add_common(parser, "estimated", errors, kinds)
+    parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
     parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
-    parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
     parser.add_argument(
         "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
     )
     add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+
+
+def add_creep(parser: Any) -> None:
+    """How a creep curve is read and weighted."""
+    add_test(parser, "t, J, strain, stress, sigma: standard deviations")
+    parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
+    parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
 
 
 def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **given: Any) -> Any:

@@ -131,8 +131,9 @@ FITTING_LAYERS = {
     "readers": 6,
     "indentation": 6,
     "flags": 1,
-    "command": 7,
-    "__init__": 8,
+    "modulus_reader": 7,
+    "command": 8,
+    "__init__": 9,
 }
 TOP = 20  # the package itself; above it saving, cases and the command line
 

@@ -8,6 +8,7 @@ from scipy import optimize, stats
 
 import fitting
 import jaxcontact as jc
+from jaxcontact.__main__ import main
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
 T = np.geomspace(0.02, 60.0, 60)
@@ -133,3 +134,22 @@ def test_a_wrong_material_is_refused():
 def test_bad_input_is_named(call, word):
     with pytest.raises(ValueError, match=word):
         call()
+
+
+def test_a_relaxation_test_from_the_shell(tmp_path, capsys):
+    """E(t) in kPa over minutes, with the strain put on after two of them; tension must be said."""
+    path, out = tmp_path / "gel.csv", tmp_path / "out"
+    E = 2 * 1.5 * relaxation(T, **TRUTH)
+    np.savetxt(path, np.column_stack([T / 60 + 2, E / 1e3]), delimiter=",", header="t [min],E(t) [kPa]")
+    arguments = ["fit", "relaxation", str(path), "-o", str(out), "--model", "Burgers", "--start", "120"]
+    assert main(arguments) == 2
+    assert "--tension NU" in capsys.readouterr().err
+    assert main([*arguments, "--tension", "0.5"]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    for name, value in TRUTH.items():
+        assert summary["parameters"][f"{name}_Pa" + "_s" * name.startswith("eta")] == pytest.approx(
+            value, rel=1e-5
+        )
+    assert summary["verdict"] == "stands" and (out / "fit.png").exists()
+    with pytest.raises(ValueError, match="read_relaxation"):
+        fitting.read_creep(path)

@@ -24,7 +24,7 @@ normal_response save sensitivity slide slide_steady Status
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
 Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
-fit_relaxation propagate read_creep read_indentation
+fit_relaxation propagate read_creep read_indentation read_relaxation
 """
 
 
