@@ -10,6 +10,12 @@ from fitting.data import CreepData as CreepData
 from fitting.data import IndentationData as IndentationData
 from fitting.indentation import IndentationFit as IndentationFit
 from fitting.indentation import fit_indentation as fit_indentation
+from fitting.modulus import ModulusFit as ModulusFit
+from fitting.modulus import fit_oscillation as fit_oscillation
+from fitting.modulus import fit_relaxation as fit_relaxation
+from fitting.modulus_data import OscillationData as OscillationData
+from fitting.modulus_data import RelaxationData as RelaxationData
+from fitting.modulus_reader import read_relaxation as read_relaxation
 from fitting.planning import Design as Design
 from fitting.planning import design as design
 from fitting.prony import PronyFit as PronyFit
@@ -27,15 +33,21 @@ __all__ = [
     "Design",
     "IndentationData",
     "IndentationFit",
+    "ModulusFit",
+    "OscillationData",
     "PronyFit",
     "Propagated",
+    "RelaxationData",
     "compare",
     "design",
     "fit_creep",
     "fit_creep_batch",
     "fit_indentation",
+    "fit_oscillation",
     "fit_prony",
+    "fit_relaxation",
     "propagate",
     "read_creep",
     "read_indentation",
+    "read_relaxation",
 ]

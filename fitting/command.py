@@ -1,40 +1,28 @@
-"""The commands ``jaxcontact fit creep FILE -o DIR`` and ``jaxcontact fit indentation FILE -o DIR``.
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, prony, compare and batch.
 
-Each prints the summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError
-of one line, for the command line to show; what it says of options it says of flags.
+Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
+line, for the command line to show; what it says of options it says of flags.
 """
 
 import argparse
-import contextlib
 import json
 import os
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import jaxcontact as jc
-from fitting.creep import fit_creep
+from fitting import flags
+from fitting.creep import compare, fit_creep
 from fitting.indentation import fit_indentation
+from fitting.modulus import fit_relaxation
+from fitting.modulus_reader import read_relaxation
+from fitting.prony import fit_prony
 from fitting.readers import read_creep, read_indentation
-from fitting.structure import CLASSICAL
-from fitting.weights import KINDS
 
-# what the readers and fits call an option, and its flag
-FLAGS = (
-    (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
-    (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
-    (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
-    (r"\bunits=", "--unit"),
-    (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
-    (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
-    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for J)", "--tension NU"),
-    (r"\b(start|segment|curve|stress)=", r"--\1"),
-    (r"\bspring_constant=", "--spring-constant"),
-    (r"(data\.)?in_contact\(\)", "--in-contact"),
-)
+MODELS = "Maxwell,StandardLinearSolid,Burgers"
 
 
 def main(arguments: list[str]) -> int:
@@ -46,34 +34,42 @@ def main(arguments: list[str]) -> int:
 
 
 def add_parser(kinds: Any) -> None:
-    """Add ``creep`` and ``indentation`` to subparsers."""
-    creep = kinds.add_parser("creep", help="a creep curve: time and compliance, or strain and stress")
-    errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
-    _add_common(creep, "estimated", errors, "t, J, strain, stress, sigma: standard deviations")
-    creep.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
-    creep.add_argument(
-        "--tension", type=float, metavar="NU", help="a tensile test, J = 2 (1 + NU) strain/stress"
-    )
-    creep.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
-    creep.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
-    creep.add_argument(
-        "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
-    )
-    _add_segment(creep, "a step or interval of several, by name or position from 0; repeat to join")
-    creep.set_defaults(command=_creep)
-    press = kinds.add_parser("indentation", help="a ball: time, load and depth")
+    """Add the commands to subparsers."""
+    for name, command, what in (
+        ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
+        ("prony", _prony, "a creep curve as a series of given retardation times"),
+        ("compare", _compare, "a creep curve by several models"),
+        ("batch", _batch, "many creep curves, a folder of results for each and one table"),
+    ):
+        parser = kinds.add_parser(name, help=what)
+        flags.add_file(parser, several=command is _batch)
+        if command in (_creep, _batch):
+            flags.add_model(parser)
+        elif command is _prony:
+            parser.add_argument("--tau", required=True, metavar="T,T,...", help="retardation times [s]")
+        else:
+            parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=f"({MODELS})")
+            flags.add_known(parser)
+        flags.add_creep(parser)
+        parser.set_defaults(command=command)
+    _add_indentation(kinds.add_parser("indentation", help="a ball: time, load and depth"))
+    relaxation = kinds.add_parser("relaxation", help="a relaxation modulus over time")
+    flags.add_file(relaxation)
+    flags.add_model(relaxation)
+    flags.add_test(relaxation, "t, modulus")
+    relaxation.set_defaults(command=_relaxation)
+
+
+def _add_indentation(press: Any) -> None:
+    flags.add_file(press)
+    flags.add_model(press)
     errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
-    _add_common(press, "absolute", errors, "t, load, depth, height")
-    _add_segment(press, "approach, hold or retract; repeat for several")
+    flags.add_common(press, "absolute", errors, "t, load, depth, height")
+    flags.add_segment(press, "approach, hold or retract; repeat for several")
     press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
     press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
-    press.add_argument(
-        "--in-contact",
-        nargs="?",
-        const="seen",
-        metavar="DEPTH",
-        help="leave out what is before contact, as the load shows it or from a depth [m]",
-    )
+    taken = "leave out what is before contact, as the load shows it or from a depth [m]"
+    press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
     press.add_argument("--radius", type=float, metavar="R", help="of the ball [m]")
     press.add_argument("--ball-modulus", type=float, metavar="E", help="Young's modulus [Pa]; rigid without")
     press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
@@ -87,43 +83,109 @@ def add_parser(kinds: Any) -> None:
     press.set_defaults(command=_indentation)
 
 
-def _add_segment(parser: Any, what: str) -> None:
-    parser.add_argument("--segment", action="append", metavar="S", help=what)
-
-
-def _add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
-    parser.add_argument(
-        "file", metavar="FILE", help="CSV, TSV or an export with columns that name their units"
-    )
-    parser.add_argument(
-        "-o", dest="directory", type=Path, metavar="DIR", required=True, help="where results go"
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
-    names = ", ".join(cls.__name__ for cls in CLASSICAL)
-    parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
-    parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
-    parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")
-    parser.add_argument("--window", metavar="BEGIN:END", help="times that are taken [s], one may be empty")
-    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", where the numbers read both ways')
-    for flag, form, what in (
-        ("fix", "NAME=VALUE", "hold a parameter"),
-        ("bound", "NAME=LOW:HIGH", "bound a parameter, one side may be empty"),
-        ("column", "KIND=HEADER", f"where a quantity is ({kinds})"),
-        ("unit", "KIND=UNIT", "its unit, before what the header says"),
-    ):
-        parser.add_argument(f"--{flag}", action="append", default=[], metavar=form, help=what)
-
-
 def _creep(options: argparse.Namespace) -> int:
     """Read, fit, write."""
+    _check_directory(options)
+    data, given = _crept(options, options.file)
+    with flags.about(options.file):
+        found = fit_creep(data, options.model, **given, **flags.known(options))
+    return _finish(options, found)
+
+
+def _prony(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    _check_directory(options)
+    data, given = _crept(options, options.file)
+    tau = [flags.number("--tau", text) for text in options.tau.split(",")]
+    with flags.about(options.file):
+        found = fit_prony(data, tau, **given)
+    return _finish(options, found)
+
+
+def _relaxation(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    _check_directory(options)
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
+    segment = options.segment and [flags.place(one) for one in options.segment]
+    data = flags.read(read_relaxation, options.file, options, start=options.start, segment=segment, **tensile)
+    nu = options.nu if options.tension is None else options.tension
+    given = flags.weighting(options, False) | flags.known(options)
+    with flags.about(options.file):
+        found = fit_relaxation(data, options.model, nu=nu, **given)
+    return _finish(options, found)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    """Read, fit each model, print the table, write the one of lowest BIC and a line on each."""
+    _check_directory(options)
+    data, given = _crept(options, options.file)
+    with flags.about(options.file):
+        table = compare(data, options.models.split(","), **flags.known(options), **given)
+    print(table)
+    return _finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
+
+
+def _batch(options: argparse.Namespace) -> int:
+    """Fit every file; one that cannot be read or fitted is listed with the reason, and stops nothing."""
+    _check_directory(options)
+    rows = [_row(options, path) for path in options.file]
+    if all(row["error"] for row in rows):
+        raise ValueError(
+            f"{rows[0]['error']} (and none of the other files)" if rows[1:] else rows[0]["error"]
+        )
+    for row in rows:
+        print(row["error"] or f"{row['file']}: {row['verdict']}")
+    text = json.dumps({"model": options.model, "fits": rows}, indent=2, ensure_ascii=False) + "\n"
+    _write(options.directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
+    _write(options.directory / "table.csv", lambda path: path.write_text(_table(rows), encoding="utf-8"))
+    print(f"in {options.directory}: summary.json, table.csv, and a folder for each fit")
+    return 0
+
+
+def _row(options: argparse.Namespace, file: str) -> dict[str, Any]:
+    """What one file gives: its fit as in ``to_dict``, or an error."""
+    try:
+        data, given = _crept(options, file)
+        found = fit_creep(data, options.model, **given, **flags.known(options))
+    except ValueError as error:
+        return {"file": file, "error": flags.in_flags(str(error))}
+    _leave(found, options.directory / _folder(options.file, file), {"file": file})
+    return {"file": file, "error": None} | found.to_dict()
+
+
+def _folder(files: list[str], file: str) -> str:
+    """The file's name without its ending, with its position where another has the same."""
+    names = [Path(one).stem for one in files]
+    name = Path(file).stem
+    return name if names.count(name) == 1 else f"{files.index(file)}_{name}"
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    """One line for each file: parameters with their intervals, and the verdict or the error."""
+    names = list(next(row["parameters"] for row in rows if not row["error"]))
+    head = ["file", *(f"{name}{end}" for name in names for end in ("", "_low", "_high")), "verdict", "reason"]
+    lines = [head]
+    for row in rows:
+        if row["error"]:
+            lines.append([row["file"], *[""] * 3 * len(names), "failed", row["error"]])
+            continue
+        spans = [(row["parameters"][name], *row["intervals"][name]) for name in names]
+        numbers = ["" if x is None else f"{x:.6g}" for span in spans for x in span]
+        lines.append([row["file"], *numbers, row["verdict"], "; ".join(row["reasons"])])
+    quote = lambda cell: f'"{cell.replace(chr(34), chr(39))}"' if "," in cell else cell
+    return "".join(",".join(map(quote, line)) + "\n" for line in lines)
+
+
+def _crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
+    """A creep curve, and what the fits of it take alike."""
     tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
-    data = _read(
-        read_creep, options, stress=options.stress, start=options.start,
-        segment=options.segment and [_place(one) for one in options.segment],
+    data = flags.read(
+        read_creep, file, options, stress=options.stress, start=options.start,
+        segment=options.segment and [flags.place(one) for one in options.segment],
         **{"convention": options.convention, **tensile},
     )  # fmt: skip
     nu = options.nu if options.tension is None else options.tension
-    return _finish(options, lambda: fit_creep(data, nu=nu, **_choices(options, data.sigma is not None)))
+    return data, {"nu": nu} | flags.weighting(options, data.sigma is not None)
 
 
 def _indentation(options: argparse.Namespace) -> int:
@@ -132,66 +194,36 @@ def _indentation(options: argparse.Namespace) -> int:
         raise ValueError("--radius: expected the radius of the ball in m, got none")
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
+    _check_directory(options)
     ball = options.ball_modulus and _elastic("--ball-modulus", options.ball_modulus, options.ball_nu)
     data = _indented(options)
     extra: dict[str, Any] = {}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
-        extra[name] = text if text == "fit" else _float(f"--{name.replace('_', '-')}", text)
+        extra[name] = text if text == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
     if options.layer is not None:
         substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
         extra |= {"layer": options.layer, "substrate": substrate}
-    call = lambda: fit_indentation(
-        data, indenter=jc.Sphere(options.radius, ball or None), nu=options.nu, control=options.control,
-        **_choices(options, False), **extra,
-    )  # fmt: skip
-    return _finish(options, call)
+    with flags.about(options.file):
+        found = fit_indentation(
+            data, options.model, indenter=jc.Sphere(options.radius, ball or None), nu=options.nu,
+            control=options.control, **flags.weighting(options, False), **flags.known(options), **extra,
+        )  # fmt: skip
+    return _finish(options, found)
 
 
 def _indented(options: argparse.Namespace) -> Any:
     """The curve, from contact on where that is asked for; segments and the window are of what is left."""
-    curve = None if options.curve is None else _place(options.curve)
+    curve = None if options.curve is None else flags.place(options.curve)
     of_file = {"curve": curve, "spring_constant": options.spring_constant}
     if options.in_contact is None:
-        return _read(read_indentation, options, segment=options.segment, **of_file)
+        return flags.read(read_indentation, options.file, options, segment=options.segment, **of_file)
     window, options.window = options.window, None
-    data = _read(read_indentation, options, **of_file)
-    depth = None if options.in_contact == "seen" else _float("--in-contact", options.in_contact)
-    with _about(options.file):
+    data = flags.read(read_indentation, options.file, options, **of_file)
+    depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
+    with flags.about(options.file):
         data = data.in_contact(depth).only(*(options.segment or ()))
-        return data.window(*_range("--window", window)) if window else data
-
-
-def _read(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> Any:
-    """The data of a file; errors speak of flags."""
-    columns = {kind: _place(text) for kind, text in _pairs("--column", options.column)}
-    window = options.window and _range("--window", options.window)
-    places = {"columns": columns, "units": dict(_pairs("--unit", options.unit)), "window": window}
-    try:
-        return reader(options.file, decimal=options.decimal, **places, **given)
-    except ValueError as error:
-        raise ValueError(in_flags(str(error))) from error
-
-
-def in_flags(message: str) -> str:
-    """A message of the readers and fits with the flag for each option that it names."""
-    for pattern, flag in FLAGS:
-        message = re.sub(pattern, flag, message)
-    return message
-
-
-@contextlib.contextmanager
-def _about(file: str) -> Iterator[None]:
-    """Errors within name the file, and speak of flags."""
-    try:
-        yield
-    except ValueError as error:
-        raise ValueError(f"{file}: {in_flags(str(error))}") from error
-
-
-def _place(text: str) -> int | str:
-    """A position, or a name."""
-    return int(text) if text.isdigit() else text
+        return data.window(*flags.span("--window", window)) if window else data
 
 
 def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
@@ -200,59 +232,30 @@ def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
     return jc.Elastic.from_young(E, nu)
 
 
-def _float(flag: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{flag}: expected a number, got {text!r}") from None
-
-
-def _choices(options: argparse.Namespace, has_sigma: bool) -> dict[str, Any]:
-    """What both fits take alike; the file's standard deviations go before a default."""
-    weights: dict[str, Any] = {"weights": None if has_sigma else options.weights}
-    if options.weights not in KINDS:
-        weights = {"weights": None, "sigma": _float("--weights", options.weights)}
-    return weights | {
-        "model": options.model,
-        "level": options.level,
-        "fixed": {name: _float("--fix", text) for name, text in _pairs("--fix", options.fix)},
-        "bounds": {name: _range("--bound", text) for name, text in _pairs("--bound", options.bound)},
-    }
-
-
-def _pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
-    for text in texts:
-        if "=" not in text:
-            raise ValueError(f"{flag}: expected NAME=..., got {text!r}")
-    return [(name, value) for name, _, value in (text.partition("=") for text in texts)]
-
-
-def _range(flag: str, text: str) -> tuple[float | None, float | None]:
-    low, mark, high = text.partition(":")
-    if not mark:
-        raise ValueError(f"{flag}: expected LOW:HIGH, got {text!r}")
-    return _float(flag, low) if low else None, _float(flag, high) if high else None
-
-
-def _finish(options: argparse.Namespace, fit: Callable[[], Any]) -> int:
-    """Fit, print, and write; errors name the file."""
+def _check_directory(options: argparse.Namespace) -> None:
+    """ValueError where nothing may be written."""
     directory: Path = options.directory
     if directory.exists() and not directory.is_dir():
         raise ValueError(f"{directory}: found a file, accepted: a directory, new or empty")
     if directory.is_dir() and any(directory.iterdir()) and not options.force:
         raise ValueError(f"{directory}: found a directory that is not empty; --force overwrites it")
-    with _about(options.file):
-        found = fit()
+
+
+def _finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
+    """Print and write."""
     print(found.summary())
+    _leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
+    print(f"in {options.directory}: summary.json, curve.csv, fit.png")
+    return 0
+
+
+def _leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
+    """The summary, the curve and the picture of a fit."""
     directory.mkdir(parents=True, exist_ok=True)
-    text = (
-        json.dumps(found.to_dict() | {"file": Path(options.file).name}, indent=2, ensure_ascii=False) + "\n"
-    )
+    text = json.dumps(found.to_dict() | more, indent=2, ensure_ascii=False) + "\n"
     _write(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
     _write(directory / "curve.csv", lambda path: _curve(found, path))
     _write(directory / "fit.png", lambda path: found.plot().savefig(path, dpi=150, format="png"))
-    print(f"in {directory}: summary.json, curve.csv, fit.png")
-    return 0
 
 
 def _write(path: Path, write: Callable[[Path], Any]) -> None:

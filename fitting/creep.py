@@ -17,7 +17,7 @@ from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings, plain
 from fitting.structure import Structure, limits, resolve
 from fitting.uncertainty import covariance, linear_sd, log_covariance
-from fitting.unsupported import Supported, leave_out
+from fitting.unsupported import Supported, keep_all, leave_out
 from fitting.varpro import PLACES, TauSearch
 from fitting.weights import choose_weights, without_noise
 
@@ -29,11 +29,13 @@ class CreepFit(Fit):
     Attributes:
         combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and
             J(T) [1/Pa], which stay known where single parameters do not.
+        kept: (n,) bool, the points that count, which ``fitted`` and ``residuals`` are of.
         options: those that ``fit_creep`` was given.
         profile: (2, m) limits of J [1/Pa] at times (m,) [s].
     """
 
     combinations: dict[str, tuple[float, float, float, float]]
+    kept: np.ndarray
     options: dict[str, Any]
     profile: Callable[[Any], np.ndarray] = dataclasses.field(repr=False)
 
@@ -110,37 +112,40 @@ def fit_creep(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
-    structure = resolve(model)
-    table = limits(structure, fixed, bounds)
-    sigma = data.error if weights is None and sigma is None else sigma
-    weights = "estimated" if weights is None and sigma is None else weights
-    weight, label = choose_weights(data.t, data.response, weights, sigma)
+    return _fit(data, resolve(model), options, leave_out)
+
+
+def _fit(data: CreepData, structure: Structure, options: dict, choose: Callable[..., Supported]) -> CreepFit:
+    """As ``fit_creep``; choose: which of the points count where the weights are estimated."""
+    table, level = limits(structure, options["fixed"], options["bounds"]), options["level"]
+    weight, label = fit_weights(data, options["weights"], options["sigma"])
     p, known = sum(low < high for low, high in table.values()), label == "sigma"
     evidence.check(level, data.t.size, p)
     scaled = creep_search.scale(data, weight, structure, table)
-    kept, problem, best = _optimum(scaled.problem, data.t.size, label)
-    size, on = float(np.sum((weight * data.response)[kept] ** 2)), np.flatnonzero(kept)
+    choose = choose if label == "estimated" else keep_all
+    kept, problem, best = choose(scaled.problem, data.t.size)
+    on, (name, unit, t, measured) = np.flatnonzero(kept), measured_curve(data)
     residual, J = np.asarray(best.residual)[on], creep_search.inside_jacobian(problem, best)[on]
-    name, unit, t, measured = measured_curve(data)
     J = J * without_noise(label, weight[on], measured[on], residual)[:, None]
-    allowed = evidence.allow(residual, J, p, size, level, known)
+    allowed = evidence.allow(residual, J, p, float(np.sum((weight * measured)[on] ** 2)), level, known)
     quality = evidence.weigh(allowed, residual, weight[on], measured[on], p, known, J, t[on])
     scaled, profile = scaled._replace(problem=problem), _profile(problem, best, allowed.level, scaled.time)
     ends, spread = profile(data.t[-1:]), quality.spread(known)
+    found = _estimate(structure, scaled, best, ends, spread)
     return CreepFit(
-        **findings(structure, table, level, nu, quality, _estimate(structure, scaled, best, ends, spread)),
-        data=data, weights=label, duration=scaled.time, curve=(name, unit, t[on], measured[on]),
+        **findings(structure, table, level, options["nu"], quality, found), data=data, weights=label,
+        duration=scaled.time, curve=(name, unit, t[on], measured[on]), options=options, kept=kept,
         notes=(*data.notes, *_said(data, kept, label, weight, quality.noise)),
-        combinations=_combinations(scaled, best, ends, spread), options=options,
+        combinations=_combinations(scaled, best, ends, spread),
         profile=lambda t: profile(t)[5:].T * scaled.compliance,
     )  # fmt: skip
 
 
-def _optimum(problem: TauSearch, n: int, label: str) -> Supported:
-    """Of all points, or with estimated weights of those that are supported."""
-    if label == "estimated":
-        return leave_out(problem, n)
-    return Supported(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
+def fit_weights(data: CreepData, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
+    """Weights (n,) and their label: those that were asked for, else by the errors that the data have, else estimated."""
+    if weights is None and sigma is None:
+        weights, sigma = (None, data.error) if data.error is not None else ("estimated", None)
+    return choose_weights(data.t, data.response, weights, sigma)
 
 
 def _profile(problem: TauSearch, best: Optimum, level: float, unit: float) -> Callable[[Any], np.ndarray]:
@@ -212,10 +217,10 @@ class Comparison(NamedTuple):
     fits: tuple[CreepFit, ...]
 
     def __str__(self) -> str:
-        head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit"
+        head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
         rows = [
             f"{f.model.__name__:22s}{f.p:11d}{f.r2:12.6f}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
-            f"  {'yes' if f.misfit else 'no'}"
+            f"  {'yes' if f.misfit else 'no':6s}  {f.verdict}"
             for f in self.fits
         ]
         return "\n".join([head, *rows])
@@ -229,6 +234,8 @@ def compare(
     **options: Any,
 ) -> Comparison:
     """Fit several models to one creep curve; print the result for a table.
+
+    All have the same points: those that the model with the most parameters leaves.
 
     Args:
         data: the curve.
@@ -256,8 +263,19 @@ def compare(
         if name not in known:
             raise ValueError(f"fixed, bounds: expected parameters among {sorted(known)}, got {name!r}")
     mine = lambda given, where: {name: v for name, v in (given or {}).items() if name in where}
-    fits = [
-        fit_creep(data, model, fixed=mine(fixed, where), bounds=mine(bounds, where), **options)
-        for model, where in own.items()
+    each = {
+        model: {"fixed": mine(fixed, where), "bounds": mine(bounds, where)} for model, where in own.items()
+    }
+    richest = max(own, key=lambda model: len(own[model]))
+    first = fit_creep(data, richest, **each[richest], **options)
+    data = _points(data, first.kept)
+    others = [
+        _fit(data, resolve(model), first.options | each[model], keep_all) for model in own if model != richest
     ]
-    return Comparison(tuple(sorted(fits, key=lambda fit: fit.bic)))
+    return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
+
+
+def _points(data: CreepData, kept: np.ndarray) -> CreepData:
+    """Some of the points, (n,) bool."""
+    some = {name: getattr(data, name) for name in ("t", "J", "strain", "sigma")}
+    return dataclasses.replace(data, **{k: v if v is None else v[kept] for k, v in some.items()})

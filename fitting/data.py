@@ -12,7 +12,7 @@ from fitting.segments import SEGMENTS, infer
 CONVENTIONS = ("J", "1/(2G)", "D")
 
 
-def _array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
+def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
     """A finite float array (n,), n >= 5; ValueError with its name otherwise."""
     try:
         array = np.array(value, dtype=float)
@@ -29,8 +29,8 @@ def _array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarr
     return array
 
 
-def _times(value: object) -> np.ndarray:
-    t = _array("t", value)
+def times(value: object) -> np.ndarray:
+    t = array("t", value)
     if np.any(np.diff(t) < 0):
         raise ValueError("t: expected times that do not decrease; the readers sort, the data classes do not")
     if np.unique(t).size < 5:
@@ -74,24 +74,24 @@ class CreepData:
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
-        put("t", _times(self.t))
+        put("t", times(self.t))
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         _check_convention(self.convention, self.nu)
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
         if self.sigma is not None:
-            put("sigma", _array("sigma", self.sigma, self.t))
+            put("sigma", array("sigma", self.sigma, self.t))
             if np.any(self.sigma <= 0):
                 raise ValueError(f"sigma: expected standard deviations > 0, got {self.sigma.min():g}")
         if self.J is not None:
             if self.stress is not None:
                 raise ValueError("stress: goes with strain, not with J")
-            put("J", _array("J", self.J, self.t))
+            put("J", array("J", self.J, self.t))
             if np.any(self.J <= 0):
                 raise ValueError(f"J: expected > 0, got {self.J.min():g}")
             return
-        put("strain", _array("strain", self.strain, self.t))
+        put("strain", array("strain", self.strain, self.t))
         put("stress", _history(self.stress, self.t))
 
     @property
@@ -174,9 +174,9 @@ class IndentationData:
     whole: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", _times(self.t))
-        object.__setattr__(self, "load", _array("load", self.load, self.t))
-        object.__setattr__(self, "depth", _array("depth", self.depth, self.t))
+        object.__setattr__(self, "t", times(self.t))
+        object.__setattr__(self, "load", array("load", self.load, self.t))
+        object.__setattr__(self, "depth", array("depth", self.depth, self.t))
         if self.marks is not None:
             object.__setattr__(self, "marks", _marks(self.marks, self.t))
 

@@ -28,13 +28,13 @@ def draw(fit: Any, path: Any) -> Any:
         _compliance(figure.add_subplot(places[:2, 1]), fit)
     top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
     label = f"{fit.model.__name__}, R² = {fit.r2:.5f}"
-    top.plot(*((line, fit.predict(line)) if direct else (t, fit.fitted)), label=label)
+    top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
     top.set(ylabel=f"{name} [{unit}]")
     top.tick_params(labelbottom=False)
     top.legend()
     bottom.plot(t, -fit.residuals, ".", markersize=3)
     bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="t [s]", ylabel=f"residual\n({fit.weights})", xscale=_scale(t))
+    bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t))
     _parameters(figure.add_subplot(places[2, :]), fit)
     if path is not None:
         figure.savefig(path, dpi=150)
@@ -43,6 +43,12 @@ def draw(fit: Any, path: Any) -> Any:
 
 def _verdict(fit: Any) -> list[str]:
     return [f"refused: {reason}" for reason in fit.refused] or ["the fit stands"]
+
+
+def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line that ends where t goes back, as between storage and loss modulus."""
+    back = np.flatnonzero(np.diff(t) < 0) + 1
+    return np.insert(t, back, np.nan), np.insert(y, back, np.nan)
 
 
 def _parameters(axes: Any, fit: Any) -> None:
@@ -66,11 +72,11 @@ def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
 
 def _compliance(axes: Any, fit: Any) -> None:
     """J(t) of the material and its band."""
-    since = fit.curve[2] - fit.curve[2][0]
+    since = fit.since
     t = _times(since, 0.0, fit.duration)
     _band(axes, fit, t)
     axes.plot(t, fit.predict(t))
-    axes.set(xlabel="time since the first sample [s]", ylabel="J [1/Pa]", xscale=_scale(since))
+    axes.set(xlabel="time [s]", ylabel="J [1/Pa]", xscale=_scale(since))
     axes.legend()
 
 

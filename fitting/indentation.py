@@ -10,10 +10,10 @@ import jaxcontact as jc
 from fitting import evidence, half_space_search, layered_search, nonlinear, report
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
+from fitting.estimating import estimate, inside_box
 from fitting.press import Found, Medium, prepare
-from fitting.result import Estimate, Fit, findings, plain
-from fitting.structure import Structure, limits, resolve, series
-from fitting.uncertainty import covariance, log_covariance
+from fitting.result import Fit, findings, plain
+from fitting.structure import limits, structure_of
 from fitting.weights import without_noise
 
 
@@ -147,7 +147,7 @@ def fit_indentation(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     started = time.perf_counter()
-    structure = _structure(model, tau)
+    structure = structure_of(model, tau)
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     press = prepare(data, structure, table, indenter, nu, control, weights, sigma, nuisances, rise)
@@ -161,28 +161,20 @@ def fit_indentation(
     return _gather(found, level, started)
 
 
-def _structure(model: type | str, tau: Any) -> Structure:
-    """Of a classical material, or of a series with given times."""
-    is_series = model in (jc.Prony, "Prony")
-    if is_series == (tau is None):
-        raise ValueError(f"tau: expected retardation times for jc.Prony and None else, got {tau!r}")
-    return series(tau) if is_series else resolve(model)
-
-
 def _gather(found: Found, level: float, started: float) -> IndentationFit:
     """Profile, undo the scaling, and say what there is to say."""
     press, best, objective = found.press, found.best, found.objective
     space, on, known, unit = press.space, press.kept, press.known, press.response_unit
     p = space.free.size
-    J = best.jacobian[on][:, _inside(space, best.theta)[space.free]]
+    J = best.jacobian[on][:, inside_box(space, best.theta)[space.free]]
     measured, weights = press.measured[on] * unit, press.weights[on] / unit
     J = J * without_noise(press.label, weights, measured, best.residual[on])[:, None]
     allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
     ends = nonlinear.profile(objective, best, allowed.level)
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
-    estimate = _estimate(space, found, ends, quality.spread(known))
+    material = estimate(space, best, found.moves, ends, quality.spread(known))
     return IndentationFit(
-        **findings(space.structure, press.table, level, press.nu, quality, estimate), data=press.data,
+        **findings(space.structure, press.table, level, press.nu, quality, material), data=press.data,
         weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
         indenter=press.indenter, nu=press.nu, control=press.control, film=found.medium,
         nuisances=_nuisances(space, best.theta, ends), kept=on,
@@ -192,39 +184,9 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     )  # fmt: skip
 
 
-def _inside(space: Space, theta: np.ndarray) -> np.ndarray:
-    """Which coordinates are off their bounds, (m,) bool."""
-    low, high = space.bounds
-    return (theta > low) & (theta < high)
-
-
 def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
     """(value, low, high) in SI of those that were fitted."""
     low, high = ends.T
     rows = np.stack([space.to_si(vector) for vector in (theta, low, high)], -1)
     fitted = [i for i in space.free if not space.material[i]]
     return {space.names[i]: tuple(rows[i].tolist()) for i in fitted}
-
-
-def _estimate(space: Space, found: Found, ends: np.ndarray, spread: float) -> Estimate:
-    """The scaling undone, for the material."""
-    own, theta, unit = space.material, found.best.theta, space.unit[space.material]
-    low, high = space.bounds
-    inside, slope = _inside(space, theta), space.slope(theta) * unit
-    J = np.zeros((found.best.residual.size, theta.size))
-    J[:, space.free] = found.best.jacobian
-    whole = covariance(J, low < high, spread)[np.ix_(own, own)]
-    by_log = (J * inside)[:, own] * np.where(space.logarithmic, 1.0, theta)[own]
-    spans = np.stack([space.opened(end) for end in ends.T], -1)
-    return Estimate(
-        space.to_si(theta)[own], space.opened(theta) * unit, spans * unit[:, None],
-        whole * np.outer(slope, slope),
-        log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own], spread),
-        lambda name: found.moves(name)[own] * slope,
-    )  # fmt: skip
-
-
-def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """J (n, m) less its part along the columns of others (n, k) that are not zero."""
-    Q = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
-    return J - Q @ (Q.T @ J)

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from fitting import evidence, history, nonlinear
-from fitting.creep import measured_curve
+from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings
 from fitting.structure import limits, series
 from fitting.uncertainty import covariance, log_covariance
-from fitting.weights import choose_weights, without_noise
+from fitting.weights import without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -60,9 +60,7 @@ def fit_prony(
     """
     structure = series(tau, instantaneous, flow)
     table, places = limits(structure, None, None), sorted(structure.where.values())
-    sigma = data.error if weights is None and sigma is None else sigma
-    weights = "estimated" if weights is None and sigma is None else weights
-    weight, label = choose_weights(data.t, data.response, weights, sigma)
+    weight, label = fit_weights(data, weights, sigma)
     p, known = len(places), label == "sigma"
     evidence.check(level, data.t.size, p)
     whole = weight[:, None] * np.asarray(history.columns(_basis(data), structure.tau))[:, places]

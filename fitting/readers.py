@@ -80,11 +80,11 @@ def read_creep(
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
     table = read_table(path, decimal)
-    columns, units = _options(table, columns, units, ("t", "J", "strain", "stress", "sigma"))
+    columns, units = checked_options(table, columns, units, ("t", "J", "strain", "stress", "sigma"))
     wanted = _what(table, columns, stress)
     if "sigma" in columns:
         wanted = (*wanted, Wanted("sigma", wanted[1].names))
-    taken = mending.choose(table.path, "segment", _parts(table, wanted, columns, units), segment)
+    taken = mending.choose(table.path, "segment", curves_of(table, wanted, columns, units), segment)
     convention, taken = _tension(table, taken, convention, nu)
     taken = onset.shift(table.path, taken, start)
     fields: dict[str, Any] = {"convention": convention, "nu": nu}
@@ -102,7 +102,7 @@ def read_creep(
         onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
     taken = mending.check_times(table.path, taken)
     fields["sigma"] = taken.values.get("sigma")
-    return _build(table.path, CreepData, t=taken.values["t"], notes=_once(taken.notes), **fields)
+    return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
 
 
 def read_indentation(
@@ -148,7 +148,7 @@ def read_indentation(
                 f"{os.fspath(path)}: columns, units, decimal: go with text, not with a force curve"
             )
         found = afm.read(path, curve, spring_constant)
-        data = _build(os.fspath(path), IndentationData, **found)
+        data = build(os.fspath(path), IndentationData, **found)
     else:
         data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
     data = data.only(segment) if isinstance(segment, str) else data.only(*(segment or ()))
@@ -166,11 +166,11 @@ def _indentation_text(
 ) -> IndentationData:  # fmt: skip
     """A text file as it is, all segments."""
     table = read_table(path, decimal)
-    columns, units = _options(table, columns, units, ("t", "load", "depth", "height"))
+    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height"))
     raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
         has(block, HEIGHT, columns) for block in table.blocks
     )
-    parts = _parts(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH), columns, units)
+    parts = curves_of(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH), columns, units)
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
@@ -185,11 +185,11 @@ def _indentation_text(
     else:
         depth = taken.values["depth"]
     marks = label(taken.marks, load, depth) if taken.marks else None
-    notes = _once(taken.notes)
-    return _build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes)
+    notes = once(taken.notes)
+    return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes)
 
 
-def _options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
+def checked_options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
     """The two dictionaries, with known keys only."""
     for name, given in (("columns", columns), ("units", units)):
         for key in given or {}:
@@ -208,7 +208,7 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
         if not some(COMPLIANCE) and some(MODULUS):
             raise ValueError(
                 f"{table.path}: expected a creep compliance or strain and stress, got a relaxation modulus: "
-                "creep is what read_creep reads"
+                "read_relaxation reads it"
             )
         return TIME, COMPLIANCE
     alone = stress is not None or _fact(STRESS_FACT, table.blocks[0].before) is not None
@@ -219,7 +219,7 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
 
 
-def _parts(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
+def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
     """The curves of a file: its blocks that have all that is wanted, cut where the clock starts again."""
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
     if not blocks:  # the longest block says what is missing
@@ -295,11 +295,11 @@ def _fact(pattern: str, text: str) -> float | None:
         return None
 
 
-def _once(notes: tuple[str, ...]) -> tuple[str, ...]:
+def once(notes: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _build(path: str, cls: type, **fields: Any) -> Any:
+def build(path: str, cls: type, **fields: Any) -> Any:
     try:
         return cls(**fields)
     except ValueError as error:

@@ -87,6 +87,16 @@ class Fit:
         return self.structure.model
 
     @property
+    def abscissa(self) -> tuple[str, str]:
+        """What the data are over, and its unit."""
+        return "t", "s"
+
+    @property
+    def since(self) -> np.ndarray:
+        """Times of the data from the first on [s]."""
+        return self.curve[2] - self.curve[2][0]
+
+    @property
     def t_over_tau(self) -> float:
         """Duration over the longest retardation time, nan where there is none."""
         return self.duration / float(np.max(self.tau))
@@ -125,7 +135,8 @@ class Fit:
     def summary(self) -> str:
         """The fit in words, for the terminal."""
         t = self.curve[2]
-        head = f"{self.model.__name__} fit of {t.size} points, t = {t[0]:.4g} to {t[-1]:.4g} s"
+        over, unit = self.abscissa
+        head = f"{self.model.__name__} fit of {t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
         lines = [
             "; ".join([head, *self._choices()]),
             *(report.parameter(self, name) for name in self.values),

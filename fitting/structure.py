@@ -141,6 +141,14 @@ def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure
     return Structure(jc.Prony, where | ({"fluidity": tau.size + 1} if flow else {}), tau.size, tau)
 
 
+def structure_of(model: type | str, tau: Any) -> Structure:
+    """Of a classical material, or of a series with given times."""
+    is_series = model in (jc.Prony, "Prony")
+    if is_series == (tau is None):
+        raise ValueError(f"tau: expected retardation times for jc.Prony and None else, got {tau!r}")
+    return series(tau) if is_series else resolve(model)
+
+
 def of_material(material: Any) -> tuple[Structure, dict[str, float]]:
     """The structure of a material and its parameters; a series is without J0 or the fluidity where zero."""
     if not isinstance(material, jc.Prony):

@@ -31,10 +31,14 @@ class Supported(NamedTuple):
     best: Optimum
 
 
+def keep_all(problem: varpro.TauSearch, n: int) -> Supported:
+    """The optimum of all points."""
+    return Supported(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
+
+
 def leave_out(problem: varpro.TauSearch, n: int) -> Supported:
     """The optimum of the points that are supported; of all, if too many are not."""
-    whole = Supported(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
-    found = whole
+    found = whole = keep_all(problem, n)
     while (worse := _worst(problem, found)) is not None:
         if np.sum(~worse.kept) > max(MOST * n, 2):
             return whole

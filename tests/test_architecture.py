@@ -125,6 +125,9 @@ FITTING_LAYERS = {
     "halfspace": 3,
     "creep_search": 3,
     "press": 3,
+    "modulus_data": 2,
+    "estimating": 3,
+    "modulus": 4,
     "half_space_search": 4,
     "layered": 4,
     "unsupported": 4,
@@ -146,8 +149,10 @@ FITTING_LAYERS = {
     "files.onset": 5,
     "readers": 6,
     "indentation": 6,
-    "command": 7,
-    "__init__": 8,
+    "flags": 1,
+    "modulus_reader": 7,
+    "command": 8,
+    "__init__": 9,
 }
 TOP = 20  # the package itself; above it saving, cases and the command line
 

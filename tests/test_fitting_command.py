@@ -119,7 +119,7 @@ class Taken(Exception):
 def taken(monkeypatch):
     """The data and options that a command line brings to the fit."""
 
-    def stop(data, **options):
+    def stop(data, model, **options):
         raise Taken(data, options)
 
     monkeypatch.setattr(command, "fit_creep", stop)
@@ -210,3 +210,50 @@ def test_errors_name_flags(text, flag, tmp_path, capsys):
     error = refused(["fit", "creep", str(path), "-o", str(tmp_path / "out")], capsys)
     assert flag in error, error
     assert "=None" not in error and "columns=" not in error and "units=" not in error
+
+
+def noisy_burgers(path, seed, G1=0.75e9):
+    """40 points of the material with 1 % of noise."""
+    t = np.geomspace(10.0, 40000.0, 40)
+    creep = 1 / G1 - np.expm1(-13.89e6 / 120.9e9 * t) / 13.89e6 + t / 3148.6e9
+    noise = 1 + 0.01 * np.random.default_rng(seed).standard_normal(t.size)
+    return table(path, "t [s],J [1/GPa]", t, 1e9 * creep * noise)
+
+
+def test_compare_ranks_the_models(tmp_path, capsys):
+    path, out = noisy_burgers(tmp_path / "film.csv", 1), tmp_path / "out"
+    assert main(["fit", "compare", path, "-o", str(out), "--models", "Maxwell,Burgers"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.index("Burgers") < printed.index("Maxwell") and "refused" in printed
+    summary = json.loads((out / "summary.json").read_text())
+    assert [fit["model"] for fit in summary["models"]] == ["Burgers", "Maxwell"]
+    assert summary["model"] == "Burgers" and summary["models"][0]["bic"] < summary["models"][1]["bic"]
+
+
+def test_prony_from_the_shell(tmp_path, capsys):
+    path, out = noisy_burgers(tmp_path / "film.csv", 1), tmp_path / "out"
+    assert main(["fit", "prony", path, "-o", str(out), "--tau", "1000,8704"]) == 0
+    assert json.loads((out / "summary.json").read_text())["tau_s"] == [1000.0, 8704.0]
+    capsys.readouterr()
+    assert "--tau" in refused(["fit", "prony", path, "-o", str(out / "b"), "--tau", "1000,x"], capsys)
+
+
+def test_nothing_stops_a_batch(tmp_path, capsys):
+    """Three curves of two moduli, one file of words: a folder for each fit, a line for each file."""
+    (tmp_path / "other").mkdir()
+    paths = [noisy_burgers(tmp_path / "a.csv", 1), str(tmp_path / "words.csv")]
+    paths += [noisy_burgers(tmp_path / "other" / "a.csv", 2, G1=0.5e9)]
+    (tmp_path / "words.csv").write_text("nothing here\n")
+    out = tmp_path / "out"
+    assert main(["fit", "batch", *paths, "-o", str(out)]) == 0
+    printed = capsys.readouterr().out
+    rows = json.loads((out / "summary.json").read_text())["fits"]
+    assert [row["error"] is None for row in rows] == [True, False, True]
+    assert "expected rows" in rows[1]["error"] and rows[1]["error"] in printed
+    for row, G1 in ((rows[0], 0.75e9), (rows[2], 0.5e9)):
+        low, high = row["intervals"]["G1_Pa"]
+        assert low < G1 < high and row["verdict"] == "stands"
+    assert (out / "0_a" / "fit.png").exists() and (out / "2_a" / "summary.json").exists()
+    lines = (out / "table.csv").read_text().splitlines()
+    assert len(lines) == 4 and lines[0].startswith("file,G1_Pa,G1_Pa_low,G1_Pa_high") and "failed" in lines[2]
+    assert "none of the other" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)

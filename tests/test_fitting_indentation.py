@@ -326,3 +326,17 @@ def test_no_start_finds_a_lower_minimum(seed):
     sought, agreed = found.starts
     assert 1 <= agreed < sought
     assert f"{agreed} of {sought} starts came to this minimum" in found.summary()
+
+
+def test_another_number_of_points_does_not_compile_again_and_a_turn_takes_few_runs():
+    """Depth up and down again: thousands of forward runs, each number of points with programs of its own, in the past."""
+    counts, rng = [], np.random.default_rng(0)
+    for n in (150, 190):
+        t = np.linspace(0.0, 9.0, n)
+        depth = 1e-6 * (1 - (t / 6.0 - 1) ** 2)
+        load = 1e-3 * (depth / 1e-6) ** 1.5 * (0.7 + 0.3 * np.exp(-t / 3.0)) + 1e-6 * rng.standard_normal(n)
+        data = fitting.IndentationData(t=t, load=load, depth=depth)
+        found = fit(data, RIGID, control="depth")
+        assert any("Ting" in note for note in found.notes) and sum(found.runs) < 2000
+        counts.append((evaluate._cache_size(), slopes._cache_size()))
+    assert counts[0] == counts[1]

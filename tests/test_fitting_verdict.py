@@ -8,6 +8,7 @@ import pytest
 from scipy import optimize
 
 import fitting
+from fitting import correlation
 from fitting.weights import noise_floor
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
@@ -137,3 +138,37 @@ def test_intervals_cover_under_correlated_noise(n, rho):
         f"\nn = {n}, rho = {rho}: {100 * found.refused.mean():.1f} % refused, coverage {np.round(100 * covered, 1)} %"
     )
     assert 0.93 <= covered.mean() <= 0.97
+
+
+def test_compared_models_have_the_same_points():
+    """A spike that Burgers shows as one stays out of the fit of Maxwell too: BIC compare the same data."""
+    t, J = np.append(0.0, TIMES), np.append(3e-9, burgers(TIMES))
+    J = J * (1 + 0.005 * np.random.default_rng(3).standard_normal(41))
+    table = fitting.compare(fitting.CreepData(t=t, J=J), ["Maxwell", "Burgers"])
+    assert [found.fitted.size for found in table.fits] == [40, 40]
+    assert [found.verdict for found in table.fits] == ["stands", "refused"] and "verdict" in str(table)
+
+
+def test_the_correlation_is_judged_by_the_restricted_likelihood():
+    """Against its definition with whole matrices: log likelihood of the residuals in the space off the columns of X."""
+    rng, n = np.random.default_rng(0), 40
+    X = np.column_stack([np.ones(n), np.linspace(0, 1, n), np.exp(-np.linspace(0, 5, n))])
+    Q = correlation.basis(X)
+    residual = noise(n, 0.6, rng)
+    residual -= Q @ (Q.T @ residual)
+    likelihood, inflation = [], []
+    for rho in correlation.RHO:
+        V = rho ** np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+        off = np.linalg.svd(Q)[0][:, 3:]
+        W, e = off.T @ V @ off, off.T @ residual
+        likelihood.append(-0.5 * (np.linalg.slogdet(W)[1] + (n - 3) * np.log(e @ np.linalg.solve(W, e))))
+        trace = np.trace(Q.T @ V @ Q)
+        inflation.append(trace / 3 * (n - 3) / (n - trace))
+    found = correlation.judge(residual, Q, 3)
+    np.testing.assert_allclose(found.inflation, inflation, rtol=1e-10)
+    # the prior: d rho/sqrt(1 - rho^2) in even steps of artanh(rho), and 0.3 on white noise
+    prior = 0.7 * np.sqrt(1 - correlation.RHO**2) / np.sum(np.sqrt(1 - correlation.RHO**2))
+    prior[0] += 0.3
+    share = prior * np.exp(np.array(likelihood) - max(likelihood))
+    np.testing.assert_allclose(found.share, share / share.sum(), rtol=1e-8)
+    assert correlation.widening(found, 0.95, n - 3) > 1.5

@@ -24,8 +24,9 @@ ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface
 """
 FITTING = """
-BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit PronyFit Propagated compare design
-fit_creep fit_creep_batch fit_indentation fit_prony propagate read_creep read_indentation
+BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
+Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
+fit_relaxation propagate read_creep read_indentation read_relaxation
 """
 
 

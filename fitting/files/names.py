@@ -36,8 +36,8 @@ NAMES = {
 }
 KINDS = {
     "time": "t", "step time": "t", "compliance": "J", "tensile compliance": "J", "strain": "strain",
-    "tensile strain": "strain", "stress": "stress", "tensile stress": "stress", "load": "load",
-    "depth": "depth", "height": "depth", "smoothed height": "depth", "commanded height": "depth",
+    "tensile strain": "strain", "relaxation modulus": "stress", "stress": "stress", "tensile stress": "stress",
+    "load": "load", "depth": "depth", "height": "depth", "smoothed height": "depth", "commanded height": "depth",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"

@@ -1,0 +1,158 @@
+"""Flags that the fit commands share, what they mean to the readers and fits, and errors that speak of them."""
+
+import argparse
+import contextlib
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from fitting.structure import CLASSICAL
+from fitting.weights import KINDS
+
+# what the readers and fits call an option, and its flag
+FLAGS = (
+    (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
+    (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
+    (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
+    (r"\bunits=", "--unit"),
+    (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
+    (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
+    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
+    (r"\b(start|segment|curve|stress)=", r"--\1"),
+    (r"\bspring_constant=", "--spring-constant"),
+    (r"(data\.)?in_contact\(\)", "--in-contact"),
+)
+
+
+def add_segment(parser: Any, what: str) -> None:
+    """Which parts of a file."""
+    parser.add_argument("--segment", action="append", metavar="S", help=what)
+
+
+def add_file(parser: Any, several: bool = False) -> None:
+    """What is read, and where the results go."""
+    what = "CSV, TSV or an export with columns that name their units"
+    parser.add_argument("file", metavar="FILE", help=what, **({"nargs": "+"} if several else {}))
+    parser.add_argument(
+        "-o", dest="directory", type=Path, metavar="DIR", required=True, help="where results go"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+
+
+def add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
+    """How a file is read and a fit is made."""
+    parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
+    parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")
+    parser.add_argument("--window", metavar="BEGIN:END", help="times that are taken [s], one may be empty")
+    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", where the numbers read both ways')
+    _add_pairs(parser, "column", "KIND=HEADER", f"where a quantity is ({kinds})")
+    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, before what the header says")
+
+
+def add_model(parser: Any) -> None:
+    """One of the classical materials, and what is known of its parameters."""
+    names = ", ".join(cls.__name__ for cls in CLASSICAL)
+    parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
+    add_known(parser)
+
+
+def add_known(parser: Any) -> None:
+    """What is known of the parameters."""
+    _add_pairs(parser, "fix", "NAME=VALUE", "hold a parameter")
+    _add_pairs(parser, "bound", "NAME=LOW:HIGH", "bound a parameter, one side may be empty")
+
+
+def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
+    parser.add_argument(f"--{flag}", action="append", default=[], metavar=form, help=what)
+
+
+def add_test(parser: Any, kinds: str) -> None:
+    """How a curve over time is read and weighted."""
+    errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
+    add_common(parser, "estimated", errors, kinds)
+    parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
+    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
+    parser.add_argument(
+        "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
+    )
+    add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+
+
+def add_creep(parser: Any) -> None:
+    """How a creep curve is read and weighted."""
+    add_test(parser, "t, J, strain, stress, sigma: standard deviations")
+    parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
+    parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
+
+
+def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **given: Any) -> Any:
+    """The data of a file; errors speak of flags."""
+    columns = {kind: place(text) for kind, text in pairs("--column", options.column)}
+    window = options.window and span("--window", options.window)
+    places = {"columns": columns, "units": dict(pairs("--unit", options.unit)), "window": window}
+    try:
+        return reader(file, decimal=options.decimal, **places, **given)
+    except ValueError as error:
+        raise ValueError(in_flags(str(error))) from error
+
+
+def in_flags(message: str) -> str:
+    """A message of the readers and fits with the flag for each option that it names."""
+    for pattern, flag in FLAGS:
+        message = re.sub(pattern, flag, message)
+    return message
+
+
+@contextlib.contextmanager
+def about(file: str) -> Iterator[None]:
+    """Errors within name the file, and speak of flags."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{file}: {in_flags(str(error))}") from error
+
+
+def place(text: str) -> int | str:
+    """A position, or a name."""
+    return int(text) if text.isdigit() else text
+
+
+def number(flag: str, text: str) -> float:
+    """A number, or a ValueError that names the flag."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{flag}: expected a number, got {text!r}") from None
+
+
+def weighting(options: argparse.Namespace, has_sigma: bool) -> dict[str, Any]:
+    """Weights or sigma, and the level; the standard deviations of a file go before estimated ones."""
+    level = {"level": options.level}
+    if options.weights in KINDS:
+        return level | {"weights": None if has_sigma and options.weights == "estimated" else options.weights}
+    return level | {"weights": None, "sigma": number("--weights", options.weights)}
+
+
+def known(options: argparse.Namespace) -> dict[str, Any]:
+    """Fixed values and bounds."""
+    return {
+        "fixed": {name: number("--fix", text) for name, text in pairs("--fix", options.fix)},
+        "bounds": {name: span("--bound", text) for name, text in pairs("--bound", options.bound)},
+    }
+
+
+def pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
+    """(name, value) of "name=value"."""
+    for text in texts:
+        if "=" not in text:
+            raise ValueError(f"{flag}: expected NAME=..., got {text!r}")
+    return [(name, value) for name, _, value in (text.partition("=") for text in texts)]
+
+
+def span(flag: str, text: str) -> tuple[float | None, float | None]:
+    """The ends of "low:high", None for one that is empty."""
+    low, mark, high = text.partition(":")
+    if not mark:
+        raise ValueError(f"{flag}: expected LOW:HIGH, got {text!r}")
+    return number(flag, low) if low else None, number(flag, high) if high else None

@@ -1,0 +1,241 @@
+"""Fit of a material to a relaxation modulus over time, or to storage and loss modulus over frequency.
+
+Both are those of the compliance that every fit here varies (``structure.py``): G(t) by the modes of
+``halfspace.relaxation_modes``, and G' + i G'' = 1/J* with
+
+    J*(omega) = j0 + sum_i j_i/(1 + i omega tau_i) + f/(i omega).
+
+Neither is linear in the compliances, so the fit begins from several retardation times and shares of them.
+"""
+
+import dataclasses
+import functools
+import itertools
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+import jaxcontact as jc
+from fitting import evidence, nonlinear, padding
+from fitting.coordinates import NUISANCES, Coordinates, Space
+from fitting.estimating import estimate, inside_box
+from fitting.halfspace import relaxation_modes
+from fitting.modulus_data import OscillationData, RelaxationData
+from fitting.nonlinear import Objective
+from fitting.result import Fit, findings
+from fitting.structure import Structure, limits, structure_of
+from fitting.weights import choose_weights, without_noise
+
+STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  # tau over the duration, share
+LEAST = 1e-6  # scaled compliance below which no logarithm begins
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class ModulusFit(Fit):
+    """The fit of a modulus; ``Fit`` has what it shares with other fits.
+
+    Attributes:
+        starts: (sought, agreed): minima that were sought, and those as low as this one.
+    """
+
+    starts: tuple[int, int]
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """What the data are over, and its unit."""
+        return ("t", "s") if isinstance(self.data, RelaxationData) else ("omega", "rad/s")
+
+    @property
+    def since(self) -> np.ndarray:
+        """Times that the data see [s]."""
+        return self.curve[2] if isinstance(self.data, RelaxationData) else 1.0 / self.data.omega[::-1]
+
+    def modulus(self, at: Any) -> np.ndarray:
+        """Shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
+        at, c = jnp.asarray(at, dtype=float), self.compliances()
+        if isinstance(self.data, RelaxationData):
+            weights, rates = relaxation_modes(c, jnp.zeros(()))
+            return np.asarray(jnp.exp(-at[..., None] * rates) @ weights)
+        return np.asarray(_complex_modulus(c, at))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``Fit.to_dict``, with the starts."""
+        return super().to_dict() | {"starts": self.starts[0], "starts_agreed": self.starts[1]}
+
+    def _conditions(self) -> list[str]:
+        sought, agreed = self.starts
+        return [f"  {agreed} of {sought} starts came to this minimum"]
+
+
+def fit_relaxation(
+    data: RelaxationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
+    weights: str | None = None, sigma: Any = None, fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
+) -> ModulusFit:  # fmt: skip
+    """Fit a material to a relaxation modulus G(t) or E(t).
+
+    Args:
+        data: the curve, n points.
+        model: a material class or its name.
+        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        weights: "estimated" (the default without a sigma), "relative" or "absolute", as in ``fit_creep``, but
+            that no point is left out.
+        sigma: in place of weights, the standard deviation of G(t) [Pa], a number or (n,), taken as known.
+        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well the data determine it.
+
+    Raises:
+        ValueError: bad values, too few points, or Kelvin-Voigt, which does not relax.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.RelaxationData(t=t, modulus=1e6 * np.exp(-t / 3.0))
+        >>> fit = fitting.fit_relaxation(data, "Maxwell", weights="relative")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 3e+06 Pa s
+    """
+    structure = structure_of(model, tau)
+    if structure.model is jc.KelvinVoigt:
+        raise ValueError(
+            "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
+        )
+    weights = "estimated" if weights is None and sigma is None else weights
+    weight, label = choose_weights(data.t, data.shear, weights, sigma)
+    curve = ("G", "Pa", data.t, data.shear)
+    table, duration = limits(structure, fixed, bounds), float(data.t[-1])
+    return _fit("relaxation", data, structure, table, curve, weight, label, duration, nu, level)
+
+
+def fit_oscillation(
+    data: OscillationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
+    weights: str | None = "relative", sigma: Any = None, fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
+) -> ModulusFit:  # fmt: skip
+    """Fit a material to storage and loss modulus over frequency.
+
+    Args:
+        data: the moduli at n frequencies.
+        model: a material class or its name.
+        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        weights: "relative" (errors of both in proportion to |G*|) or "absolute".
+        sigma: in place of weights, the standard deviation of G' and G'' [Pa], a number or (n,), taken as known.
+        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well the data determine it.
+
+    Raises:
+        ValueError: bad values or too few points.
+
+    Example:
+        >>> omega = np.geomspace(0.1, 10.0, 11)
+        >>> G = 1e6 * 1j * omega / (1 + 1j * omega)  # a Maxwell fluid of 1e6 Pa and 1e6 Pa s
+        >>> data = fitting.OscillationData(omega=omega, storage=G.real, loss=G.imag)
+        >>> fit = fitting.fit_oscillation(data, "Maxwell")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 1e+06 Pa s
+    """
+    structure = structure_of(model, tau)
+    if weights not in (None, "relative", "absolute"):
+        raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
+    sigma_of = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
+    both = np.append(data.omega, data.omega)
+    measured = np.append(data.shear.real, data.shear.imag)
+    size = np.tile(np.abs(data.shear), 2)
+    weight, label = choose_weights(both, size, None if sigma is not None else weights, sigma_of)
+    curve = ("G', G''", "Pa", both, measured)
+    table, duration = limits(structure, fixed, bounds), 1.0 / float(data.omega[0])
+    return _fit("oscillation", data, structure, table, curve, weight, label, duration, nu, level)
+
+
+def _fit(
+    kind: str, data: Any, structure: Structure, table: dict, curve: tuple, weight: np.ndarray, label: str,
+    duration: float, nu: float, level: float,
+) -> ModulusFit:  # fmt: skip
+    """Scale, search, and say what there is to say."""
+    *_, x, measured = curve
+    unit, n, known = 1.0 / float(np.max(np.abs(measured))), measured.size, label == "sigma"
+    units = structure.units(unit, duration)
+    box = np.concatenate([structure.box(table) / units[:, None], np.zeros((len(NUISANCES), 2))])
+    space = Space(structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
+    p = space.free.size
+    evidence.check(level, n, p)
+    objective = _objective(
+        kind, space, x / duration if kind == "relaxation" else x * duration, measured * unit, weight / unit
+    )
+    best = nonlinear.minimise_from(objective, _starts(space))
+    J = best.jacobian[:, inside_box(space, best.theta)[space.free]]
+    if kind == "relaxation":  # those of an oscillation follow |G*|, which its noise hardly moves
+        J = J * without_noise(label, weight, measured, best.residual)[:, None]
+    allowed = evidence.allow(best.residual, J, p, float(np.sum((weight * measured) ** 2)), level, known)
+    ends = nonlinear.profile(objective, best, allowed.level)
+    quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, x)
+    still = lambda name: np.zeros(best.theta.size)
+    found = estimate(space, best, still, ends, quality.spread(known))
+    return ModulusFit(
+        **findings(structure, table, level, nu, quality, found), data=data, weights=label, curve=curve,
+        duration=duration, notes=data.notes, starts=(best.starts, best.agreed),
+    )  # fmt: skip
+
+
+def _starts(space: Space) -> list[np.ndarray]:
+    """Coordinates from the retardation times and shares of ``STARTS``; of a series, its parts alike."""
+    structure = space.structure
+    if structure.tau is not None:
+        even = np.append(np.ones(1 + structure.branches) / (1 + structure.branches), 0.1)
+        return [space.near(even, LEAST)]
+    if structure.branches == 0:
+        return [space.near(np.array([1.0, flow]), LEAST) for flow in (0.1, 1.0, 10.0)]
+    return [space.near(np.array([1.0, share, 1.0 - share, share / tau]), LEAST) for tau, share in STARTS]
+
+
+def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
+    """Of scaled data, padded within."""
+    arrays = [padding.repeated(x), padding.repeated(y), padding.without_weight(weight)]
+    at, n = space.point, x.size
+    return Objective(
+        lambda theta: _evaluate(at(theta), *arrays, kind)[:n],
+        lambda theta, free: _slopes(at(theta), free, *arrays, kind)[:n],
+        *space.bounds,
+        floor=1e-26 * float(np.sum((weight * y) ** 2)),
+    )
+
+
+def _residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    c = point.compliances()
+    if kind == "relaxation":
+        weights, rates = relaxation_modes(c, jnp.zeros(()))
+        return weight * (jnp.exp(-x[:, None] * rates) @ weights - y)
+    model = _complex_modulus(c, x)
+    second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
+    return weight * (jnp.where(second, model.imag, model.real) - y)
+
+
+def _complex_modulus(c: Any, omega: Array) -> Array:
+    """G' + i G'' at omega of any shape."""
+    delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)
+    return 1.0 / (c.spring + delayed + c.flow / (1j * omega))
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def _evaluate(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    """Weighted residuals (n,)."""
+    return _residual(point, x, y, weight, kind)
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def _slopes(point: Coordinates, free: Array, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    some = lambda values: _residual(point.moved(free, values), x, y, weight, kind)
+    return jax.jacfwd(some)(point.vector()[free])

@@ -1,0 +1,72 @@
+"""Reader of relaxation tests, in the steps of ``readers.py``."""
+
+import os
+from collections.abc import Sequence
+
+from fitting.files import mending, onset
+from fitting.files.columns import Series, Wanted
+from fitting.files.table import read_table
+from fitting.modulus_data import RelaxationData
+from fitting.readers import TIME, build, checked_options, curves_of, once
+
+MODULUS = Wanted("modulus", ("relaxation modulus",))
+TENSILE = ("e(t)", "tensile")  # how such a column's name begins
+
+
+def read_relaxation(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    convention: str = "G", nu: float | None = None, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> RelaxationData:  # fmt: skip
+    """Read time and relaxation modulus, G(t) or E(t).
+
+    Args:
+        path: a text file.
+        columns: where the header does not say it: {"t": header or position from 0, "modulus": ...}.
+        units: {"t": "min", "modulus": "kPa"}; they take precedence over the header.
+        convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
+        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
+        start: when the strain was put on [s], on the file's clock.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
+        >>> _ = file.write_text("t [min],G(t) [kPa]\n" + "".join(f"{t},{9 - t}\n" for t in range(1, 7)))
+        >>> data = fitting.read_relaxation(file)
+        >>> print(data.t[0], data.modulus[0])
+        60.0 8000.0
+    """
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "modulus"))
+    parts = curves_of(table, (TIME, MODULUS), columns, units)
+    taken = mending.choose(table.path, "segment", parts, segment)
+    convention, taken = _tension(table.path, taken, convention, nu)
+    taken = onset.shift(table.path, taken, start)
+    taken = mending.ordered(mending.complete(table.path, mending.window(taken, window)))
+    onset.check_clock(table.path, taken.values["t"], start)
+    taken = mending.check_times(table.path, taken)
+    t, modulus = taken.values["t"], taken.values["modulus"]
+    fields = {"t": t, "modulus": modulus, "convention": convention, "nu": nu, "notes": once(taken.notes)}
+    return build(table.path, RelaxationData, **fields)
+
+
+def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
+    """The convention that the column declares; tension never passes for shear."""
+    column = taken.columns["modulus"]
+    if not column.shown.lower().startswith(TENSILE):
+        return convention, taken
+    if nu is None:
+        raise ValueError(
+            f"{path}: column {column.label!r}: a tensile test needs nu= for E = 2 (1 + nu) G, got none"
+        )
+    return "E", taken.say(f"{column.label}: tension, E = 2 (1 + nu) G with nu = {nu:g}")

@@ -1,0 +1,155 @@
+"""Relaxation moduli, and storage and loss moduli, against closed forms and independent least squares."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import optimize, stats
+
+import fitting
+import jaxcontact as jc
+from jaxcontact.__main__ import main
+
+TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
+T = np.geomspace(0.02, 60.0, 60)
+OMEGA = np.geomspace(0.02, 50.0, 30)
+
+
+def relaxation(t, G1, G2, eta1, eta2):
+    """G(t) of Burgers: its two rates are the roots of the characteristic polynomial."""
+    a, b, c = eta2 / G1, G2 / G1 + eta2 / eta1 + 1.0, G2 / eta1
+    rates = -np.roots([a, b, c]).real
+    return sum(np.exp(-r * t) / (1 / G1 + G2 / (G2 - eta2 * r) ** 2) for r in rates)
+
+
+def dynamic(omega, G1, G2, eta1, eta2):
+    """G' + i G'' of Burgers: springs and dashpots in series."""
+    return 1.0 / (1 / G1 + 1 / (G2 + 1j * omega * eta2) + 1 / (1j * omega * eta1))
+
+
+def noise(n, seed):
+    return 1.0 + 0.01 * np.random.default_rng(seed).standard_normal(n)
+
+
+def relaxed(seed=None, **options):
+    G = relaxation(T, **TRUTH) * (1.0 if seed is None else noise(T.size, seed))
+    return fitting.RelaxationData(t=T, modulus=G, **options)
+
+
+def test_a_standard_solid_relaxes_to_its_springs_in_series():
+    """G(t) = Gs + (G1 - Gs) exp(-t (G1 + G2)/eta2), Gs = G1 G2/(G1 + G2); in tension E = 2 (1 + nu) G."""
+    series = 2e5 * 1e5 / 3e5
+    G = series + (2e5 - series) * np.exp(-T * 3e5 / 4e5)
+    for data in (
+        fitting.RelaxationData(t=T, modulus=G),
+        fitting.RelaxationData(t=T, modulus=2.8 * G, convention="E", nu=0.4),
+    ):
+        found = fitting.fit_relaxation(data, weights="relative")
+        assert found.model is jc.StandardLinearSolid
+        for name, value in {"G1": 2e5, "G2": 1e5, "eta2": 4e5}.items():
+            np.testing.assert_allclose(found.values[name], value, rtol=1e-6)
+        np.testing.assert_allclose(found.modulus(T), G, rtol=1e-6)
+
+
+def scipy_cost(residual, start, fixed=None):
+    """Least squares over the logarithms of the parameters, some of them held."""
+    names = [name for name in TRUTH if name not in (fixed or {})]
+    whole = lambda u: dict(zip(names, np.exp(u), strict=True)) | (fixed or {})
+    start = np.log([start[name] for name in names])
+    run = optimize.least_squares(lambda u: residual(whole(u)), start, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    return 2 * run.cost
+
+
+def test_relaxation_has_the_optimum_and_the_profile_of_scipy():
+    data = relaxed(seed=3)
+    found = fitting.fit_relaxation(data, "Burgers", weights="relative")
+    residual = lambda p: relaxation(T, **p) / data.modulus - 1
+    cost = scipy_cost(residual, TRUTH)
+    np.testing.assert_allclose(found.rss, cost, rtol=1e-8)
+    assert found.widening == 1.0 and found.verdict == "stands" and all(found.identified.values())
+    rise = stats.f.ppf(0.95, 1, T.size - 4) / (T.size - 4)
+    for end in found.intervals["eta1"]:
+        height = scipy_cost(residual, found.values, {"eta1": end}) / cost - 1
+        np.testing.assert_allclose(height / rise, 1.0, rtol=1e-2)
+
+
+def test_oscillation_has_the_optimum_of_scipy(tmp_path):
+    G = dynamic(OMEGA, **TRUTH)
+    off = np.random.default_rng(1).standard_normal((2, OMEGA.size))
+    G = G + 0.01 * np.abs(G) * (off[0] + 1j * off[1])
+    order = np.random.default_rng(0).permutation(OMEGA.size)  # as a sweep may come
+    data = fitting.OscillationData(omega=OMEGA[order], storage=G.real[order], loss=G.imag[order])
+    found = fitting.fit_oscillation(data, "Burgers")
+
+    def residual(p):
+        off = (dynamic(OMEGA, **p) - G) / np.abs(G)
+        return np.append(off.real, off.imag)
+
+    np.testing.assert_allclose(found.rss, scipy_cost(residual, TRUTH), rtol=1e-8)
+    for name, value in TRUTH.items():
+        low, high = found.intervals[name]
+        assert low < value < high, name
+    np.testing.assert_allclose(found.modulus(OMEGA), dynamic(OMEGA, **found.values), rtol=1e-9)
+    loaded = json.loads(found.to_json())
+    assert loaded["starts"] == 18 and loaded["verdict"] == "stands"
+    assert "omega = 0.02 to 50 rad/s" in found.summary()
+    found.plot(tmp_path / "fit.png")
+    assert (tmp_path / "fit.png").stat().st_size > 10000
+
+
+def test_a_kelvin_voigt_solid_oscillates():
+    """G' = G, G'' = omega eta."""
+    data = fitting.OscillationData(omega=OMEGA, storage=np.full(30, 1e5), loss=4e5 * OMEGA)
+    found = fitting.fit_oscillation(data, "KelvinVoigt")
+    np.testing.assert_allclose([found.values["G"], found.values["eta"]], [1e5, 4e5], rtol=1e-6)
+    with pytest.raises(ValueError, match="does not relax"):
+        fitting.fit_relaxation(relaxed(), "KelvinVoigt")
+
+
+def test_a_wrong_material_is_refused():
+    found = fitting.fit_relaxation(relaxed(seed=1), "Maxwell", weights="relative")
+    assert found.verdict == "refused" and not any(found.identified.values())
+
+
+@pytest.mark.parametrize(
+    ("call", "word"),
+    [
+        (lambda: relaxed(convention="E"), "nu"),
+        (lambda: relaxed(nu=0.3), "nu"),
+        (lambda: relaxed(convention="K"), "convention"),
+        (lambda: fitting.RelaxationData(t=-T, modulus=T), "t:"),
+        (lambda: fitting.RelaxationData(t=T - 1.0, modulus=T), "t: expected times >= 0"),
+        (lambda: fitting.OscillationData(omega=OMEGA - 1, storage=OMEGA, loss=OMEGA), "omega"),
+        (lambda: fitting.OscillationData(omega=OMEGA, storage=T, loss=OMEGA), "storage"),
+        (lambda: fitting.fit_relaxation(relaxed(), "Zener"), "model"),
+        (lambda: fitting.fit_relaxation(relaxed(), "Prony"), "tau"),
+        (
+            lambda: fitting.fit_oscillation(
+                fitting.OscillationData(omega=OMEGA, storage=OMEGA, loss=OMEGA), weights="estimated"
+            ),
+            "weights",
+        ),
+    ],
+)
+def test_bad_input_is_named(call, word):
+    with pytest.raises(ValueError, match=word):
+        call()
+
+
+def test_a_relaxation_test_from_the_shell(tmp_path, capsys):
+    """E(t) in kPa over minutes, with the strain put on after two of them; tension must be said."""
+    path, out = tmp_path / "gel.csv", tmp_path / "out"
+    E = 2 * 1.5 * relaxation(T, **TRUTH)
+    np.savetxt(path, np.column_stack([T / 60 + 2, E / 1e3]), delimiter=",", header="t [min],E(t) [kPa]")
+    arguments = ["fit", "relaxation", str(path), "-o", str(out), "--model", "Burgers", "--start", "120"]
+    assert main(arguments) == 2
+    assert "--tension NU" in capsys.readouterr().err
+    assert main([*arguments, "--tension", "0.5"]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    for name, value in TRUTH.items():
+        assert summary["parameters"][f"{name}_Pa" + "_s" * name.startswith("eta")] == pytest.approx(
+            value, rel=1e-5
+        )
+    assert summary["verdict"] == "stands" and (out / "fit.png").exists()
+    with pytest.raises(ValueError, match="read_relaxation"):
+        fitting.read_creep(path)
