@@ -60,12 +60,12 @@ LAYERS = {
     "contact.window": 1,
     "contact.normal": 2,
     "contact.nonsymmetric": 3,
-    "contact.implicit": 4,
+    "contact.implicit": 5,
     "contact.friction": 1,
-    "contact.partial_slip": 3,
+    "contact.partial_slip": 4,
     # what the body remembers, and the march
     "history.memory": 1,
-    "history.march": 5,
+    "history.march": 6,
     "history.recursive": 11,
     "history.superposition": 11,
     "sliding.observables": 2,
@@ -260,6 +260,7 @@ def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone()
         "contact.nonsymmetric",
         "contact.implicit",
         "contact.friction",
+        "contact.partial_slip",
     }
     for path in [*(PACKAGE / "contact").glob("*.py"), PACKAGE / "history" / "march.py"]:
         found = {module_of(name) for name in imports(path, "jaxcontact")}

@@ -33,7 +33,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, static
-from jaxcontact.operators.base import TractionOperator
+from jaxcontact.operators.base import Linear, TractionOperator
 
 REDUCTION = 0.1  # of the residual, by the linear solve on one division into sets
 INNER = 20  # most of its iterations
@@ -83,8 +83,8 @@ class FreeDirections(NamedTuple):
         """v without what leads out of the discs, zero off contact."""
         return jnp.where(self.contact, v - jnp.sum(v * self.normal, 0) * self.normal, 0.0)
 
-    def uniform(self, total: Array) -> Array:
-        """The free tractions of this sum that come from one and the same push on all cells."""
+    def push(self, total: Array) -> Array:
+        """The vector (2,) which, the same on all cells, makes free tractions of this sum; zero if none are free."""
         x, y = self.normal
         cells = jnp.sum(self.contact)
         xx, yy, xy = cells - jnp.sum(x**2), cells - jnp.sum(y**2), -jnp.sum(x * y)
@@ -92,8 +92,11 @@ class FreeDirections(NamedTuple):
         xx, yy = jnp.where(cells > 0, xx + least, 1.0), jnp.where(cells > 0, yy + least, 1.0)
         det = xx * yy - xy**2
         push = jnp.stack([yy * total[0] - xy * total[1], xx * total[1] - xy * total[0]])
-        push = push / jnp.where(det > 0.0, det, jnp.inf)
-        return self.along(jnp.broadcast_to(push[:, None, None], self.normal.shape))
+        return push / jnp.where(det > 0.0, det, jnp.inf)
+
+    def uniform(self, total: Array) -> Array:
+        """Those tractions."""
+        return self.along(jnp.broadcast_to(self.push(total)[:, None, None], self.normal.shape))
 
     def __call__(self, v: Array) -> Array:
         """The projection P of the module's formulas."""
@@ -161,6 +164,13 @@ def _assessed(problem: TangentialProblem, q: Array, count: Array) -> _Pass:
     return _Pass(q, u, slip, shift, error, count)
 
 
+def preconditioner(operator: TractionOperator, free: FreeDirections) -> Linear:
+    """That of the operator, within the free directions; cells of large curvature are moved by that alone."""
+    inverse = operator.preconditioner()
+    weight = jnp.sqrt(1.0 / (1.0 + free.curvature / operator.local()))
+    return lambda r: free(weight * inverse(weight * free(r)))
+
+
 def linear_step(
     problem: TangentialProblem,
     free: FreeDirections,
@@ -168,13 +178,8 @@ def linear_step(
     reduction: Array | float,
     limit: Array | int,
 ) -> tuple[Array, Array]:
-    """dq with P (K_tt + k) P dq = P right to a relative residual, and the iterations taken.
-
-    The preconditioner is weighted: cells whose curvature is large against K_tt are moved by that alone.
-    """
-    inverse = problem.operator.preconditioner()
-    weight = jnp.sqrt(1.0 / (1.0 + free.curvature / problem.operator.local()))
-    precondition = lambda r: free(weight * inverse(weight * r))
+    """dq with P (K_tt + k) P dq = P right to a relative residual, and the iterations taken."""
+    precondition = preconditioner(problem.operator, free)
     r = free(right)
     z = precondition(r)
     descent = jnp.sum(r * z)

@@ -14,6 +14,10 @@ A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outs
 that of the side on which it stays out. Without contact no derivative of the pressure is left; under a load of
 zero the approach goes with the place of first touch. A derivative whose linear solve fails is nan.
 
+With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
+traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
+(``contact.friction``). Pressure and traction then follow from one linear system, by BiCGSTAB.
+
 First derivatives go over into those of the continuous problem as cells shrink. Second derivatives do not:
 they are those of the discrete problem with its area of contact held, and miss what the moving edge adds
 (under a given approach the load of an elastic body is piecewise linear: the second derivative is zero).
@@ -25,12 +29,15 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jax.ad_checkpoint import checkpoint_name
 
 from jaxcontact._pytree import replace
-from jaxcontact.contact import nonsymmetric
-from jaxcontact.contact.normal import Problem, Solution, projected, solve
+from jaxcontact.contact import nonsymmetric, partial_slip
+from jaxcontact.contact.friction import FreeDirections, TangentialSolution, free_directions, preconditioner
+from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
+from jaxcontact.contact.partial_slip import Round, SlipProblem
 from jaxcontact.contact.window import cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
@@ -149,3 +156,121 @@ def _under_load(
     d_approach = jnp.sum(back * dp + p * forcing) * over_total
     first_touch = jnp.argmin(problem.gap)
     return dp, jnp.where(total > 0.0, d_approach, change.gap.ravel()[first_touch])
+
+
+@jax.custom_jvp
+def solve_partial_slip(
+    problem: SlipProblem, pressure: Array, traction: Array, tolerance: Array, max_iterations: Array
+) -> Round:
+    """``contact.partial_slip.solve``, differentiable in everything in ``problem``."""
+    return partial_slip.solve(problem, pressure, traction, tolerance, max_iterations)
+
+
+class _SlipSpace(NamedTuple):
+    """Where the changes (dq, dp), (3, nx, ny), of a contact with friction live, and what they do to the traction."""
+
+    problem: SlipProblem
+    active: _Subspace
+    free: FreeDirections
+
+    def __call__(self, change: Array) -> Array:
+        return jnp.concatenate([self.free(change[:2]), self.active(change[2])[None]])
+
+    def traction(self, free: Array, bound: Array) -> Array:
+        """Change of the traction: a free part, and what the change of the bound makes of those that slip; of no sum
+        where that is given."""
+        dq = bound * self.free.normal
+        if self.problem.tangential_load_controlled:
+            dq = dq - self.free.uniform(jnp.sum(dq, (1, 2)))
+        return free + dq
+
+    def lifted(self, dq: Array, dp: Array) -> Array:
+        """Displacements (3, nx, ny) under changes of traction and pressure."""
+        operator = self.problem.operator
+        moved, sunk = operator.along(dq), operator.normal(dp)
+        if self.problem.coupled:
+            moved, sunk = moved + operator.drawn(dp), sunk + operator.sunk(dq)
+        return jnp.concatenate([moved, sunk[None]])
+
+    def turned(self, dq: Array) -> Array:
+        """What turns with the tractions on the rim, (3, nx, ny)."""
+        return jnp.concatenate([self.free.curvature * self.free.along(dq), jnp.zeros((1, *dq.shape[1:]))])
+
+    def matrix(self, change: Array) -> Array:
+        """What a change leaves of both laws."""
+        change = self(change)
+        dq = self.traction(change[:2], self.problem.coefficient * change[2])
+        return self(self.lifted(dq, change[2]) + self.turned(dq))
+
+    def solve(self, operator: Linear, right: Array) -> Array:
+        """By BiCGSTAB, preconditioned by both problems on their own; nan if it fails."""
+        tangential = preconditioner(self.problem.operator, self.free)
+        normal = self.problem.operator.normal.preconditioner()
+        inverse = lambda r: self(jnp.concatenate([tangential(r[:2]), normal(self.active(r[2]))[None]]))
+        x, _, met = nonsymmetric.bicgstab(
+            operator, inverse, self(right), TANGENT_TOLERANCE, TANGENT_ITERATIONS
+        )
+        return jnp.where(met | ~jnp.any(self(right) != 0.0), x, jnp.nan)
+
+
+@solve_partial_slip.defjvp
+def _solve_partial_slip_jvp(primals, tangents):
+    problem, change = primals[0], tangents[0]
+    found = solve_partial_slip(*primals)
+    p, q = found.normal.pressure, found.tangential.traction
+    free = free_directions(problem.sheared(p), q, found.tangential.slip)
+    space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)
+    along, normal = change.operator.along(q), change.operator.normal(p)
+    forcing = [
+        along + change.operator.drawn(p) + change.drift,
+        (normal + change.operator.sunk(q) + change.gap)[None],
+    ]
+    forcing = jnp.concatenate(forcing)
+    dq, dp = _given(space, change, p)
+    right = -(forcing + space.lifted(dq, dp) + space.turned(dq)) + _wanted(change)
+    rest = jax.lax.custom_linear_solve(space.matrix, space(right), space.solve, transpose_solve=space.solve)
+    rest = space(rest)
+    dp, dq = dp + rest[2], dq + space.traction(rest[:2], problem.coefficient * rest[2])
+    moved = forcing + space.lifted(dq, dp)
+    d_shift, d_approach = _multipliers(space, change, p, moved + space.turned(dq))
+    no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
+    pressed, sheared = found.normal, found.tangential
+    d_normal = Solution(
+        dp, normal + problem.operator.normal(dp), d_approach, 0.0 * pressed.error, no(pressed.iterations)
+    )
+    d_slip = jnp.where(free.contact, moved[:2] - d_shift[:, None, None], 0.0)
+    d_tangential = TangentialSolution(
+        dq, along + problem.operator.along(dq), d_slip, no(sheared.stick), d_shift, 0.0 * sheared.error,
+        no(sheared.iterations),
+    )  # fmt: skip
+    return found, Round(d_normal, d_tangential, no(found.taken), no(found.rounds), no(found.settled))
+
+
+def _given(space: _SlipSpace, change: SlipProblem, p: Array) -> tuple[Array, Array]:
+    """Changes (dq, dp) that come with those of load, coefficient of friction and tangential load at once."""
+    problem, total = space.problem, jnp.sum(p)
+    dp = jnp.zeros_like(p)
+    if problem.load_controlled:
+        dp = p * jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
+    dq = space.traction(jnp.zeros((2, *p.shape)), problem.coefficient * dp + change.coefficient * p)
+    if problem.tangential_load_controlled:
+        dq = dq + space.free.uniform(change.tangential_target)
+    return dq, dp
+
+
+def _wanted(change: SlipProblem) -> Array:
+    """Changes of shift and approach where they are given, (3, 1, 1)."""
+    shift = 0.0 * change.tangential_target if change.tangential_load_controlled else change.tangential_target
+    approach = 0.0 * change.target if change.load_controlled else change.target
+    return jnp.append(shift, approach)[:, None, None]
+
+
+def _multipliers(space: _SlipSpace, change: SlipProblem, p: Array, moved: Array) -> tuple[Array, Array]:
+    """Changes of shift and approach, given or from how cells that stick and cells in contact move."""
+    shift, approach = change.tangential_target, change.target
+    if space.problem.tangential_load_controlled:
+        shift = space.free.push(jnp.sum(space.free.along(moved[:2]), (1, 2)))
+    if space.problem.load_controlled:
+        first_touch = change.gap.ravel()[jnp.argmin(space.problem.gap)]
+        approach = jnp.where(jnp.any(p > 0.0), masked_mean(moved[2], p > 0.0), first_touch)
+    return shift, approach

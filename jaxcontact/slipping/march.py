@@ -12,7 +12,8 @@ from jax import Array
 from jaxcontact._pytree import pytree, static
 from jaxcontact._status import Status
 from jaxcontact.contact.friction import length
-from jaxcontact.contact.partial_slip import Round, SlipProblem, solve
+from jaxcontact.contact.implicit import solve_partial_slip
+from jaxcontact.contact.partial_slip import Round, SlipProblem
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.slipping.memory import TractionFields, TractionMemory
 
@@ -83,7 +84,7 @@ def advance(setup: ShearSetup, carry: ShearCarry, step: ShearStep) -> tuple[Shea
         coupled=setup.coupled,
     )
     guess = carry.traction[2] + carry.rate * step.dt
-    found = solve(problem, guess, carry.traction[:2], setup.tolerance, setup.max_iterations)
+    found = solve_partial_slip(problem, guess, carry.traction[:2], setup.tolerance, setup.max_iterations)
     p, q, slip = found.normal.pressure, found.tangential.traction, found.tangential.slip
     traction = jnp.concatenate([q, p[None]])
     fields = memory.update(fields, traction, step.dt)
@@ -135,6 +136,10 @@ def _status(setup: ShearSetup, problem: SlipProblem, found: Round) -> Array:
     return jnp.where((asked > 0.0) & (asked >= room), int(Status.SLIDES), status)
 
 
+def _with_slip(outcome: ShearOutcome, slip: Array) -> ShearOutcome:
+    return outcome._replace(fields=outcome.fields | {"slip": slip})
+
+
 def march(setup: ShearSetup, steps: ShearStep, *, all_fields: bool) -> tuple[ShearOutcome, dict[str, Any]]:
     """From rest over steps whose leading axes are (nt, substeps): outcomes over time, and the fields of the last.
 
@@ -143,14 +148,12 @@ def march(setup: ShearSetup, steps: ShearStep, *, all_fields: bool) -> tuple[She
 
     def inner(state: tuple[ShearCarry, ShearOutcome], step: ShearStep) -> tuple[Any, None]:
         carry, outcome = advance(setup, state[0], step)
-        outcome.fields["slip"] = outcome.fields["slip"] + state[1].fields["slip"]
-        return (carry, outcome), None
+        return (carry, _with_slip(outcome, outcome.fields["slip"] + state[1].fields["slip"])), None
 
     def outer(state: tuple[ShearCarry, ShearOutcome], row: ShearStep) -> tuple[Any, ShearOutcome]:
-        state[1].fields["slip"] = jnp.zeros_like(state[1].fields["slip"])
-        state = jax.lax.scan(inner, state, row)[0]
-        kept = state[1] if all_fields else state[1]._replace(fields={})
-        return state, kept
+        fresh = _with_slip(state[1], jnp.zeros_like(state[1].fields["slip"]))
+        state = jax.lax.scan(inner, (state[0], fresh), row)[0]
+        return state, state[1] if all_fields else state[1]._replace(fields={})
 
     first = start(setup)
     blank = jax.eval_shape(lambda: advance(setup, first, jax.tree.map(lambda a: a[0, 0], steps))[1])

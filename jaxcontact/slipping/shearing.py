@@ -50,6 +50,9 @@ def shear(
     events counts: what rises together must rise in steps (``substeps``), while a tangential load put on after the normal
     one may come in a single step (R. D. Mindlin, H. Deresiewicz, J. Appl. Mech. 20 (1953) 327).
 
+    All numbers are differentiable, also the coefficient of friction, with the sets of stick, slip and separation held:
+    differentiate a field of the result, not the whole (it has integers).
+
     Args:
         body, indenter, times, grid: as in ``indent``.
         control: ``Load`` or ``Approach``, as in ``indent``.
