@@ -75,7 +75,7 @@ def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array) -> Transfer:
     for port, own in zip(ports[::-1], j[::-1], strict=True):  # and of what lies below each layer above it
         compliance.insert(0, covered(compliance[0], own, port))
     one, no = jnp.ones_like(wavenumber), jnp.zeros_like(wavenumber)
-    t: tuple[Array, ...] = (one, no, no, one, one)
+    t: Five = (one, no, no, one, one)
     for port, own, foundation in zip(ports, j, compliance[1:], strict=True):
         t = _passed(port, own, foundation, t)
     L, K, N, T = compliance[-1]
