@@ -18,7 +18,7 @@ def draw(fit: Any, path: Any) -> Any:
     direct = name == "J"
     figure = Figure(figsize=(7.5, 6.5) if direct else (10.0, 6.0), layout="constrained")
     figure.suptitle("\n".join(_verdict(fit)), fontsize="medium", color="C3" if fit.refused else "black")
-    places = figure.add_gridspec(3, 1 if direct else 2, height_ratios=(3, 1, 0.9))
+    places = figure.add_gridspec(3, 1 if direct else 2, height_ratios=(3, 1, 0.5))
     top = figure.add_subplot(places[0, 0])
     bottom = figure.add_subplot(places[1, 0], sharex=top)
     if direct:

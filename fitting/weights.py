@@ -9,12 +9,11 @@ do not sway; the model to be fitted has no part in it. b follows from the residu
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 KINDS = ("estimated", "relative", "absolute")
 FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # a/b tried, over the largest value
 TAILS = 3.0  # degrees of freedom of Student's t
-SCALES = 40  # steps to its scale
+SCALES = 20  # steps to its scale
 FEW = 8  # differences below which nothing is estimated
 
 
@@ -60,7 +59,7 @@ def noise_floor(t: np.ndarray, y: np.ndarray) -> float:
     if rough.size < FEW or not np.any(rough):
         return size
     floors = FLOORS[FLOORS > 0] if np.any(np.abs(y) <= 1e-12 * size) else FLOORS
-    return size * float(floors[np.argmax([_likelihood(rough, np.hypot(c, level)) for c in floors])])
+    return size * float(floors[np.argmax(_likelihood(rough, np.hypot(floors[:, None], level)))])
 
 
 def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,11 +74,12 @@ def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.sum(weight * values, 1), np.mean(np.abs(values), 1)
 
 
-def _likelihood(rough: np.ndarray, shape: np.ndarray) -> float:
-    """Of differences (m,) under Student's t with standard deviations in proportion to shape (m,), at the best scale."""
+def _likelihood(rough: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Of differences (m,) under Student's t with standard deviations in proportion to the rows of shape (k, m), (k,),
+    each at its best scale, up to a constant."""
     square = (rough / np.maximum(shape, 1e-300)) ** 2
-    scale = np.median(square) + 1e-300
+    scale = np.median(square, 1, keepdims=True) + 1e-300
     for _ in range(SCALES):  # the weighted mean that its likelihood equation is
-        scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale)) + 1e-300
-    z = np.sqrt(square / scale)
-    return float(np.sum(stats.t.logpdf(z, TAILS) - np.log(shape) - 0.5 * np.log(scale)))
+        scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale), 1, keepdims=True) + 1e-300
+    terms = 0.5 * (TAILS + 1.0) * np.log1p(square / (TAILS * scale)) + np.log(shape) + 0.5 * np.log(scale)
+    return -np.sum(terms, 1)

@@ -172,3 +172,16 @@ def test_the_correlation_is_judged_by_the_restricted_likelihood():
     share = prior * np.exp(np.array(likelihood) - max(likelihood))
     np.testing.assert_allclose(found.share, share / share.sum(), rtol=1e-8)
     assert correlation.widening(found, 0.95, n - 3) > 1.5
+
+
+def test_standard_deviations_of_the_data_are_taken():
+    """Those in the data are those given as sigma, and in tension both belong to strain over stress."""
+    sd = 0.01 * burgers(TIMES) * (1 + TIMES / 40)
+    J = burgers(TIMES) + sd * np.random.default_rng(4).standard_normal(40)
+    given = fit(TIMES, J, sigma=sd)
+    own = fitting.fit_creep(fitting.CreepData(t=TIMES, J=J / 3, sigma=sd / 3, convention="D", nu=0.5))
+    assert own.weights == "sigma"
+    for name in TRUTH:
+        np.testing.assert_allclose(own.intervals[name], given.intervals[name], rtol=1e-9)
+    with pytest.raises(ValueError, match="sigma: expected standard deviations > 0"):
+        fitting.CreepData(t=TIMES, J=J, sigma=0 * sd)
