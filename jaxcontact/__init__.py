@@ -48,6 +48,8 @@ from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E
 from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.sliding.transient import slide as slide  # noqa: E402
 from jaxcontact.slipping.results import ShearHistory as ShearHistory  # noqa: E402
+from jaxcontact.slipping.results import SteadyRolling as SteadyRolling  # noqa: E402
+from jaxcontact.slipping.rolling import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
@@ -73,6 +75,7 @@ __all__ = [
     "Sphere",
     "StandardLinearSolid",
     "Status",
+    "SteadyRolling",
     "SteadySliding",
     "TangentialDisplacement",
     "TangentialLoad",
@@ -82,6 +85,7 @@ __all__ = [
     "kernels",
     "load",
     "normal_response",
+    "roll_steady",
     "save",
     "sensitivity",
     "shear",

@@ -221,11 +221,11 @@ def _solve_partial_slip_jvp(primals, tangents):
     free = free_directions(problem.sheared(p), q, found.tangential.slip)
     space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)
     along, normal = change.operator.along(q), change.operator.normal(p)
-    forcing = [
+    moved, sunk = (
         along + change.operator.drawn(p) + change.drift,
-        (normal + change.operator.sunk(q) + change.gap)[None],
-    ]
-    forcing = jnp.concatenate(forcing)
+        normal + change.operator.sunk(q) + change.gap,
+    )
+    forcing = jnp.concatenate([moved, sunk[None]])
     dq, dp = _given(space, change, p)
     right = -(forcing + space.lifted(dq, dp) + space.turned(dq)) + _wanted(change)
     rest = jax.lax.custom_linear_solve(space.matrix, space(right), space.solve, transpose_solve=space.solve)
