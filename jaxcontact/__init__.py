@@ -55,6 +55,8 @@ from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E
 from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
 from jaxcontact.sliding.transient import slide as slide  # noqa: E402
 from jaxcontact.slipping.results import ShearHistory as ShearHistory  # noqa: E402
+from jaxcontact.slipping.results import SteadyRolling as SteadyRolling  # noqa: E402
+from jaxcontact.slipping.rolling import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
 from jaxcontact.studies import Study as Study  # noqa: E402
 from jaxcontact.studies import sweep as sweep  # noqa: E402
@@ -82,6 +84,7 @@ __all__ = [
     "Sphere",
     "StandardLinearSolid",
     "Status",
+    "SteadyRolling",
     "SteadySliding",
     "Study",
     "TangentialDisplacement",
@@ -93,6 +96,7 @@ __all__ = [
     "kernels",
     "load",
     "normal_response",
+    "roll_steady",
     "save",
     "sensitivity",
     "shear",

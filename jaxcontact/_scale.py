@@ -18,7 +18,9 @@ DIMENSIONS = {
     **dict.fromkeys(("contact_area", "smooth_area"), AREA),
     **dict.fromkeys(("load", "lateral_force", "tangential_force", "tangential_load"), FORCE),
     **dict.fromkeys(("stored_energy", "power", "dissipated"), ENERGY),
-    **dict.fromkeys(("film_strain", "iterations", "error", "status", "stick"), NONE),
+    **dict.fromkeys(
+        ("film_strain", "iterations", "error", "status", "stick", "slip_ratio", "creepage"), NONE
+    ),
 }
 
 

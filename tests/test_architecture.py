@@ -85,6 +85,7 @@ LAYERS = {
     "slipping.memory": 12,
     "slipping.march": 13,
     "slipping.shearing": 14,
+    "slipping.rolling": 15,
     "interior_fields": 7,
     # round about
     "plotting": 6,

@@ -21,6 +21,7 @@ GIVEN = [  # what users are given, and do not make
         jc.InteriorFields,
         jc.ShearHistory,
         jc.SlidingHistory,
+        jc.SteadyRolling,
         jc.SteadySliding,
         jc.Sensitivity,
         jc.Status,

@@ -39,8 +39,17 @@ def steady(velocity, body=BODY, control=LOAD, **keywords):
     return jc.slide_steady(body, BALL, control, velocity=velocity, grid=GRID, **keywords)
 
 
+def on_steel():
+    return jc.LayeredHalfSpace([], STEEL)
+
+
 def shear(tangential=jc.TangentialLoad((1.0, 0.0)), body=FLOWS, friction=0.3, **keywords):  # noqa: B008
     return jc.shear(body, STEEL_BALL, LOAD, tangential, TIMES, friction=friction, grid=GRID, **keywords)
+
+
+def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, **keywords):
+    given = {"friction": 0.3, "grid": GRID} | keywords
+    return jc.roll_steady(body(), BALL, control, velocity=velocity, creepage=creepage, **given)
 
 
 def on(material):
@@ -280,6 +289,25 @@ PYTHON = {
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
         r"depths \[m\]: expected >= 0",
     ),
+    "rolling on what creeps": (
+        lambda: roll(body=lambda: FLOWS),
+        r"expected elastic materials .* got Burgers",
+    ),
+    "rolling under a history": (
+        lambda: roll(control=jc.Load([1.0])),
+        r"Load: expected one number in the steady",
+    ),
+    "rolling in two directions": (lambda: roll(velocity=(1.0, 0.0)), r"velocity: expected a number, along x"),
+    "rolling at rest": (lambda: roll(velocity=0.0), r"velocity \[m/s\] \(its size\): expected > 0"),
+    "rolling by displacement": (
+        lambda: roll(creepage=jc.TangentialDisplacement((1e-6, 0.0))),
+        r"creepage: expected \(x, y\) or a TangentialLoad, got TangentialDisplacement",
+    ),
+    "creepage without direction": (
+        lambda: roll(creepage=1e-3),
+        r"creepage: expected \(x, y\) or a TangentialLoad",
+    ),
+    "creepage without end": (lambda: roll(creepage=(np.inf, 0.0)), r"creepage: expected finite numbers"),
     "a velocity of another shape": (
         lambda: slide(np.zeros(3)),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\)",

@@ -21,7 +21,7 @@ Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField Kelv
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
 enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
-InteriorFields subsurface
+InteriorFields subsurface SteadyRolling roll_steady
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
@@ -74,6 +74,7 @@ KEYWORDS = {
     jc.slide: "body indenter control times velocity grid tolerance max_iterations save substeps kernels checkpoint",
     jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels",
     jc.shear: "body indenter control tangential times friction grid coupled tolerance max_iterations save substeps",
+    jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
     jc.subsurface: "body grid pressure traction depths",
     jc.kernels: "body indenter grid nodes",
     jc.save: "result path case",

@@ -80,7 +80,9 @@ def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array) -> Transfer:
         t = _passed(port, own, foundation, t)
     L, K, N, T = compliance[-1]
     rr, rz, zr, zz, ss = t
-    return Transfer(*t, L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss)
+    return Transfer(
+        rr, rz, zr, zz, ss, L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss
+    )
 
 
 def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: Five) -> Five:

@@ -3,6 +3,8 @@
 from jax import Array
 
 from jaxcontact._pytree import pytree
+from jaxcontact._status import Status
+from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory, Readable
 
 
@@ -27,3 +29,43 @@ class ShearHistory(ContactHistory):
     dissipated: Array
 
     __repr__ = Readable.__str__
+
+
+@pytree
+class SteadyRolling(Readable):
+    """Steady rolling along x, in the frame of the indenter, SI units.
+
+    velocity [m/s]; profile, displacement (normal) [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on the body;
+    slip_ratio (2, nx, ny): slip velocity of the body over the indenter, over |v|, opposite to the traction, zero off
+    contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): slip velocity of the indenter over the body as
+    rigid bodies, over |v|, given or found; power [W] lost to friction: tangential_load times creepage times |v|;
+    approach, load, contact_area, smooth_area, film_strain, error, status: as in ``ShearHistory``; iterations: of the
+    last step.
+    """
+
+    grid: Grid
+    velocity: Array
+    profile: Array
+    pressure: Array
+    displacement: Array
+    traction: Array
+    slip_ratio: Array
+    stick: Array
+    tangential_load: Array
+    creepage: Array
+    power: Array
+    approach: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    iterations: Array
+    error: Array
+    status: Array
+
+    __repr__ = Readable.__str__
+
+    @property
+    def converged(self) -> Array:
+        """Whether the state can be trusted: its status is ``Status.FINE``, () bool."""
+        return self.status == Status.FINE

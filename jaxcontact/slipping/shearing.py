@@ -84,14 +84,14 @@ def shear(
         save=save, substeps=substeps,
     )  # fmt: skip
     _checks.one_of("save", save, "all", "last")
-    valid = check_tangential(tangential, np.shape(times)[0]) & _check_friction(friction, grid)
+    valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid)
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
     result, separation = _run(experiment, *given, coupled=bool(coupled))
     return reported(result, separation, experiment.valid)
 
 
-def _check_friction(friction: Any, grid: Grid) -> Verdict:
+def check_friction(friction: Any, grid: Grid) -> Verdict:
     """A number or a field of them, none negative."""
     shape = np.shape(friction)
     expected = f"a number or shape {tuple(grid.shape)}"
