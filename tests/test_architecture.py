@@ -22,6 +22,7 @@ LAYERS = {
     "_scale": 1,
     "citation": 1,
     "reference": 0,
+    "reference.layered_solid": -1,
     # what a user makes
     "grid": 2,
     "controls": 2,
@@ -37,7 +38,8 @@ LAYERS = {
     "response.layer": 0,
     "response.stack": 4,
     "response.rational": 5,
-    "response.layered": 8,
+    "response.ladder": 5,
+    "response.layered": 6,
     "response.body": 8,
     "indenters": 9,
     # traction -> displacement on a grid
@@ -134,7 +136,7 @@ def name_of(path: Path, package: Path = PACKAGE) -> str:
 
 def layer(module: str) -> int:
     if module.split(".")[0] in ("reference", "cases"):
-        return 0 if module.startswith("reference") else TOP + 1
+        return LAYERS.get(module, 0) if module.startswith("reference") else TOP + 1
     if module.split(".")[0] in ("__main__", "commands"):
         return TOP + 3 + (module == "__main__")
     return LAYERS.get(module, TOP)
