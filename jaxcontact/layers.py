@@ -8,7 +8,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import pytree, replace
-from jaxcontact.materials import Elastic, Material
+from jaxcontact.materials import Material
 
 
 @pytree
@@ -32,8 +32,8 @@ class LayeredHalfSpace:
     """Layers, the top one first, on a substrate; no layers make it a half-space.
 
     Args:
-        layers: a list of ``Layer``, empty for a half-space; one layer at most today.
-        substrate: a material; elastic under a layer.
+        layers: a list of ``Layer``, empty for a half-space.
+        substrate: a material.
 
     Example:
         >>> steel = jc.Elastic.from_young(210e9, nu=0.3)
@@ -60,25 +60,16 @@ def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
         f"body.layers: expected a list of Layer, got {type(body.layers).__name__}",
     )
     layers = tuple(body.layers)
-    _checks.require(
-        len(layers) <= 1,
-        f"body: expected at most one layer, got {len(layers)}: stacks cannot be computed yet",
-    )
     valid = check_material("substrate", body.substrate)
     for layer in layers:
-        valid = valid & _check_layer(layer, body.substrate)
+        valid = valid & _check_layer(layer)
     return replace(body, layers=layers), valid
 
 
-def _check_layer(layer: Layer, substrate: Material) -> Verdict:
+def _check_layer(layer: Layer) -> Verdict:
     _checks.require(
         isinstance(layer, Layer),
         f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
-    )
-    _checks.require(
-        isinstance(substrate, Elastic),
-        f"substrate: expected Elastic under a layer, got {type(substrate).__name__}:"
-        " a layer on a creeping substrate cannot be computed yet",
     )
     shape = np.shape(layer.thickness)
     _checks.require(shape == (), f"layer thickness [m]: expected a number, got shape {shape}")

@@ -24,6 +24,7 @@ LAYERS = {
     "compilation_cache": 1,
     "studies": 2,
     "reference": 0,
+    "reference.layered_solid": -1,
     # what a user makes
     "grid": 2,
     "controls": 2,
@@ -45,7 +46,8 @@ LAYERS = {
     "response.tangential_time": 6,
     "response.interior": 5,
     "response.interior_coefficients": 6,
-    "response.layered": 8,
+    "response.ladder": 5,
+    "response.layered": 6,
     "response.body": 8,
     "indenters": 9,
     # traction -> displacement on a grid
@@ -164,7 +166,7 @@ def name_of(path: Path, package: Path = PACKAGE) -> str:
 
 def layer(module: str) -> int:
     if module.split(".")[0] in ("reference", "cases"):
-        return 0 if module.startswith("reference") else TOP + 1
+        return LAYERS.get(module, 0) if module.startswith("reference") else TOP + 1
     if module.split(".")[0] in ("__main__", "commands"):
         return TOP + 3 + (module == "__main__")
     return LAYERS.get(module, TOP)

@@ -222,11 +222,6 @@ BAD = {
     "times that decrease": (dict(times=np.array([1.0, 0.0])), "do not decrease"),
     "negative thickness": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, -1.0)], GLASS)), "thickness"),
     "Poisson's ratio": (dict(body=half_space(jc.Elastic(1.0, 0.6))), "nu"),
-    "two layers": (dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)] * 2, GLASS)), "at most one layer"),
-    "creeping substrate": (
-        dict(body=jc.LayeredHalfSpace([jc.Layer(GLASS, 1.0)], jc.Maxwell(1.0, 1.0))),
-        "substrate",
-    ),
     "rigid first": (dict(body=half_space(jc.KelvinVoigt(1e9, 1e9))), "J\\(0\\) = 0"),
     "heights": (dict(indenter=jc.HeightField(np.zeros((3, 3)))), "heights"),
     "radius": (dict(indenter=jc.Sphere(0.0)), "radius"),

@@ -62,10 +62,6 @@ PYTHON = {
         lambda: indent(body=jc.LayeredHalfSpace(jc.Layer(FILM, 1e-7), STEEL)),
         r"expected a list of Layer, got Layer",
     ),
-    "two layers": (
-        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)] * 2, STEEL)),
-        r"one layer, got 2",
-    ),
     "a material for a layer": (
         lambda: indent(body=jc.LayeredHalfSpace([FILM], STEEL)),
         r"expected Layer\(.*Burgers",
@@ -77,10 +73,6 @@ PYTHON = {
     "a thickness over the plane": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
         r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",
-    ),
-    "a creeping substrate": (
-        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)], FILM)),
-        r"substrate: expected Elastic .*Burgers",
     ),
     "a number for a material": (
         lambda: indent(body=on(210e9)),
@@ -417,11 +409,6 @@ FILES = {
     ),
     "neither G nor E": ("E = 210e9", "", r"found neither G and E; accepted: one of them"),
     "a Prony series": (LAYER, PRONY, r"layer.tau: found 1 for 2 in J; accepted: as many numbers as in J"),
-    "a creeping substrate": (
-        '"elastic"\nE = 210e9',
-        '"maxwell"\nG = 1.0\neta = 1.0',
-        r'accepted: "elastic" under a layer',
-    ),
     "no heights": (
         BALL_TEXT,
         'shape = "height-field"\nheights = "none.npy"',

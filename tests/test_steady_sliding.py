@@ -80,7 +80,9 @@ def plane_strain_kernels(n, columns, dx):
         scale=Scale(jnp.asarray(dx), jnp.ones(()), jnp.asarray(dx**2)),
         separation_error=jnp.zeros(()),
         image_error=jnp.zeros(()),
+        at_zero=jnp.ones(1),
         grid=jc.Grid(shape=(n, columns), spacing=(dx, dx)),
+        nodes=1,
     )
 
 
@@ -94,7 +96,7 @@ def test_line_contact_of_a_standard_solid(speed):
         plane_strain_kernels(2 * n, 2, dx).family.members.spectrum[1:],
         jnp.asarray([speed / dx, 0.0]),
         jnp.ones(()),
-        None,
+        False,
         (n, 1),
         False,
     )

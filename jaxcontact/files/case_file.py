@@ -22,6 +22,7 @@ from jaxcontact.files.case_schema import (
     SECTIONS,
     SHAPES,
     TABLE,
+    TABLES,
     Key,
     choice,
 )
@@ -73,7 +74,9 @@ def read_case(path: Path) -> Case:
 
 
 def _case(tables: Table, folder: Path) -> Case:
-    sections = {name: Key(TABLE, "", name in REQUIRED_SECTIONS) for name in SECTIONS}
+    sections = {name: Key(TABLE, "", name in REQUIRED_SECTIONS) for name in SECTIONS} | {
+        "layer": Key(TABLES, "")
+    }
     _check_table("", tables, sections)
     for name in ("grid", "solver", "control", "times"):
         _check_table(name, tables.get(name, {}), SECTIONS[name])
@@ -152,15 +155,19 @@ def _same_length(where: str, material: Any) -> Any:
 
 
 def _body(tables: Table) -> LayeredHalfSpace:
-    layers = []
-    if "layer" in tables:
-        film = _material("layer", tables["layer"], SECTIONS["layer"])
-        layers = [Layer(film, float(tables["layer"]["thickness"]))]
-    substrate = _material("substrate", tables["substrate"], SECTIONS["substrate"])
-    if layers and not isinstance(substrate, materials.Elastic):
-        found = tables["substrate"]["material"]
-        raise CaseError(f'substrate.material: found "{found}", accepted: "elastic" under a layer')
-    return LayeredHalfSpace(layers, substrate)
+    layers = [
+        Layer(_material(where, table, SECTIONS["layer"]), float(table["thickness"]))
+        for where, table in layer_tables(tables)
+    ]
+    return LayeredHalfSpace(layers, _material("substrate", tables["substrate"], SECTIONS["substrate"]))
+
+
+def layer_tables(tables: Table) -> list[tuple[str, Table]]:
+    """The name and the table of each layer: one [layer], or a [[layer]] for each from the top down."""
+    given = tables.get("layer", [])
+    if isinstance(given, list):
+        return [(f"layer[{i}]", table) for i, table in enumerate(given)]
+    return [("layer", given)]
 
 
 def _indenter(table: Table, folder: Path) -> indenters.Indenter:

@@ -92,6 +92,10 @@ SHAPE = Accept(
 SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
 TEXT = Accept(lambda v: isinstance(v, str), "text")
 TABLE = Accept(lambda v: isinstance(v, dict), "a table")
+TABLES = Accept(
+    lambda v: isinstance(v, dict) or (isinstance(v, list) and all(isinstance(one, dict) for one in v)),
+    "a table, or a [[table]] for each",
+)
 
 G = Key(POSITIVE, "shear modulus [Pa]", required=True)
 ETA = Key(POSITIVE, "viscosity [Pa s]", required=True)

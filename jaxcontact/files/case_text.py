@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_file import Case, layer_tables
 from jaxcontact.files.case_schema import MATERIALS, SECTIONS, SHAPES, Key
 
 Table = dict[str, Any]
@@ -11,9 +11,12 @@ Table = dict[str, Any]
 
 def case_text(case: Case) -> str:
     """TOML that reads back as the same case; each line has its meaning and unit as a comment."""
-    sections = {name: _section(name, case) for name in SECTIONS}
-    blocks = [_block(name, *section) for name, section in sections.items() if section]
-    if "layer" not in case.tables:
+    sections = {name: _section(name, case) for name in SECTIONS if name != "layer"}
+    blocks = [_block(name, *section) for name, section in sections.items()]
+    layers = [_solid(table, SECTIONS["layer"]) for _, table in layer_tables(case.tables)]
+    heading = "[layer]" if isinstance(case.tables.get("layer"), list) else "layer"
+    blocks[:0] = [_block(heading, *layer) for layer in layers]
+    if not layers:
         blocks.insert(0, "# no [layer]: the substrate is all there is\n")
     if case.indenter.material is None:
         blocks.append("# no [indenter.material]: the indenter is rigid\n")
@@ -25,11 +28,11 @@ def case_text(case: Case) -> str:
     return "\n".join(blocks)
 
 
-def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]] | None:
-    """The values and keys of a section; None for one that the case does without."""
+def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]]:
+    """The values and keys of a section."""
     table, keys = case.tables.get(name, {}), SECTIONS[name]
-    if name in ("layer", "substrate"):
-        return _filled(table, MATERIALS[table["material"]][1] | keys) if table else None
+    if name == "substrate":
+        return _solid(table, keys)
     if name == "indenter":
         values = {key: value for key, value in table.items() if key != "material"}
         return _filled(values, keys | SHAPES[table["shape"]][1])
@@ -38,6 +41,11 @@ def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]] | None:
     if name == "grid":
         return _grid(case, keys)
     return _filled(table, keys)
+
+
+def _solid(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
+    """The values and keys of a layer or the substrate."""
+    return _filled(table, MATERIALS[table["material"]][1] | keys)
 
 
 def _elastic_keys() -> dict[str, Key]:

@@ -12,7 +12,7 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
-from jaxcontact._pytree import as_float64, is_concrete, pytree
+from jaxcontact._pytree import as_float64, is_concrete, pytree, static
 from jaxcontact._scale import Scale
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.indenters import Indenter, checked_indenter
@@ -49,7 +49,8 @@ class Kernels:
 
     family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
     separation_error: relative error of sharing the rates between wavenumbers, (); image_error: relative error of the
-    images between the wavenumbers where they are fitted, (); grid: that of the operators.
+    images between the wavenumbers where they are fitted, (); at_zero: the S_m at wavenumber zero, (M,); grid: that of
+    the operators; nodes: see ``kernels``.
     """
 
     family: FreeSpaceFamily
@@ -59,7 +60,9 @@ class Kernels:
     scale: Scale
     separation_error: Array
     image_error: Array
+    at_zero: Array
     grid: Grid
+    nodes: int = static()
 
     @property
     def errors(self) -> Errors:
@@ -87,7 +90,8 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         grid: a ``Grid``; the runs must be on the same.
         nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Two are good to 4e-7 of the
             displacement for a film a tenth as stiff as its substrate and to 3e-4 for one as stiff; take
-            more for a stiffer film (``separation_error`` says how good they are).
+            more for a stiffer film (``separation_error`` says how good they are). Of several layers, or on a substrate
+            that creeps, each stands for 12 rates spread over the times of the materials, and 4 shapes.
 
     Returns:
         ``Kernels``.
@@ -159,7 +163,8 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
         weights = jnp.append(layer.material.spectrum().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
     family = FreeSpaceFamily.of(scaled)
-    return Kernels(family, separable.rates, mix, film, scale, separable.error, error, grid)
+    at_zero = separable.terms[1:, 0]
+    return Kernels(family, separable.rates, mix, film, scale, separable.error, error, at_zero, grid, nodes)
 
 
 _build_jitted = functools.partial(jax.jit, static_argnames=("nodes",))(build)

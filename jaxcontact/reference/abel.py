@@ -25,8 +25,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import spherical_jn
 
+from jaxcontact.reference.layered_solid import surface_response
+
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 CUTOFF = 15.0  # alpha h beyond which H < exp(-30) (2 alpha h)^2 = 1e-10
+LONGEST = 1e-6  # alpha h of all layers below which a stack is its half-space
 TALBOT = 24  # nodes: 1e-12 for smooth monotone functions of time
 
 
@@ -40,6 +43,37 @@ class Layered(NamedTuple):
     substrate_modulus: float
     substrate_nu: float
     indenter_compliance: float = 0.0
+
+    def with_modulus(self, modulus):
+        """The same with another modulus of the layer."""
+        return self._replace(layer_modulus=modulus)
+
+
+class Pile(NamedTuple):
+    """Layers on a half-space: shear moduli [Pa] and nu from the top down, (layers + 1,), thicknesses [m],
+    (layers,); an elastic indenter's (1 - nu)/G [1/Pa]."""
+
+    moduli: np.ndarray
+    poissons: np.ndarray
+    thicknesses: np.ndarray
+    indenter_compliance: float = 0.0
+
+    @property
+    def thickness(self):
+        """That of the top layer, which decides where short waves end."""
+        return self.thicknesses[0]
+
+    @property
+    def layer_modulus(self):
+        return self.moduli[0]
+
+    @property
+    def layer_nu(self):
+        return self.poissons[0]
+
+    def with_modulus(self, modulus):
+        """The same with other moduli of all solids, (layers + 1,)."""
+        return self._replace(moduli=modulus)
 
 
 class Contact(NamedTuple):
@@ -56,7 +90,13 @@ def scaled_response(alpha, body):
     """alpha N(alpha) [1/Pa] of the layered half-space, compact form of theory A.2; complex moduli allowed.
 
     With k and lambda next to one, as for a stiff layer, their differences from one are taken by themselves.
+    A stack's is that of all interface conditions, held where layers are a millionth of a wave.
     """
+    if isinstance(body, Pile):
+        alpha = np.maximum(alpha, LONGEST / np.sum(body.thicknesses))
+        G, nu, h = (np.broadcast_to(part, (*alpha.shape, len(part))) for part in body[:3])
+        response = alpha * surface_response(G, nu, h, alpha, np.zeros_like(alpha))[..., 2, 2]
+        return response if np.iscomplexobj(body.moduli) else response.real
     Gc, nuc, h, Gs, nus, _ = body
     G, kc, ks, x = Gc / Gs, 3.0 - 4.0 * nuc, 3.0 - 4.0 * nus, alpha * h
     theta, gone = np.exp(-2.0 * x), -np.expm1(-2.0 * x)
@@ -200,7 +240,7 @@ def punch_creep(t, punch_radius, body, modulus, modes=60):
     """delta(t)/W [m/N] of a flat punch under a step load; `modulus` is the layer's g(s) = 1/(s J(s)) [Pa]."""
 
     def transform(s):
-        return punch_compliance(punch_radius, body._replace(layer_modulus=modulus(s)), modes) / s
+        return punch_compliance(punch_radius, body.with_modulus(modulus(s)), modes) / s
 
     return talbot(transform, t)
 
@@ -210,7 +250,7 @@ def _tables(body, modulus, alpha, step, steps):
     step."""
 
     def at(g):
-        layer = body._replace(layer_modulus=g)
+        layer = body.with_modulus(g)
         A = surface_compliance(layer)
         return np.append(A, scaled_response(alpha, layer) + body.indenter_compliance - A)
 
@@ -283,11 +323,11 @@ def march_step_load(load, duration, steps, body, modulus, radius, modes=30):
     the past enters as a Duhamel integral of Talbot inversions, g linear in time between instants. The layer
     modulus of `body` is not used.
     """
-    slow = body._replace(layer_modulus=1.0 / talbot(lambda s: 1.0 / (s * modulus(s)), duration))
+    slow = body.with_modulus(1.0 / talbot(lambda s: 1.0 / (s * modulus(s)), duration))
     largest = 1.3 * solve_load(load, slow, radius, modes).radius
     alpha, w = _waves(CUTOFF / body.thickness, min(2.0 * np.pi / largest, 0.5 / body.thickness))
     values, means = _tables(body, modulus, alpha, duration / steps, steps)
-    start = solve_load(load, body._replace(layer_modulus=modulus(1e9 * steps / duration).real), radius, modes)
+    start = solve_load(load, body.with_modulus(modulus(1e9 * steps / duration).real), radius, modes)
     contacts, spectra = [start], []
     nodes, node_weights = _panels(start.radius, start.radius / 12)
     for n in range(1, steps + 1):

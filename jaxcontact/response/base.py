@@ -2,12 +2,17 @@
 
 import abc
 
+import numpy as np
 from jax import Array
 
 from jaxcontact._pytree import pytree
 from jaxcontact.layers import Layer
 from jaxcontact.materials import Material
 from jaxcontact.response.images import Images
+
+QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(
+    5
+)  # for means over an interval of time
 
 
 @pytree
@@ -99,8 +104,8 @@ class Response(abc.ABC):
         """alpha N times the modulus of the film on a rigid base, at ``wavenumbers``, (n,)."""
 
     @abc.abstractmethod
-    def far_strength(self) -> Array | None:
-        """Of a half-space that creeps, (1 - nu): alpha N over J far from a load; None where creep stays near."""
+    def creeps_far(self) -> bool:
+        """Whether creep may be felt however far from a load: that of a half-space, or of a substrate."""
 
     @abc.abstractmethod
     def rigid_at_first(self) -> Array | bool:

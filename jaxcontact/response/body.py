@@ -5,14 +5,20 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.materials import Elastic
 from jaxcontact.response.base import Response
 from jaxcontact.response.half_space import HalfSpace
+from jaxcontact.response.layered import Stack
 from jaxcontact.response.one_layer import OneLayer
 
 
 def response_of(body: LayeredHalfSpace) -> Response:
     """The response of a body that has passed ``checked_body``."""
-    return OneLayer(body.layers[0], body.substrate) if body.layers else HalfSpace(body.substrate)
+    if not body.layers:
+        return HalfSpace(body.substrate)
+    if len(body.layers) == 1 and isinstance(body.substrate, Elastic):
+        return OneLayer(body.layers[0], body.substrate)
+    return Stack(tuple(body.layers), body.substrate)
 
 
 def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) -> Array:

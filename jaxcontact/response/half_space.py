@@ -78,8 +78,8 @@ class HalfSpace(Response):
         """Zero: there is no film."""
         return jnp.zeros(1)
 
-    def far_strength(self) -> Array:
-        return self.share
+    def creeps_far(self) -> bool:
+        return True
 
 
 def own_creep(spectrum: Spectrum) -> tuple[Array, Array]:

@@ -27,7 +27,6 @@ IMAGES = 64
 NODES = 501
 LONGEST, SHORTEST = 1e-10, 40.0  # alpha h between which a response is fitted,
 BEYOND = 1e5  # and where every image has died away
-FIRST = 1.6  # the least depth over h
 SPARSE = 4.0  # how much thinner the depths lie beyond the longest bending wave
 DAMPING = 1e-13  # of the heights, in units of the expected response
 
@@ -77,15 +76,6 @@ def image_depths(first: Array | float, bent: Array, last: Array) -> Array:
     dense, sparse = bent - first, (last - bent) / SPARSE
     where = jnp.linspace(0.0, dense + sparse, IMAGES)
     return jnp.exp(first + jnp.minimum(where, dense) + SPARSE * jnp.maximum(where - dense, 0.0))
-
-
-def rounded(value: Array) -> Array:
-    """The power of two next to a value above zero, without derivative.
-
-    What a fit is weighted by does not follow the response: the images are linear in it, without noise in
-    finite differences or between systems of units.
-    """
-    return jnp.exp2(jnp.round(jnp.log2(jax.lax.stop_gradient(value))))
 
 
 def steps(depths: Array, wavenumber: Array) -> Array:

@@ -77,6 +77,11 @@ def two_port(x: Array, nu: Array | float) -> TwoPort:
     )
 
 
+def uniaxial(nu: Array | float) -> Array | float:
+    """A layer's compliance in uniaxial strain over J h: (1 - 2 nu)/(2 (1 - nu))."""
+    return (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+
+
 def differences(x: Array) -> tuple[Array, Array]:
     """f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, to round-off at all x."""
     small = x < SERIES_BELOW

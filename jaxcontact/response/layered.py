@@ -1,8 +1,7 @@
 """Any stack of layers on a half-space, by the recursion: the same questions as one layer, by another formula.
 
 For one layer on an elastic substrate it answers what ``response.one_layer`` answers in closed form, to 1e-12,
-which shows that nothing else depends on the formula. Stacks themselves are not offered yet: the images of several
-layers of unlike thickness are not verified.
+which shows that nothing else depends on the formula.
 """
 
 import jax.numpy as jnp
@@ -10,14 +9,16 @@ from jax import Array
 
 from jaxcontact._pytree import pytree
 from jaxcontact.layers import Layer, LayeredHalfSpace
-from jaxcontact.materials import Material
-from jaxcontact.response.base import Response, Separable
+from jaxcontact.materials import Elastic, Material
+from jaxcontact.response import ladder
+from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.images import Images
-from jaxcontact.response.layer import two_port
-from jaxcontact.response.one_layer import QUADRATURE_NODES, QUADRATURE_WEIGHTS, OneLayer
+from jaxcontact.response.layer import two_port, uniaxial
 from jaxcontact.response.rational import separate
 from jaxcontact.response.stack import mean_step, scaled_response, solids
+
+RATES_A_NODE, SHAPES_A_NODE = 12, 4  # see ``response.rational`` for what 24 rates and 8 shapes are good to
 
 
 @pytree
@@ -42,31 +43,30 @@ class Stack(Response):
         return jnp.sum(scaled_response(self.body, wavenumber, compliances) * QUADRATURE_WEIGHTS, -1) / 2.0
 
     def wavenumbers(self) -> Array:
-        return self._top().wavenumbers()
+        return ladder.wavenumbers(self.body)
 
     def separate(self, nodes: int) -> Separable:
-        """Fixed rates, four a decade or so; ``nodes`` is not needed, ``error`` says how good they are."""
-        return separate(self.body, self.wavenumbers())
+        """Fixed rates, four a decade or so."""
+        rates, shapes = RATES_A_NODE * nodes, SHAPES_A_NODE * nodes
+        return separate(self.body, self.wavenumbers(), rates, shapes)
 
     def expand(self, values: Array) -> Images:
-        return self._top().expand(values)
+        return ladder.expand(self.body, values)
 
     def expand_shapes(self, shapes: Array) -> Images:
-        return self._top().expand_shapes(shapes)
-
-    def _top(self) -> OneLayer:
-        """The top layer on the substrate."""
-        return OneLayer(self.layers[0], self.substrate)
+        return ladder.expand_shapes(self.body, shapes)
 
     def wide(self, t: Array | float) -> Array:
         return HalfSpace(self.substrate).wide(t)
 
     def narrow(self, t: Array | float) -> Array:
-        return self._top().narrow(t)
+        return HalfSpace(self.layers[0].material).wide(t)
 
     def springs(self, t: Array | float) -> Array:
         """Of all layers, one under the other."""
-        each = [OneLayer(layer, self.substrate).springs(t) for layer in self.layers]
+        each = [
+            layer.material.creep(t) * layer.thickness * uniaxial(layer.material.nu) for layer in self.layers
+        ]
         return jnp.sum(jnp.stack(each), 0)
 
     def long_term(self) -> Array:
@@ -76,13 +76,13 @@ class Stack(Response):
         return jnp.any(jnp.stack([may_flow(solid) for solid in solids(self.body)]))
 
     def rigid_at_first(self) -> Array | bool:
-        return self._top().rigid_at_first()
+        return jnp.any(jnp.stack([jnp.asarray(HalfSpace(s).rigid_at_first()) for s in solids(self.body)]))
 
     def stiffness_ratio(self) -> Array:
-        return self._top().stiffness_ratio()
+        return ladder.stiffness_contrast(self.body)
 
     def surface(self) -> Material:
-        return self._top().surface()
+        return self.layers[0].material
 
     def film(self) -> Layer:
         """The top layer."""
@@ -92,5 +92,5 @@ class Stack(Response):
         top = self.layers[0]
         return two_port(self.wavenumbers() * top.thickness, top.material.nu).A[2]
 
-    def far_strength(self) -> None:
-        return None
+    def creeps_far(self) -> bool:
+        return not isinstance(self.substrate, Elastic)

@@ -21,35 +21,21 @@ with rho_k the relaxation rates of the material with a compliance 1/c in series,
 a_k = w_k/c^2 of the weights of that relaxation (``materials.relaxation_modes``): again positive terms only.
 """
 
-import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from jaxcontact._exponential import mean_decay
 from jaxcontact._pytree import pytree
-from jaxcontact.layers import Layer
+from jaxcontact.layers import Layer, LayeredHalfSpace
 from jaxcontact.materials import Material, Spectrum, relaxation_modes
-from jaxcontact.response.base import Response, Separable
+from jaxcontact.response import ladder
+from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
-from jaxcontact.response.images import (
-    FIRST,
-    Images,
-    Ladder,
-    fit_images,
-    fit_wavenumbers,
-    image_depths,
-    rounded,
-)
+from jaxcontact.response.images import Images
+from jaxcontact.response.layer import uniaxial
 from jaxcontact.response.separable import separate_bands
 
 SERIES_BELOW = 0.7
-SHALLOWEST = 30.0  # depth over h down to which images always lie closely
-BENDING = 13.0  # the same over h G^(1/3)
-STRETCHING = 50.0  # depth over h G down to which they lie at all
-STIFFEST = 2.0e6  # G beyond which they reach no farther
-LEAST_SLOPE = 1e-3  # to which the layer's own compliance is fitted where it is next to incompressible
-QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(5)
 
 
 @pytree
@@ -127,22 +113,16 @@ def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, 
     return J0 / (1.0 + stiffness * J0), weight / stiffness[..., None] ** 2, rho
 
 
-def expected_size(x: Array, contrast: Array | float, slope: Array) -> Array:
-    """About alpha N over that of the layer alone: its bending over the base, and its own compliance.
-
-    x: alpha h; contrast: G = (1 - nu_s) J_s/((1 - nu_c) J_c), zero for a rigid base; slope: of the layer on a rigid
-    base, as a bed of springs. The layer bends as a plate, G/(1 + G x^3/6); incompressible, it yields as 2/3 x^3.
-    """
-    own = slope * x + 2.0 / 3.0 * x**3
-    return contrast / (1.0 + contrast * x**3 / 6.0) + own / (1.0 + own)
-
-
 @pytree
 class OneLayer(Response):
     """A layer on an elastic substrate, in closed form."""
 
     layer: Layer
     substrate: Material
+
+    @property
+    def body(self) -> LayeredHalfSpace:
+        return LayeredHalfSpace((self.layer,), self.substrate)
 
     def modes(self, wavenumber: Array) -> Modes:
         """The partial fractions of alpha N, wavenumber > 0 [rad/m]."""
@@ -192,8 +172,7 @@ class OneLayer(Response):
         return jnp.where(zero, HalfSpace(self.substrate).step(wavenumber, start, end), mean)
 
     def wavenumbers(self) -> Array:
-        h = jax.lax.stop_gradient(self.layer.thickness)
-        return fit_wavenumbers(h, h)
+        return ladder.wavenumbers(self.body)
 
     def separate(self, nodes: int) -> Separable:
         """Bands of the decay rates of the film in parallel with the substrate; see ``response.separable``."""
@@ -206,31 +185,13 @@ class OneLayer(Response):
         return separate_bands(start, film, spectrum, moved, rho, nodes, exact)
 
     def expand(self, values: Array) -> Images:
-        return fit_images(values, self._ladder(rounded(self._contrast())))
+        return ladder.expand(self.body, values)
 
     def expand_shapes(self, shapes: Array) -> Images:
-        """The film's relative to itself, the others as ``expand``."""
-        film, others = fit_images(shapes[:1], self._ladder(0.0)), self.expand(shapes[1:])
-        return Images(film.depths, jnp.concatenate([film.heights, others.heights]))
-
-    def _contrast(self) -> Array:
-        """Compliance of a very wide contact over that of a very narrow one at first, as far as images reach."""
-        narrow, wide = self.narrow(0.0), self.wide(0.0)
-        return wide / jnp.maximum(narrow, wide / STIFFEST)
-
-    def _ladder(self, contrast: Array | float) -> Ladder:
-        """For images relative to ``expected_size``."""
-        reach, h, nu = self._contrast(), self.layer.thickness, self.layer.material.nu
-        depths = image_depths(FIRST, jnp.maximum(SHALLOWEST, BENDING * jnp.cbrt(reach)), STRETCHING * reach)
-        slope = rounded(jnp.maximum((1.0 - 2.0 * nu) / (2.0 * (1.0 - nu) ** 2), LEAST_SLOPE))
-        size = lambda x: expected_size(x, contrast, slope)
-        between = 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
-        return Ladder(self.wavenumbers(), depths * h, size(self.wavenumbers()[1:-1] * h), size(between))
+        return ladder.expand_shapes(self.body, shapes)
 
     def stiffness_ratio(self) -> Array:
-        film = self.layer.material.spectrum().instantaneous
-        substrate = self.substrate.spectrum().instantaneous
-        return jnp.where(film > 0.0, substrate / jnp.where(film > 0.0, film, 1.0), 0.0)
+        return ladder.stiffness_contrast(self.body)
 
     def wide(self, t: Array | float) -> Array:
         return HalfSpace(self.substrate).wide(t)
@@ -239,9 +200,7 @@ class OneLayer(Response):
         return HalfSpace(self.layer.material).wide(t)
 
     def springs(self, t: Array | float) -> Array:
-        """h (1 - 2 nu)/(2 (1 - nu)) J: uniaxial strain of the layer."""
-        nu = self.layer.material.nu
-        return self.layer.material.creep(t) * self.layer.thickness * (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+        return self.layer.material.creep(t) * self.layer.thickness * uniaxial(self.layer.material.nu)
 
     def long_term(self) -> Array:
         return HalfSpace(self.substrate).long_term()
@@ -262,6 +221,6 @@ class OneLayer(Response):
         modes, zero = self._modes_and_zero(self.wavenumbers())
         return jnp.where(zero, 0.0, modes.film)
 
-    def far_strength(self) -> None:
-        """None: at wavenumber zero the layer is not seen."""
-        return None
+    def creeps_far(self) -> bool:
+        """No: at wavenumber zero the layer is not seen."""
+        return False

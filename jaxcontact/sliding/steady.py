@@ -100,8 +100,8 @@ def _steady(experiment: Experiment, velocity: Array) -> Verdict:
         " for ever and there is no steady state",
     )
     _checks.require(
-        response.far_strength() is None or not isinstance(experiment.control, Approach),
-        "control: expected a Load on a half-space that flows without limit: its surface sinks for ever, so"
+        not response.creeps_far() or not isinstance(experiment.control, Approach),
+        "control: expected a Load on a half-space or substrate that flows without limit: its surface sinks for ever, so"
         " that under a fixed approach the load falls to nothing and there is no steady state",
     )
     return finite
@@ -126,18 +126,19 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors
 
 def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
     """The wake in cells per second; that of a half-space reaches beyond the grid."""
-    grid, point = experiment.grid, response_of(experiment.body).far_strength()
-    if point is None:
+    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
+    if not far_off:
         shapes = extended(kernels, grid.shape)
     else:
         wide = replace(grid, shape=doubled(grid.shape))
-        shapes = build(experiment.body, experiment.indenter, wide).family.members.spectrum[1:]
-    return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], point, grid.shape, across)
+        again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
+        shapes = again.family.members.spectrum[1:]
+    return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
 def _with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
     response = response_of(experiment.body)
-    sinks = response.far_strength() is not None and not experiment.load_controlled
+    sinks = response.creeps_far() and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks
     return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
 

@@ -9,9 +9,10 @@ time to cross the grid, so that each mode has the factor T phi(z), phi = (1 - ex
 finite for every rate and mode, unlimited flow included, and without wrapping around on a grid of twice
 the size, where the kernel is made, and then cut to the offsets on the grid.
 
-What lies farther behind is out of a film's reach. A half-space feels it as a line of point sources,
+What lies farther behind is out of a film's reach. A half-space or a substrate that creeps feels it as a line of
+point sources, with lambda_k C_k at wavenumber zero, (1 - nu) fluidity_k for a half-space,
 
-    C_far(x) = (1 - nu) fluidity_k/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
+    C_far(x) = (lambda_k C_k)(0)/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
 
 For lambda = 0 this grows with the logarithm of the length of the track, the same everywhere: the
 pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
@@ -40,7 +41,7 @@ class Wake:
     """What the indenter leaves behind.
 
     kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
-    along x per second]; ratio: dy/dx; point: see ``Response.far_strength``; shape: (nx, ny) of the grid; across:
+    along x per second]; ratio: dy/dx; far_off: ``Response.creeps_far``; shape: (nx, ny) of the grid; across:
     whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
     one row in place of MY/2 + 1.
     """
@@ -49,7 +50,7 @@ class Wake:
     shapes: Array
     velocity: Array
     ratio: Array
-    point: Array | None
+    far_off: bool = static()
     shape: tuple[int, int] = static()
     across: bool = static()
 
@@ -84,7 +85,7 @@ class Wake:
         """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
         mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
         near = jnp.sum(self.shapes * mixed, 0)
-        if self.point is None:
+        if not self.far_off:
             return on_grid(near, self.shape)
         return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
 
@@ -146,15 +147,14 @@ class Wake:
 
     def drift(self, total: Array) -> Array:
         """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
-        if self.point is None:
+        if not self.far_off:
             return jnp.zeros(())
         flows = self.kernels.rates == 0.0
         return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
 
     def _point_strength(self) -> Array:
         """Displacement rate at a distance of one cell from a cell of unit pressure, (K,)."""
-        assert self.point is not None
-        return self.kernels.mix[0] * self.ratio * self.point / (2.0 * jnp.pi)
+        return self.kernels.at_zero @ self.kernels.mix * self.ratio / (2.0 * jnp.pi)
 
 
 def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:

@@ -1,0 +1,112 @@
+"""Where the images of a layered body lie, and what they are fitted relative to.
+
+A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
+of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose moduli and
+thicknesses, relative to the top layer's, are rounded to powers of two: it does not follow the body, so the images
+are linear in the response, without noise in finite differences.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.response.images import Images, Ladder, fit_images, fit_wavenumbers, image_depths
+from jaxcontact.response.layer import two_port
+from jaxcontact.response.stack import solids, surface_compliance
+
+FIRST = 1.6  # least depth over the thickness of the top layer
+SHALLOWEST = 30.0  # depth over all layers down to which images always lie closely
+BENDING = 13.0  # the same over the longest bending wave
+STRETCHING = 50.0  # depth down to which they lie at all, over the longest wave of stretching
+STIFFEST = 2.0e6  # ratio of moduli beyond which they reach no farther
+STEPS, LARGEST = (
+    8.0,
+    0.498,
+)  # of the rounded Poisson's ratio: in a unit, and the last, whose weight is not yet zero
+
+
+class Solids(NamedTuple):
+    """The solids from the top to the half-space: compliances at first [1/Pa] and Poisson's ratios, (layers + 1,);
+    thicknesses [m], (layers,)."""
+
+    compliances: Array
+    poissons: Array
+    thicknesses: Array
+
+
+def solids_of(body: LayeredHalfSpace) -> Solids:
+    """Without derivative."""
+    each = solids(body)
+    first = jnp.stack([solid.spectrum().instantaneous for solid in each])
+    poissons = jnp.stack([jnp.asarray(solid.nu, float) for solid in each])
+    thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
+    return jax.lax.stop_gradient(Solids(first, poissons, thicknesses))
+
+
+def stiffness_contrast(body: LayeredHalfSpace) -> Array:
+    """The largest modulus at first over one of those below it, (), solids aside that are rigid at first."""
+    compliances = solids_of(body).compliances
+    softest_below, above = jax.lax.cummax(compliances, reverse=True)[1:], compliances[:-1]
+    return jnp.max(jnp.where(above > 0.0, softest_below / jnp.where(above > 0.0, above, 1.0), 0.0))
+
+
+def wavenumbers(body: LayeredHalfSpace) -> Array:
+    """Where the response is to be known for its images, (n,) [rad/m]."""
+    h = solids_of(body).thicknesses
+    return fit_wavenumbers(h[0], jnp.sum(h))
+
+
+def expand(body: LayeredHalfSpace, values: Array) -> Images:
+    """Images of responses at ``wavenumbers``, (..., n), relative to the body's response at first."""
+    rough = _rounded(solids_of(body))
+    return fit_images(values, _ladder(body, lambda alpha: surface_compliance(*rough, alpha).normal))
+
+
+def expand_film(body: LayeredHalfSpace, values: Array) -> Images:
+    """The same relative to the response of the top layer on a rigid base."""
+    rough = _rounded(solids_of(body))
+    return fit_images(
+        values, _ladder(body, lambda a: two_port(a * rough.thicknesses[0], rough.poissons[0]).A[2])
+    )
+
+
+def expand_shapes(body: LayeredHalfSpace, shapes: Array) -> Images:
+    """Images of shapes (M, n), the first one relative to the film's, the others to the body's response at first."""
+    film, others = expand_film(body, shapes[:1]), expand(body, shapes[1:])
+    return Images(film.depths, jnp.concatenate([film.heights, others.heights]))
+
+
+def _rounded(solids: Solids) -> Solids:
+    """The body that gives the weights."""
+    rounded = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
+    poissons = jnp.minimum(jnp.round(STEPS * solids.poissons) / STEPS, LARGEST)
+    soft = jnp.maximum(solids.compliances, jnp.max(solids.compliances) / STIFFEST)
+    return Solids(rounded(soft), poissons, rounded(solids.thicknesses))
+
+
+def _reach(solids: Solids) -> tuple[Array, Array]:
+    """Lengths of the waves under which layers bend and are stretched over what lies below [m], () each.
+
+    Of thickness t, R times as stiff as a solid below them: t R^(1/3) and t R; over a layer of thickness d, whose
+    springs give way first, (R t^3 d)^(1/4), or (R t^3 d^3)^(1/6) if they are incompressible, and (R t d)^(1/2).
+    """
+    j, d = jnp.maximum(solids.compliances, jnp.max(solids.compliances) / STIFFEST), solids.thicknesses
+    ratio = j[1:] / jax.lax.cummin(j[:-1])
+    t, d = jnp.cumsum(d), jnp.append(d[1:], jnp.inf)
+    on_layer = jnp.maximum((ratio * t**3 * d) ** 0.25, (ratio * t**3 * d**3) ** (1.0 / 6.0))
+    bent = jnp.minimum(t * jnp.cbrt(ratio), on_layer)
+    return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
+
+
+def _ladder(body: LayeredHalfSpace, size: Callable[[Array], Array]) -> Ladder:
+    """For images relative to a size (n,) at wavenumbers (n,)."""
+    solids = solids_of(body)
+    bent, stretched = _reach(solids)
+    dense = jnp.maximum(SHALLOWEST * jnp.sum(solids.thicknesses), BENDING * bent)
+    depths = image_depths(FIRST * solids.thicknesses[0], dense, STRETCHING * stretched)
+    alpha, between = wavenumbers(body), 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
+    return Ladder(alpha, depths, size(alpha[1:-1]), size(between))
