@@ -557,6 +557,10 @@ ELSEWHERE = {  # reached by no row, and why
     "labels.py: extra": "test_summaries.py, without the extra",
     "results.py: _check_one": "test_summaries.py, many runs",
     **{
+        f"studies.py: {name}": "test_studies.py"
+        for name in ("_checked", "_held", "_check_function", "_call", "__getitem__")
+    },
+    **{
         f"storage.py: {name}": "test_storage.py, forged files"
         for name in ("_check_arrays", "_check_axis", "_count_of_times", "_read_netcdf")
     },
