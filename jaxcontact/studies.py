@@ -1,13 +1,13 @@
 """Many cases of one function: what is missing is computed, each case kept as it is done, failures passed over."""
 
 import contextlib
+import copy
 import functools
 import hashlib
-import inspect
 import json
 import types
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,18 +43,28 @@ class Study:
         return len(self.cases)
 
     def __getitem__(self, index: int) -> Result:
-        """What f returned for a case; KeyError for one that failed."""
+        """What f returned for a case; KeyError for one that failed, IndexError for one that is not there."""
+        index = range(len(self))[index]
         if index in self.failures:
             raise KeyError(f"case {index} failed: {self.failures[index]}")
         arrays = read_npz(self.folder / _file(self.cases[index]))
         return {name: values for name, values in arrays.items() if name != CASE}
 
+    def done(self) -> list[int]:
+        """The indices of the cases that did not fail."""
+        return [index for index in range(len(self)) if index not in self.failures]
+
     def stacked(self, name: str) -> np.ndarray:
-        """One result of all cases, (n, ...), nan where a case failed."""
-        found = {index: self[index][name] for index in range(len(self)) if index not in self.failures}
-        like = next(iter(found.values()), np.zeros(()))
-        missing = np.full(like.shape, np.nan)
-        return np.stack([found.get(index, missing) for index in range(len(self))])
+        """One result of all cases, (n, ...), nan where a case failed; ValueError unless all have it in one shape."""
+        found = {index: self[index] for index in self.done()}
+        names = sorted(set[str]().union(*found.values()))
+        if not found or any(name not in result for result in found.values()):
+            raise ValueError(f"name: expected what every case returned, one of {names}; got {name!r}")
+        shapes = {result[name].shape for result in found.values()}
+        if len(shapes) > 1:
+            raise ValueError(f"{name}: expected one shape in all cases, got {sorted(shapes)}; take study[i]")
+        missing = np.full(shapes.pop(), np.nan)
+        return np.stack([found[i][name] if i in found else missing for i in range(len(self))])
 
     def __str__(self) -> str:
         done = len(self) - len(self.failures)
@@ -64,7 +74,7 @@ class Study:
 
 def sweep(
     f: Callable[[Case], Mapping[str, Any]],
-    cases: Sequence[Mapping[str, Any]],
+    cases: Iterable[Mapping[str, Any]],
     out: str | Path,
     *,
     executor: Executor | None = None,
@@ -73,7 +83,8 @@ def sweep(
 
     Each case is a file of its own, written whole when it is done: however a sweep ends, what was finished stays,
     and the same call goes on. A case that raises, or whose process dies, is reported, and the others go on; the next
-    call tries it again. What f reads beside its case is not looked at: for another body take another folder.
+    call tries it again. f's own code, defaults and what it closes over belong to the folder; what else it reads is not
+    looked at: for another module-level body take another folder.
 
     Args:
         f: a function of a dict that returns a dict of arrays or numbers. A module's function or one of a notebook.
@@ -101,14 +112,15 @@ def sweep(
     """
     chosen = _checked(f, cases)
     folder = Path(out)
+    if folder.is_file():
+        raise ValueError(f"out: expected a folder, got the file {folder}")
     folder.mkdir(parents=True, exist_ok=True)
-    missing = {_file(case): case for case in chosen}
+    names = [_file(case) for case in chosen]
     with _held(folder):
         _check_function(f, folder)
-        missing = {name: case for name, case in missing.items() if not (folder / name).exists()}
+        missing = {name: case for name, case in zip(names, chosen, strict=True) if not _whole(folder / name)}
         failed = _fill(f, missing, folder, executor)
-    places = {index: _file(case) for index, case in enumerate(chosen)}
-    return Study(folder, chosen, {index: failed[name] for index, name in places.items() if name in failed})
+    return Study(folder, chosen, {index: failed[name] for index, name in enumerate(names) if name in failed})
 
 
 def _checked(f: Any, cases: Any) -> tuple[Case, ...]:
@@ -116,16 +128,19 @@ def _checked(f: Any, cases: Any) -> tuple[Case, ...]:
         raise ValueError(
             f"f: expected a function of a case, got {type(f).__name__}: what varies goes into the cases"
         )
+    if isinstance(cases, Mapping | str) or not isinstance(cases, Iterable):
+        raise ValueError(f"cases: expected a list of dicts, got {type(cases).__name__}")
+    cases = tuple(cases)
     for index, case in enumerate(cases):
-        if not isinstance(case, Mapping):
-            raise ValueError(f"cases[{index}]: expected a dict, got {type(case).__name__}")
+        if not isinstance(case, Mapping) or not all(isinstance(name, str) for name in case):
+            raise ValueError(f"cases[{index}]: expected a dict of names, got {case!r}")
         try:
-            _file(dict(case))
+            _text(dict(case))
         except (TypeError, ValueError) as error:
             raise ValueError(
                 f"cases[{index}]: expected finite numbers, text and lists, got {case}"
             ) from error
-    return tuple(dict(case) for case in cases)
+    return tuple(json.loads(_text(dict(case))) for case in cases)
 
 
 def _text(case: Case) -> str:
@@ -148,17 +163,33 @@ def _held(folder: Path) -> Iterator[None]:
         raise ValueError(f"out: {folder} is in use by another sweep") from error
 
 
+def _whole(path: Path) -> bool:
+    """Whether a case is there and can be read; what cannot is computed again."""
+    try:
+        return path.exists() and CASE in read_npz(path, CASE)
+    except ValueError:
+        return False
+
+
+def _code(code: types.CodeType) -> tuple[Any, ...]:
+    """What a function does, wherever in its file it stands."""
+    constants = [_code(each) if isinstance(each, types.CodeType) else each for each in code.co_consts]
+    return code.co_code, code.co_names, constants
+
+
 def _check_function(f: types.FunctionType, folder: Path) -> None:
     """Results of another function, or of another version of it, are not taken for those of this one."""
-    try:
-        source = hashlib.sha256(inspect.getsource(f).encode()).hexdigest()
-    except (OSError, TypeError):
-        source = ""
-    own = {"function": f.__qualname__, "source": source, "jaxcontact": __version__}
+    held = [cell.cell_contents for cell in f.__closure__ or ()]
+    source = repr((_code(f.__code__), f.__defaults__, f.__kwdefaults__, held))
+    own = {
+        "function": f.__qualname__,
+        "code": hashlib.sha256(source.encode()).hexdigest(),
+        "jaxcontact": __version__,
+    }
     path = folder / FUNCTION
     if not path.exists():
         write_whole(path, lambda partial: partial.write_text(json.dumps(own)))
-    elif json.loads(path.read_text()) != own:
+    elif path.read_text() != json.dumps(own):
         raise ValueError(f"out: {folder} holds results of another function or version; take another folder")
 
 
@@ -227,10 +258,13 @@ def _share_programs() -> None:
 
 def _call(f: Callable, case: Case) -> Result:
     """In the process that computes: the result as arrays of numbers."""
-    found = f(case)
+    found = f(copy.deepcopy(case))
     if not isinstance(found, Mapping):
         raise ValueError(f"f: expected a dict of arrays, got {type(found).__name__}")
-    arrays = {str(name): np.asarray(values) for name, values in found.items()}
+    for name in found:
+        if not isinstance(name, str) or name == CASE:
+            raise ValueError(f"f: expected names of arrays, got {name!r}")
+    arrays = {name: np.asarray(values) for name, values in found.items()}
     for name, values in arrays.items():
         if values.dtype.kind not in "biufc":
             raise ValueError(f"f: expected numbers in {name!r}, got {values.dtype}")

@@ -20,6 +20,7 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, uni
     "tangential_force": "N",
     "friction_coefficient": "",
     "power": "W",
+    "dissipated": "J",
 }
 
 
@@ -64,9 +65,9 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     values = _values(result, field)
     if values is None:
         return []
-    picked = (
-        {"first": values[0], "last": values[-1], "largest": np.max(values)} if values.ndim else {"": values}
-    )
+    picked = {"": values}
+    if values.ndim:
+        picked = {"first": values[0], "last": values[-1], "largest": values[np.argmax(np.abs(values))]}
     if hasattr(result, "times") and not values.ndim:  # of the last time alone, with save="last"
         picked = {"first": None, "last": values}
     cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())

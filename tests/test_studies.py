@@ -64,7 +64,8 @@ def test_what_fails_is_reported_and_the_others_are_done(tmp_path):
         0: "ValueError: f: expected a dict of arrays, got list",
         1: "ValueError: f: expected numbers in 'name', got <U5",
     }
-    assert np.isnan(bad.stacked("name")).all()
+    with pytest.raises(ValueError, match="one of"):
+        bad.stacked("name")
 
 
 SLOWLY = """
@@ -105,7 +106,7 @@ def test_a_folder_holds_one_function(tmp_path):
     with pytest.raises(ValueError, match="another function or version"):
         jc.sweep(words, CASES[:1], tmp_path)
     for cases, told in (
-        ([1.0], r"cases\[0\]: expected a dict, got float"),
+        ([1.0], r"cases\[0\]: expected a dict of names, got 1.0"),
         ([{"x": np.nan}], "expected finite"),
         ([{"x": {1}}], "expected finite numbers"),
     ):
@@ -113,6 +114,53 @@ def test_a_folder_holds_one_function(tmp_path):
             jc.sweep(noted, cases, tmp_path)
     with pytest.raises(ValueError, match="f: expected a function of a case, got partial"):
         jc.sweep(__import__("functools").partial(noted), CASES, tmp_path)
+
+
+def test_a_changed_function_of_the_same_name_is_another(tmp_path):
+    """Also where no source can be read, and where it is what the function closes over that has changed."""
+
+    def made(factor):
+        def f(case):
+            return {"v": factor * case["x"]}
+
+        return f
+
+    one = ThreadPoolExecutor(1)
+    assert jc.sweep(made(1.0), CASES[:2], tmp_path, executor=one).stacked("v").tolist() == [0.0, 1.0]
+    with pytest.raises(ValueError, match="another function or version"):
+        jc.sweep(made(2.0), CASES[:2], tmp_path, executor=one)
+    for text in ("2.0", "3.0"):
+        names = {}
+        exec(f"def f(case): return {{'v': {text} * case['x']}}", names)
+        if text == "2.0":
+            jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
+    with pytest.raises(ValueError, match="another function or version"):
+        jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
+
+
+def test_what_f_does_to_its_case_and_what_stands_in_the_folder(tmp_path):
+    def f(case):
+        case["x"] = 2.0 * case["x"]
+        return {"v": case["x"], "shape": np.zeros(int(case["x"]))}
+
+    one = ThreadPoolExecutor(1)
+    study = jc.sweep(f, ({"x": x} for x in (1.0, 2.0)), tmp_path, executor=one)
+    assert study.stacked("v").tolist() == [2.0, 4.0] and study[-1]["v"] == 4.0 and study.done() == [0, 1]
+    for path in tmp_path.glob("*.npz"):
+        path.write_bytes(b"cut off")
+    study = jc.sweep(f, [{"x": 1.0}, {"x": 2.0}], tmp_path, executor=one)
+    assert study.stacked("v").tolist() == [2.0, 4.0]
+    with pytest.raises(ValueError, match=r"shape: expected one shape in all cases, got \[\(2,\), \(4,\)\]"):
+        study.stacked("shape")
+    with pytest.raises(ValueError, match=r"one of \['shape', 'v'\]; got 'V'"):
+        study.stacked("V")
+    with pytest.raises(IndexError):
+        study[2]
+    with pytest.raises(ValueError, match="expected a list of dicts, got NoneType"):
+        jc.sweep(f, None, tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ValueError, match="out: expected a folder, got the file"):
+        jc.sweep(f, [], tmp_path / "file")
 
 
 def test_a_folder_in_use_is_said_to_be(tmp_path):

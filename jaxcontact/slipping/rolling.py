@@ -20,6 +20,7 @@ from jaxcontact.grid import Grid
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators.kernels import Errors
 from jaxcontact.operators.traction_kernels import build_traction
 from jaxcontact.response.tangential_time import check_no_creep
 from jaxcontact.slipping.memory import TractionMemory
@@ -86,8 +87,8 @@ def roll_steady(
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
     speed, value, friction = (as_float64(jnp.asarray(a, float)) for a in (velocity, value, friction))
     experiment = experiment.also(verdict)
-    result, separation = _run(experiment, speed, value, friction, forced=forced, coupled=bool(coupled))
-    return reported(result, separation, experiment.valid)
+    result, errors = _run(experiment, speed, value, friction, forced=forced, coupled=bool(coupled))
+    return reported(result, errors, experiment.valid)
 
 
 def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
@@ -119,7 +120,7 @@ class _Rolled(NamedTuple):
 
 def _compiled(
     experiment: Experiment, velocity: Array, value: Array, friction: Array, *, forced: bool, coupled: bool
-) -> tuple[SteadyRolling, Array]:
+) -> tuple[SteadyRolling, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=coupled)
     scale, shape = kernels.normal.scale, experiment.grid.shape
@@ -144,7 +145,7 @@ def _compiled(
     in_si = scale.to_si(**numbers)
     power = jnp.abs(velocity) * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
     result = SteadyRolling(grid=experiment.grid, velocity=velocity, power=power, **in_si)
-    return result, kernels.normal.separation_error
+    return result, kernels.normal.errors
 
 
 _run = jax.jit(_compiled, static_argnames=("forced", "coupled"))

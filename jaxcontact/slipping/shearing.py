@@ -18,6 +18,7 @@ from jaxcontact.controls import Control, TangentialControl, TangentialLoad, chec
 from jaxcontact.grid import Grid
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators.kernels import Errors
 from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
 from jaxcontact.slipping.march import ShearSetup, ShearStep, march
 from jaxcontact.slipping.memory import TractionMemory
@@ -87,8 +88,8 @@ def shear(
     valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid)
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
-    result, separation = _run(experiment, *given, coupled=bool(coupled))
-    return reported(result, separation, experiment.valid)
+    result, errors = _run(experiment, *given, coupled=bool(coupled))
+    return reported(result, errors, experiment.valid)
 
 
 def check_friction(friction: Any, grid: Grid) -> Verdict:
@@ -101,7 +102,7 @@ def check_friction(friction: Any, grid: Grid) -> Verdict:
 
 def _compiled(
     experiment: Experiment, tangential: TangentialControl, friction: Array, *, coupled: bool
-) -> tuple[ShearHistory, Array]:
+) -> tuple[ShearHistory, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=coupled)
     scale = kernels.normal.scale
@@ -111,7 +112,7 @@ def _compiled(
     fields = outcomes.fields or last
     in_si = scale.to_si(profile=setup.profile, **fields, **outcomes.numbers)
     history = ShearHistory(times=experiment.times, grid=experiment.grid, saved=None, **in_si)
-    return history, kernels.normal.separation_error
+    return history, kernels.normal.errors
 
 
 _run = jax.jit(_compiled, static_argnames=("coupled",))
