@@ -1,6 +1,7 @@
 """The fit of a ball on a half-space: its objective, where it begins, and what is said of its optimum.
 
-Under depth control there may be several minima. So the fit begins from several retardation times, on some of
+Under depth control, or with a contact point to be found, there may be several minima. So the fit then begins from
+several retardation times, on some of
 the points, and goes on with all of them from the lowest that it came to.
 """
 
@@ -80,7 +81,10 @@ def _starts(
     power = padding.repeated(root**3 - press.extra * press.load)
     weights = padding.without_weight(use / (1.5 * root) * even)
     basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
-    return start(press, power, weights, basis, least=1e-6), spread_starts(press, power, weights, basis)
+    first = start(press, power, weights, basis, least=1e-6)
+    if kind == "load" and np.all(press.space.material[press.space.free]):
+        return first, []  # every retardation time was searched for it already
+    return first, spread_starts(press, power, weights, basis)
 
 
 def _moves(press: Press, best: Best, name: str) -> np.ndarray:
