@@ -1,6 +1,5 @@
 """Contact on several layers and on substrates that creep, against axisymmetric solutions from interface conditions."""
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
