@@ -17,15 +17,19 @@ from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
+from jaxcontact.slipping.results import ShearHistory
 
 Result = ContactHistory | SteadySliding
-KINDS: dict[str, type] = {cls.__name__: cls for cls in (ContactHistory, SlidingHistory, SteadySliding)}
+KINDS: dict[str, type] = {
+    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, SteadySliding)
+}
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
 NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function saved may be of any shape
 
 # dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
 TIME, MAP, VECTOR = ("time",), ("time", "x", "y"), ("time", "direction")
+VECTOR_MAP = ("time", "direction", "x", "y")
 FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "times": (TIME, "s", "time"),
     "profile": (("x", "y"), "m", "gap at first touch"),
@@ -47,6 +51,12 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "leading_peak": (TIME, "Pa", "largest pressure ahead of the axis"),
     "power": (TIME, "W", "power dissipated in the body"),
     "stored_energy": (TIME, "J", "energy stored in the body"),
+    "traction": (VECTOR_MAP, "Pa", "tangential traction on the body"),
+    "slip": (VECTOR_MAP, "m", "slip of the body over the indenter since the time before"),
+    "stick": (MAP, "1", "in contact without slip"),
+    "tangential_load": (VECTOR, "N", "tangential load on the indenter"),
+    "tangential_displacement": (VECTOR, "m", "tangential displacement of the indenter"),
+    "dissipated": (TIME, "J", "lost to friction since the first time"),
     "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
 }
 
@@ -55,8 +65,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all.
 
     Args:
-        result: ``ContactHistory``, ``SlidingHistory`` or ``SteadySliding``; what a ``save`` function kept is left
-            out.
+        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory`` or ``SteadySliding``; what a ``save``
+            function kept is left out.
         path: with the ending ``.npz`` or ``.nc``.
         case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
             of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
@@ -143,7 +153,7 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
-        if arrays[name].dtype.kind not in "fiu":
+        if arrays[name].dtype.kind not in "bfiu":
             raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
     for name in ("x", "y"):
         _check_axis(name, arrays[name])
