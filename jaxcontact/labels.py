@@ -12,6 +12,7 @@ NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function s
 
 # dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
 TIME, MAP, VECTOR = ("time",), ("time", "x", "y"), ("time", "direction")
+VECTOR_MAP = ("time", "direction", "x", "y")
 FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "times": (TIME, "s", "time"),
     "profile": (("x", "y"), "m", "gap at first touch"),
@@ -33,6 +34,12 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "leading_peak": (TIME, "Pa", "largest pressure ahead of the axis"),
     "power": (TIME, "W", "power dissipated in the body"),
     "stored_energy": (TIME, "J", "energy stored in the body"),
+    "traction": (VECTOR_MAP, "Pa", "tangential traction on the body"),
+    "slip": (VECTOR_MAP, "m", "slip of the body over the indenter since the time before"),
+    "stick": (MAP, "1", "in contact without slip"),
+    "tangential_load": (VECTOR, "N", "tangential load on the indenter"),
+    "tangential_displacement": (VECTOR, "m", "tangential displacement of the indenter"),
+    "dissipated": (TIME, "J", "lost to friction since the first time"),
     "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
 }
 

@@ -65,7 +65,7 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     values = _values(result, field)
     if values is None:
         return []
-    picked = {"": values}
+    picked: dict[str, Any] = {"": values}
     if values.ndim:
         picked = {"first": values[0], "last": values[-1], "largest": values[np.argmax(np.abs(values))]}
     if hasattr(result, "times") and not values.ndim:  # of the last time alone, with save="last"

@@ -74,6 +74,16 @@ def test_mindlin_and_deresiewicz_loop():
     np.testing.assert_allclose(shift[2:], [-shift[1], shift[1]], rtol=1e-4)
 
 
+@pytest.mark.parametrize("ending", ["npz", "nc"])
+def test_a_history_with_friction_comes_back_from_its_file(ending, tmp_path):
+    _, history = sheared(64, 0.3, *LOOP)
+    again = jc.load(jc.save(history, tmp_path / f"loop.{ending}"))
+    assert isinstance(again, jc.ShearHistory)
+    for name in ("traction", "slip", "stick", "tangential_load", "dissipated", "pressure"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(history, name))
+    assert again.stick.dtype == bool
+
+
 @functools.cache
 def compressed():
     """CONTACT's example spence35 (release 2707): load (k/45)^3 N, k = 1 to 35, on 45 x 45 cells of 0.2 mm."""

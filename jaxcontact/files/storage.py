@@ -17,9 +17,12 @@ from jaxcontact.grid import Grid
 from jaxcontact.labels import FIELDS, arrays_of, dataset, status_names, stored_fields
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
+from jaxcontact.slipping.results import ShearHistory
 
 Result = ContactHistory | SteadySliding
-KINDS: dict[str, type] = {cls.__name__: cls for cls in (ContactHistory, SlidingHistory, SteadySliding)}
+KINDS: dict[str, type] = {
+    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, SteadySliding)
+}
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
 
@@ -28,8 +31,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all.
 
     Args:
-        result: ``ContactHistory``, ``SlidingHistory`` or ``SteadySliding``; what a ``save`` function kept is left
-            out.
+        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory`` or ``SteadySliding``; what a ``save``
+            function kept is left out.
         path: with the ending ``.npz`` or ``.nc``.
         case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
             of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
@@ -106,7 +109,7 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
-        if arrays[name].dtype.kind not in "fiu":
+        if arrays[name].dtype.kind not in "bfiu":
             raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
     for name in ("x", "y"):
         _check_axis(name, arrays[name])

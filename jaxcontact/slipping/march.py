@@ -117,11 +117,19 @@ def _outcome(
         "error": jnp.maximum(pressed.error, sheared.error),
         "film_strain": strain,
         "status": _status(setup, problem, found),
-        "tangential_load": jnp.sum(sheared.traction, (1, 2)),
+        "tangential_load": _load(setup, problem, sheared.traction),
         "tangential_displacement": carry.shift,
         "dissipated": carry.dissipated,
     }
     return ShearOutcome(fields, numbers)
+
+
+def _load(setup: ShearSetup, problem: SlipProblem, traction: Array) -> Array:
+    """The sum of the tractions; where it is given, with the derivative of what is given, free of rounding."""
+    total = jnp.sum(traction, (1, 2))
+    if not setup.tangential_load_controlled:
+        return total
+    return problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
 
 
 def _status(setup: ShearSetup, problem: SlipProblem, found: Round) -> Array:
