@@ -41,7 +41,7 @@ def read_relaxation(
     Example:
         >>> import pathlib, tempfile
         >>> file = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
-        >>> _ = file.write_text("t [min],G(t) [kPa]\n" + "".join(f"{t},{9 - t}\n" for t in range(1, 7)))
+        >>> _ = file.write_text("t [min],G(t) [kPa]\\n" + "".join(f"{t},{9 - t}\\n" for t in range(1, 7)))
         >>> data = fitting.read_relaxation(file)
         >>> print(data.t[0], data.modulus[0])
         60.0 8000.0

@@ -25,9 +25,10 @@ GIVEN = [  # what users are given, and do not make
         jc.SteadySliding,
         jc.Sensitivity,
         jc.Status,
+        jc.Study,
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
-    *(fitting.PronyFit, fitting.Propagated),
+    *(fitting.ModulusFit, fitting.PronyFit, fitting.Propagated),
 ]
 
 
