@@ -26,6 +26,7 @@ def failures(case, references):
     return {row.quantity for row in case.compare(simulated(case.name), references) if not row.holds}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SABOTAGED, ids=lambda case: case.name)
 def test_every_wrong_reference_is_noticed(case):
     right = failures(case, case.references)

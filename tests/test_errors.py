@@ -558,7 +558,7 @@ ELSEWHERE = {  # reached by no row, and why
     "results.py: _check_one": "test_summaries.py, many runs",
     **{
         f"studies.py: {name}": "test_studies.py"
-        for name in ("_checked", "_held", "_check_function", "_call", "__getitem__")
+        for name in ("sweep", "_checked", "_held", "_check_function", "_call", "__getitem__", "stacked")
     },
     **{
         f"storage.py: {name}": "test_storage.py, forged files"

@@ -220,6 +220,7 @@ def noisy_burgers(path, seed, G1=0.75e9):
     return table(path, "t [s],J [1/GPa]", t, 1e9 * creep * noise)
 
 
+@pytest.mark.slow
 def test_compare_ranks_the_models(tmp_path, capsys):
     path, out = noisy_burgers(tmp_path / "film.csv", 1), tmp_path / "out"
     assert main(["fit", "compare", path, "-o", str(out), "--models", "Maxwell,Burgers"]) == 0

@@ -328,6 +328,7 @@ def test_no_start_finds_a_lower_minimum(seed):
     assert f"{agreed} of {sought} starts came to this minimum" in found.summary()
 
 
+@pytest.mark.slow
 def test_another_number_of_points_does_not_compile_again_and_a_turn_takes_few_runs():
     """Depth up and down again: thousands of forward runs, each number of points with programs of its own, in the past."""
     counts, rng = [], np.random.default_rng(0)

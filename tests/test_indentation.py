@@ -241,6 +241,7 @@ def test_recursion_equals_superposition_for_given_pressures_and_kernels(film):
     np.testing.assert_allclose(ours, direct, rtol=ROUND_OFF)
 
 
+@pytest.mark.slow
 def test_recursion_equals_superposition_with_exact_kernels_to_the_separation_error(body, ball):
     grid = jc.Grid.square(12, 1e-4)
     pressures = jnp.asarray(np.random.default_rng(5).random((TIMES.size, 12, 12)))

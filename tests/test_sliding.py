@@ -74,6 +74,7 @@ def test_long_transient_is_the_steady_state(body, ball, speed):
     np.testing.assert_allclose(run.approach[-1], steady.approach, rtol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_direction_reversed_mirrors_the_field(body, ball):
     forth, back = (slide(body, ball, velocity=v) for v in (0.4e-6, -0.4e-6))

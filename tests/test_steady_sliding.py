@@ -125,6 +125,7 @@ def test_line_contact_of_a_standard_solid(speed):
 # limits ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_infinite_speed_is_the_glassy_film(body, ball, film, steel):
     glass = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(film.G1, film.nu), 150e-9)], steel)
     elastic = indent(glass, ball, LOAD, jnp.zeros(1), grid=GRID, tolerance=1e-12, save="last")
@@ -133,6 +134,7 @@ def test_infinite_speed_is_the_glassy_film(body, ball, film, steel):
     np.testing.assert_allclose(fast.approach, elastic.approach[-1], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_at_rest_a_solid_film_is_relaxed(ball, film, steel):
     """Of a film that cannot flow: elastic with J at infinite time."""
     solid = jc.StandardLinearSolid(film.G1, film.G2, film.eta2)

@@ -97,6 +97,7 @@ def test_creeping_film_against_the_axisymmetric_solution(ratio, thickness):
         np.testing.assert_allclose(run.pressure.max((1, 2)), peaks, rtol=2 * PEAK)
 
 
+@pytest.mark.slow
 def test_images_measure_their_error_at_all_times():
     """Between the wavenumbers where they are fitted; a thousandfold creep, incompressible solids, vmap."""
     grid = jc.Grid.square(8, A)
