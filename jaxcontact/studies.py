@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import filelock
 import loky
 import numpy as np
 from tqdm import tqdm
@@ -21,6 +20,7 @@ from tqdm import tqdm
 from jaxcontact._version import __version__
 from jaxcontact.compilation_cache import enable_compilation_cache
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
+from jaxcontact.files.run_directory import locked
 
 Case = dict[str, Any]
 Result = dict[str, np.ndarray]
@@ -116,7 +116,7 @@ def sweep(
         raise ValueError(f"out: expected a folder, got the file {folder}")
     folder.mkdir(parents=True, exist_ok=True)
     names = [_file(case) for case in chosen]
-    with _held(folder):
+    with locked(folder):
         _check_function(f, folder)
         missing = {name: case for name, case in zip(names, chosen, strict=True) if not _whole(folder / name)}
         failed = _fill(f, missing, folder, executor)
@@ -151,16 +151,6 @@ def _text(case: Case) -> str:
 def _file(case: Case) -> str:
     """The name of the file of a case: equal cases have one."""
     return hashlib.sha256(_text(case).encode()).hexdigest()[:20] + ".npz"
-
-
-@contextlib.contextmanager
-def _held(folder: Path) -> Iterator[None]:
-    """One sweep at a time."""
-    try:
-        with filelock.FileLock(folder / ".lock", timeout=0):
-            yield
-    except filelock.Timeout as error:
-        raise ValueError(f"out: {folder} is in use by another sweep") from error
 
 
 def _whole(path: Path) -> bool:
@@ -198,11 +188,10 @@ def _fill(f: Callable, missing: dict[str, Case], folder: Path, executor: Executo
     with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
         errors = _keep(_outcomes(f, missing, executor), missing, folder, bar)
         died = [name for name, error in errors.items() if isinstance(error, BrokenExecutor)]
-        for name in (
-            died if executor is None else ()
-        ):  # its own process died, or one beside it: once more, alone
-            del errors[name]
-            errors |= _keep(_outcomes(f, {name: missing[name]}, None), missing, folder, bar)
+        if executor is None:
+            for name in died:  # its own process died, or one beside it: once more, alone
+                del errors[name]
+                errors |= _keep(_outcomes(f, {name: missing[name]}, None), missing, folder, bar)
     return {name: _line(error) for name, error in errors.items()}
 
 

@@ -558,7 +558,7 @@ ELSEWHERE = {  # reached by no row, and why
     "results.py: _check_one": "test_summaries.py, many runs",
     **{
         f"studies.py: {name}": "test_studies.py"
-        for name in ("sweep", "_checked", "_held", "_check_function", "_call", "__getitem__", "stacked")
+        for name in ("sweep", "_checked", "_check_function", "_call", "__getitem__", "stacked")
     },
     **{
         f"storage.py: {name}": "test_storage.py, forged files"
@@ -568,7 +568,7 @@ ELSEWHERE = {  # reached by no row, and why
     "npz.py: _array": "test_storage.py, forged files",
     "interrupts.py: _raise": "needs a signal: test_command_line.py",
     "look.py: _history": "test_storage.py, a steady result",
-    "run_directory.py: _locked": "needs two runs: test_command_line.py",
+    "run_directory.py: locked": "needs two runs: test_command_line.py",
     "finished_steps.py: standing": "needs a stopped run: test_command_line.py",
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivities.py: plot": "needs a computed table: test_gradients.py",

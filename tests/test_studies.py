@@ -166,7 +166,10 @@ def test_what_f_does_to_its_case_and_what_stands_in_the_folder(tmp_path):
 def test_a_folder_in_use_is_said_to_be(tmp_path):
     import filelock
 
-    with filelock.FileLock(tmp_path / ".lock"), pytest.raises(ValueError, match="in use by another sweep"):
+    with (
+        filelock.FileLock(tmp_path / ".lock"),
+        pytest.raises(ValueError, match="found another run at work there"),
+    ):
         jc.sweep(noted, CASES, tmp_path)
 
 

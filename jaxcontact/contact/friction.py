@@ -33,6 +33,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, static
+from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.operators.base import Linear, TractionOperator
 
 REDUCTION = 0.1  # of the residual, by the linear solve on one division into sets
@@ -179,27 +180,9 @@ def linear_step(
     limit: Array | int,
 ) -> tuple[Array, Array]:
     """dq with P (K_tt + k) P dq = P right to a relative residual, and the iterations taken."""
-    precondition = preconditioner(problem.operator, free)
-    r = free(right)
-    z = precondition(r)
-    descent = jnp.sum(r * z)
-    goal = reduction**2 * descent
-
-    def step(state):
-        x, r, t, descent, count = state
-        lifted = free(problem.operator.along(t) + free.curvature * t)
-        curvature = jnp.sum(t * lifted)
-        size = descent / jnp.where(curvature > 0.0, curvature, 1.0)
-        x, r = x + size * t, r - size * lifted
-        z = precondition(r)
-        new = jnp.sum(r * z)
-        return x, r, z + (new / descent) * t, new, count + 1
-
-    going = lambda state: (state[3] > goal) & (state[4] < limit)
-    x, _, _, _, count = jax.lax.while_loop(
-        going, step, (jnp.zeros_like(r), r, z, descent, jnp.zeros((), int))
-    )
-    return x, count
+    lifted = lambda q: free(problem.operator.along(q) + free.curvature * q)
+    inverse = preconditioner(problem.operator, free)
+    return conjugate_gradients(lifted, inverse, free(right), reduction, limit)[:2]
 
 
 def solve(

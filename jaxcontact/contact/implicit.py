@@ -36,6 +36,7 @@ from jax.ad_checkpoint import checkpoint_name
 from jaxcontact._pytree import replace
 from jaxcontact.contact import nonsymmetric, partial_slip
 from jaxcontact.contact.friction import FreeDirections, TangentialSolution, free_directions, preconditioner
+from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
 from jaxcontact.contact.partial_slip import Round, SlipProblem
 from jaxcontact.contact.window import cut, paste, place
@@ -89,25 +90,9 @@ def _on_grid(operator: Operator, inside: _Subspace, right: Array, limit: Array |
     where cells have entered contact, saves no iteration, and costs a convolution.
     """
     inverse = operator.preconditioner()
-    precondition = lambda r: inside(inverse(r))
-    r = inside(right)
-    z = precondition(r)
-    descent = jnp.sum(r * z)
-    goal = TANGENT_TOLERANCE**2 * descent
-
-    def step(state):
-        x, r, t, descent, count = state
-        lifted = inside(operator(t))
-        curvature = jnp.sum(t * lifted)
-        length = descent / jnp.where(curvature > 0.0, curvature, 1.0)
-        x, r = x + length * t, r - length * lifted
-        z = precondition(r)
-        new = jnp.sum(r * z)
-        return x, r, z + (new / descent) * t, new, count + 1
-
-    going = lambda state: (state[3] > goal) & (state[4] < limit)
-    x, _, _, descent, _ = jax.lax.while_loop(going, step, (jnp.zeros_like(r), r, z, descent, 0))
-    return jnp.where((descent <= goal) | (limit == 0), x, jnp.nan)
+    there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r))
+    x, _, met = conjugate_gradients(there, back, inside(right), TANGENT_TOLERANCE, limit)
+    return jnp.where(met | (limit == 0), x, jnp.nan)
 
 
 def _bicgstab(inside: _Subspace, preconditioned: Operator, operator: Linear, right: Array) -> Array:

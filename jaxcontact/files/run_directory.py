@@ -30,7 +30,7 @@ def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
     is_new = not directory.exists()
     directory.mkdir(parents=True, exist_ok=True)
     try:
-        with _locked(directory):
+        with locked(directory):
             yield _taken(directory, force=force, resume=resume)
     finally:
         if is_new:
@@ -54,7 +54,7 @@ def _taken(directory: Path, *, force: bool, resume: bool) -> bool:
 
 
 @contextlib.contextmanager
-def _locked(directory: Path) -> Iterator[None]:
+def locked(directory: Path) -> Iterator[None]:
     """Hold the lock of a directory; its file is there as long."""
     path = directory / LOCK
     with contextlib.ExitStack() as stack:
@@ -66,9 +66,8 @@ def _locked(directory: Path) -> Iterator[None]:
                 )
             if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
                 break
-            file = stack.enter_context(
-                path.open("a")
-            )  # a run that ended has removed the file that was opened
+            # a run that ended has removed the file that was opened
+            file = stack.enter_context(path.open("a"))
         try:
             yield
         finally:

@@ -32,10 +32,8 @@ from jaxcontact.response import ladder
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.images import Images
-from jaxcontact.response.layer import uniaxial
+from jaxcontact.response.layer import differences, uniaxial
 from jaxcontact.response.separable import separate_bands
-
-SERIES_BELOW = 0.7
 
 
 @pytree
@@ -50,35 +48,13 @@ class Modes:
     stiffness: Array
 
 
-def _sinh_excess(y: Array) -> Array:
-    """sinh(y) - y without cancellation, used below 2 SERIES_BELOW."""
-    terms, power = jnp.zeros_like(y), y**3 / 6.0
-    for n in range(2, 11):
-        terms = terms + power
-        power = power * y**2 / (2 * n * (2 * n + 1))
-    return terms
-
-
-def _differences(x: Array) -> tuple[Array, Array]:
-    """f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, exact for all x."""
-    small = x < SERIES_BELOW
-    low, high = jnp.where(small, x, SERIES_BELOW), jnp.where(small, SERIES_BELOW, x)
-    theta = jnp.exp(-2.0 * low)
-    f3 = 2.0 * theta * _sinh_excess(2.0 * low)
-    f4 = 4.0 * theta * _sinh_excess(low) * (jnp.sinh(low) + low)
-    theta = jnp.exp(-2.0 * high)
-    g3 = -jnp.expm1(-4.0 * high) - 4.0 * high * theta
-    g4 = jnp.expm1(-2.0 * high) ** 2 - 4.0 * high**2 * theta
-    return jnp.where(small, f3, g3), jnp.where(small, f4, g4)
-
-
 def _polynomials(
     x: Array, kc: Array | float, ks: Array | float
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """(N0, N1, N2) and (D0, D1, D2) of the module's formula; kc, ks are the two kappas."""
     theta = jnp.exp(-2.0 * x)
     E1, E2 = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)
-    f3, f4 = _differences(x)
+    f3, f4 = differences(x)
     xt = 4.0 * x * theta
     D = (
         kc * (1.0 + theta**2) + (kc**2 + 1.0) * theta + x * xt,

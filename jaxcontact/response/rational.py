@@ -46,6 +46,7 @@ from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.materials import Material
 from jaxcontact.response.base import Separable
 from jaxcontact.response.layer import two_port
+from jaxcontact.response.separable import products
 from jaxcontact.response.stack import Spectra, compliances, scaled_response, solids, spectra, step
 
 DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
@@ -210,8 +211,5 @@ def _rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
 def _error(body: LayeredHalfSpace, wavenumber: Array, response: Separable, times: Array) -> Array:
     """Largest relative deviation from ``step`` at the times, (t, 1), and every fourth wavenumber."""
     body, response = jax.lax.stop_gradient((body, response))
-    z = times * response.rates
-    small = z < 1e-8
-    growth = times * jnp.where(small, 1.0, -jnp.expm1(-z) / jnp.where(small, 1.0, z))
-    separable = response.terms[0, ::4] + growth @ response.mix.T @ response.terms[1:, ::4]
+    separable = products(response, response.terms[:, ::4], times)
     return jnp.max(jnp.abs(separable / step(body, wavenumber[::4], times) - 1.0))
