@@ -27,7 +27,7 @@ from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
 from jaxcontact.indenters import Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
-from jaxcontact.operators.kernels import Errors, Kernels, build, check_kernels, check_stiffness
+from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.response.body import response_of
 from jaxcontact.results import ContactStep, marked
 
@@ -112,9 +112,17 @@ class Experiment:
             return self
         return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
 
+    def with_kernels(self) -> Experiment:
+        """The experiment with its kernels built, unless they are given or the way of its march needs none."""
+        if self.kernels is not None or self.options.correspondence != "exact":
+            return self
+        return replace(self, kernels=compiled_build(self.body, self.indenter, self.grid))
+
+    @property
     def ready_kernels(self) -> Kernels:
-        """Those given, or built now."""
-        return build(self.body, self.indenter, self.grid) if self.kernels is None else self.kernels
+        """Those given or built."""
+        assert self.kernels is not None
+        return self.kernels
 
     @property
     def load_controlled(self) -> bool:

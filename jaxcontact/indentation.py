@@ -85,7 +85,7 @@ def indent(
         body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
         kernels=kernels, save=save, substeps=substeps, correspondence=correspondence, checkpoint=checkpoint,
     )  # fmt: skip
-    result, errors = _run(experiment)
+    result, errors = _run(experiment.with_kernels())
     return reported(result, errors, experiment.valid)
 
 
@@ -103,7 +103,7 @@ def planned(experiment: Experiment) -> Plan:
     dt = fine_steps(experiment.times, experiment.options.substeps)
     if experiment.options.correspondence == "quasi-elastic":
         return _superposed(experiment)
-    kernels = experiment.ready_kernels()
+    kernels = experiment.ready_kernels
     return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors)
 
 

@@ -78,7 +78,7 @@ def prepare(*case: Any, **options: Any) -> Simulation:
 
     Raises ValueError as ``indent`` does, before anything is computed.
     """
-    experiment = Experiment.of(*case, **options)
+    experiment = Experiment.of(*case, **options).with_kernels()
     return Simulation(experiment, _plan(experiment))
 
 

@@ -190,7 +190,7 @@ def in_blocks(steps: Steps, length: int) -> tuple[Steps, int]:
 
 def without_padding(outcomes: Outcome, padding: int) -> Outcome:
     """The first row as it was first found, and those after its repeats."""
-    return jax.tree.map(lambda a: jnp.delete(a, slice(1, 1 + padding), axis=0), outcomes)
+    return jax.tree.map(lambda a: jnp.concatenate([a[:1], a[1 + padding :]]), outcomes)
 
 
 def blank(setup: Setup, steps: Steps) -> Outcome:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import NamedTuple
 
 import jax
@@ -108,7 +107,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
     body, valid = checked_body(body)
     valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
     _checks.whole("nodes", nodes, 1, 8)
-    built = _build_jitted(*as_float64((body, indenter, grid)), nodes=nodes)
+    built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
 
@@ -167,13 +166,15 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
     return Kernels(family, separable.rates, mix, film, scale, separable.error, error, at_zero, grid, nodes)
 
 
-_build_jitted = functools.partial(jax.jit, static_argnames=("nodes",))(build)
+# in a program of its own, which all runs on grids of one shape share
+compiled_build = jax.jit(build, static_argnames=("nodes",))
 
 
 def _images(response: Response, separable: Separable) -> Images:
     """The images of C_0 and of the shapes, (M + 1, J + 1)."""
-    start, shapes = response.expand(separable.terms[:1]), response.expand_shapes(separable.terms[1:])
-    return Images(start.depths, jnp.concatenate([start.heights, shapes.heights]))
+    swapped = lambda a: jnp.concatenate([a[1:2], a[:1], a[2:]])  # the film's shape is to be the first
+    images = response.expand_shapes(swapped(separable.terms))
+    return Images(images.depths, swapped(images.heights))
 
 
 def _image_error(response: Response, separable: Separable, images: Images) -> Array:

@@ -109,4 +109,5 @@ def _ladder(body: LayeredHalfSpace, size: Callable[[Array], Array]) -> Ladder:
     dense = jnp.maximum(SHALLOWEST * jnp.sum(solids.thicknesses), BENDING * bent)
     depths = image_depths(FIRST * solids.thicknesses[0], dense, STRETCHING * stretched)
     alpha, between = wavenumbers(body), 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
-    return Ladder(alpha, depths, size(alpha[1:-1]), size(between))
+    at_nodes, at_steps = jnp.split(size(jnp.append(alpha[1:-1], between)), [alpha.size - 2])
+    return Ladder(alpha, depths, at_nodes, at_steps)

@@ -28,12 +28,14 @@ B = 1/cosh x. Nothing overflows, and no diagonal entry loses digits at any thick
 exponential of the equations of equilibrium of one layer, rearranged; derived here.
 """
 
+import math
 from typing import NamedTuple
 
 import jax.numpy as jnp
 from jax import Array
 
 SERIES_BELOW = 0.7
+SINH = [1.0 / math.factorial(2 * n + 3) for n in range(9)]
 
 
 class TwoPort(NamedTuple):
@@ -97,8 +99,7 @@ def differences(x: Array) -> tuple[Array, Array]:
 
 def _sinh_excess(y: Array) -> Array:
     """sinh(y) - y for 0 <= y < 1.4, by its series."""
-    terms, power = jnp.zeros_like(y), y**3 / 6.0
-    for n in range(2, 11):
-        terms = terms + power
-        power = power * y**2 / (2 * n * (2 * n + 1))
-    return terms
+    squared, series = y**2, jnp.full_like(y, SINH[-1])
+    for coefficient in SINH[-2::-1]:
+        series = series * squared + coefficient
+    return y * squared * series

@@ -21,6 +21,8 @@ with rho_k the relaxation rates of the material with a compliance 1/c in series,
 a_k = w_k/c^2 of the weights of that relaxation (``materials.relaxation_modes``): again positive terms only.
 """
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 from jax import Array
 
@@ -89,6 +91,16 @@ def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, 
     return J0 / (1.0 + stiffness * J0), weight / stiffness[..., None] ** 2, rho
 
 
+class Elements(NamedTuple):
+    """The modes at wavenumbers (n,), where these are zero, and what ``parallel_creep`` makes of the stiffnesses."""
+
+    modes: Modes
+    zero: Array
+    first: Array
+    amplitude: Array
+    rates: Array
+
+
 @pytree
 class OneLayer(Response):
     """A layer on an elastic substrate, in closed form."""
@@ -121,14 +133,20 @@ class OneLayer(Response):
     def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
         # not broadcast before the modes and rates are found: those are dear, and the same at all times
         wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
+        return self._mean(self._elements(wavenumber), start, end)
+
+    def _elements(self, wavenumber: Array) -> Elements:
         modes, zero = self._modes_and_zero(wavenumber)
-        spectrum = self.layer.material.spectrum()
-        first, amplitude, rho = parallel_creep(spectrum, modes.stiffness)
+        return Elements(modes, zero, *parallel_creep(self.layer.material.spectrum(), modes.stiffness))
+
+    def _mean(self, elements: Elements, start: Array, end: Array) -> Array:
+        """``step`` at the wavenumbers of the elements."""
+        modes, zero, first, amplitude, rho = elements
         decay = mean_decay(rho, start[..., None, None], end[..., None, None])
         springs = first + jnp.sum(amplitude * (1.0 - decay), -1)
-        film = modes.film * spectrum.mean_creep(start, end)
+        film = modes.film * self.layer.material.spectrum().mean_creep(start, end)
         total = film + jnp.sum(modes.amplitude * springs, -1)
-        return jnp.where(zero, HalfSpace(self.substrate).step(wavenumber, start, end), total)
+        return jnp.where(zero, HalfSpace(self.substrate).step(jnp.ones(()), start, end), total)
 
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """The paper's substitution of phi(t) for 1/(2G), the mean over an interval by five Gauss points.
@@ -152,13 +170,12 @@ class OneLayer(Response):
 
     def separate(self, nodes: int) -> Separable:
         """Bands of the decay rates of the film in parallel with the substrate; see ``response.separable``."""
-        wavenumber, spectrum = self.wavenumbers(), self.layer.material.spectrum()
-        modes, zero = self._modes_and_zero(wavenumber)
-        _, amplitude, rho = parallel_creep(spectrum, modes.stiffness)
+        elements = self._elements(self.wavenumbers())
+        modes, zero, _, amplitude, rho = elements
         moved = jnp.where(zero[:, None, None], 0.0, modes.amplitude[..., None] * amplitude)
-        exact = lambda t: self.step(wavenumber, t, t)
-        start, film = self.step(wavenumber, jnp.zeros(()), jnp.zeros(())), self.on_rigid_base()
-        return separate_bands(start, film, spectrum, moved, rho, nodes, exact)
+        exact = lambda t: self._mean(elements, t, t)
+        start, film = exact(jnp.zeros(())), jnp.where(zero, 0.0, modes.film)
+        return separate_bands(start, film, self.layer.material.spectrum(), moved, rho, nodes, exact)
 
     def expand(self, values: Array) -> Images:
         return ladder.expand(self.body, values)

@@ -75,7 +75,7 @@ def slide_steady(
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
     experiment = experiment.also(_steady(experiment, velocity))
-    result, errors = _run(experiment, as_float64(velocity))
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity))
     return reported(result, errors, experiment.valid)
 
 
@@ -110,7 +110,7 @@ def _steady(experiment: Experiment, velocity: Array) -> Verdict:
 @jax.jit
 def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors]:
     """The compiled core: one trace for equal shapes and flags."""
-    kernels = experiment.ready_kernels()
+    kernels = experiment.ready_kernels
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     wake = _wake(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
     symbols = wake.symbols()

@@ -81,7 +81,7 @@ def slide(
     )  # fmt: skip
     velocity = as_array(velocity)
     experiment = experiment.also(checked_track(velocity, times, grid, substeps))
-    result, errors = _run(experiment, as_float64(velocity))
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity))
     return reported(result, errors, experiment.valid)
 
 
@@ -109,7 +109,7 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SlidingHistory, Error
 
 def planned(experiment: Experiment, velocity: Array) -> Plan:
     """The march of a slide."""
-    kernels, times, grid = experiment.ready_kernels(), experiment.times, experiment.grid
+    kernels, times, grid = experiment.ready_kernels, experiment.times, experiment.grid
     scale, substeps = kernels.scale, experiment.options.substeps
     shift = shifts(velocity / scale.length, times, substeps)
     motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
