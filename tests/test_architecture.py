@@ -33,6 +33,8 @@ LAYERS = {
     # wavenumber and time
     "response.images": 1,
     "response.coefficients": 3,
+    "response.line_coefficients": 3,
+    "response.periodic": 3,
     "response.base": 4,
     "response.half_space": 5,
     "response.separable": 6,
