@@ -28,6 +28,7 @@ LAYERS = {
     # what a user makes
     "grid": 2,
     "controls": 2,
+    "roughness": 3,
     "materials": 2,
     "layers": 3,
     # wavenumber and time

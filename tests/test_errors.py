@@ -55,6 +55,10 @@ def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, **keyw
     return jc.roll_steady(body(), BALL, control, velocity=velocity, creepage=creepage, **given)
 
 
+def rough(grid=GRID, **keywords):
+    return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
+
+
 def on(material):
     return jc.LayeredHalfSpace([], material)
 
@@ -378,6 +382,15 @@ PYTHON = {
         lambda: jc.save(jc.ContactHistory(np.zeros(1), PERIODIC, *[np.zeros(1)] * 12), "periodic.npz"),
         r"not periodic in save",
     ),
+    "a rough line": (
+        lambda: rough(grid=LINE),
+        r"grid: expected one of known spacing with more than one cell",
+    ),
+    "a surface without dimension": (lambda: rough(hurst=1.2), r"hurst: expected > 0 and <= 1, got 1.2"),
+    "a negative slope": (lambda: rough(rms_slope=-0.1), r"rms_slope: expected >= 0, got -0.1"),
+    "waves shorter than cells": (lambda: rough(shortest=1e-6), r"shortest \[m\]: expected > .* got 1e-06"),
+    "waves longer than the grid": (lambda: rough(longest=1.0), r"longest \[m\]: expected > .* got 1"),
+    "half a seed": (lambda: rough(seed=0.5), r"seed: expected 0 to 4294967295, got 0.5"),
     "an output without a name": (
         lambda: jc.sensitivity(lambda body: 1.0, BODY),
         r"f: expected a dict of outputs by name",
