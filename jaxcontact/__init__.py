@@ -48,6 +48,7 @@ from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
+from jaxcontact.roughness import self_affine as self_affine  # noqa: E402
 from jaxcontact.sensitivities import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.sensitivities import sensitivity as sensitivity  # noqa: E402
 from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
@@ -98,6 +99,7 @@ __all__ = [
     "normal_response",
     "roll_steady",
     "save",
+    "self_affine",
     "sensitivity",
     "shear",
     "slide",

@@ -102,6 +102,7 @@ class Experiment:
             _checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
         valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
+        valid = valid & _can_be_reached(control, indenter, grid)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
         return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
@@ -128,6 +129,12 @@ class Experiment:
     def load_controlled(self) -> bool:
         return isinstance(self.control, Load)
 
+    @property
+    def edges(self) -> tuple[bool, bool]:
+        """Whether contact at the sides of the grid across x, and across y, would go on beyond it."""
+        along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)
+        return along_x, along_y
+
     def target(self, scale: Scale) -> Array:
         """The control, scaled: the sum of pressures or the approach."""
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
@@ -135,7 +142,7 @@ class Experiment:
     def plan(self, memory: Memory, inputs: Any, scale: Scale, errors: Errors) -> Plan:
         """Ready to march, with a memory and its inputs (nt, substeps, ...)."""
         profile = self.indenter.profile(self.grid) / scale.length
-        setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled)
+        setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled, self.edges)
         substeps = self.options.substeps
         targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
         steps = Steps(fine_steps(self.times, substeps), targets, inputs)
@@ -158,6 +165,22 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
         not (bool(rigid) and film),
         "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
         ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
+    )
+    return True
+
+
+def _can_be_reached(control: Control, indenter: Indenter, grid: Grid) -> Verdict:
+    """On a periodic grid the mean of the surface stays where it is, and so does the mean gap."""
+    if isinstance(control, Load) or not all(grid.periodic):
+        return True
+    highest = jnp.mean(indenter.profile(grid))
+    inside = jnp.max(jnp.asarray(control.value)) < highest
+    if not is_concrete(inside):
+        return inside
+    _checks.require(
+        bool(inside),
+        f"Approach [m]: expected less than {float(highest):g} on a periodic grid, the mean gap at first touch, got"
+        f" {float(np.max(control.value)):g}: the surface does not sink in the mean, and is all in contact there",
     )
     return True
 
@@ -236,6 +259,7 @@ def _warn(result: Any, errors: Errors) -> None:
             f"the response on the grid is off by up to {float(errors.images):.1g}: its images reach too little"
         )
     area = np.asarray(result.contact_area)[np.asarray(result.contact_area) > 0.0]
-    across = 2.0 * np.sqrt(np.min(area) / np.pi / float(result.grid.cell_area)) if area.size else np.inf
+    cells = np.min(area) / float(result.grid.cell_area) if area.size else np.inf
+    across = cells if result.grid.plane_strain else 2.0 * np.sqrt(cells / np.pi)
     if across < FEW_CELLS:
         say(f"only {across:.1f} cells across the smallest contact: below {FEW_CELLS} it is coarse")

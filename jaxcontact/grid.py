@@ -11,6 +11,15 @@ profile + displacement - approach, and is never negative.
 Transforms. Wavenumbers are in rad/m; f^(k) = sum_x f(x) exp(-i k x) as in ``numpy.fft``. A response
 function N(k) [m/Pa] is the amplitude of displacement per amplitude of pressure at |k|.
 
+Periodic axes. What is on the grid repeats itself without end along a periodic axis. Along both, pressure is
+the trigonometric polynomial through its values at the cells, and the response is N(k) itself at the wavevectors
+of the grid (no factor for the cells: a single wave is then exact), with N(0) = 0: displacement is
+that from the mean of the body's surface, on which a mean pressure does nothing, and the approach is measured from it. With
+one cell along a periodic y and x free all is plane strain: pressure is constant over each cell along x, loads are
+in N on the width dy, and displacement is that from the surface at one width of the grid from a line load on a
+half-space (a line load moves all places up to there by the logarithm of the distance, and would move far places
+without limit).
+
 Units. SI at the public boundary; any consistent set gives the same answer.
 """
 
@@ -34,8 +43,10 @@ class Grid:
     """Rectangular cells in the plane of the contact; see the module for the place of each.
 
     Args:
-        shape: (nx, ny), at least 4 each; static.
+        shape: (nx, ny), at least 4 each; static. One cell along a periodic y is plane strain.
         spacing: (dx, dy) [m] > 0.
+        periodic: along x and y, static: True for both, (False, True) in plane strain alone; see the module for
+            what displacement then means.
 
     Example:
         >>> grid = jc.Grid(shape=(64, 32), spacing=(1e-6, 2e-6))
@@ -45,6 +56,11 @@ class Grid:
 
     shape: tuple[int, int] = static()
     spacing: tuple[Any, Any]
+    periodic: Any = static(default=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.periodic, bool):  # static, so that of two equal grids it must be equal
+            object.__setattr__(self, "periodic", (self.periodic, self.periodic))
 
     @classmethod
     def square(cls, n: int, width: Any) -> Grid:
@@ -83,6 +99,11 @@ class Grid:
         return self.shape[0] * self.spacing[0], self.shape[1] * self.spacing[1]
 
     @property
+    def plane_strain(self) -> bool:
+        """Whether all is the same along y."""
+        return self.shape[1] == 1
+
+    @property
     def cell_area(self) -> Any:
         """dx dy [m^2]."""
         return self.spacing[0] * self.spacing[1]
@@ -99,11 +120,33 @@ class Grid:
 
 
 def check_grid(grid: Grid) -> Verdict:
-    """At least 4 x 4 cells, spacing above zero and no more than can be multiplied."""
+    """At least 4 x 4 cells, or 4 x 1; spacing above zero and no more than can be multiplied."""
     require(isinstance(grid, Grid), f"grid: expected a Grid, got {type(grid).__name__}")
-    good = len(grid.shape) == 2 and all(isinstance(n, int) and n >= 4 for n in grid.shape)
+    _check_periodic(grid)
+    line = tuple(grid.shape[1:]) == (1,) and grid.periodic[1]
+    good = len(grid.shape) == 2 and all(isinstance(n, int) and n >= 4 for n in grid.shape[: 1 if line else 2])
     require(good, f"grid shape: expected two whole numbers of at least 4, got {grid.shape}")
     require(len(grid.spacing) == 2, f"grid spacing: expected (dx, dy), got {grid.spacing}")
     return _checks.between(
         "grid spacing [m]", jnp.stack([jnp.asarray(d, float) for d in grid.spacing]), 1e-30, 1e30
+    )
+
+
+def _check_periodic(grid: Grid) -> None:
+    """Along both axes, along none, or along y of one cell."""
+    good = isinstance(grid.periodic, tuple) and [type(along) for along in grid.periodic] == [bool, bool]
+    require(good, f"grid periodic: expected True, False or two of them, got {grid.periodic!r}")
+    along_x, along_y = grid.periodic
+    require(
+        along_x == along_y or (along_y and tuple(grid.shape[1:]) == (1,)),
+        f"grid periodic: expected both axes, none, or (False, True) with one cell along y, got {grid.periodic}"
+        f" with shape {tuple(grid.shape)}",
+    )
+
+
+def check_not_periodic(grid: Grid, verb: str) -> None:
+    """For what knows free space alone."""
+    require(
+        not any(grid.periodic),
+        f"grid: expected one that is not periodic in {verb}, which knows free space alone, got periodic={grid.periodic}",
     )

@@ -25,9 +25,13 @@ OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
 
 
 class Indenter(abc.ABC):
-    """What presses on the body."""
+    """What presses on the body.
+
+    fills_grid: whether it ends where the grid ends, so that contact at the grid's edge is contact at its own.
+    """
 
     material: Elastic | None
+    fills_grid = False
 
     @abc.abstractmethod
     def profile(self, grid: Grid) -> Array:
@@ -170,6 +174,10 @@ class FlatPunch(Indenter):
 class HeightField(Indenter):
     """Measured or made heights in place of a ball; larger heights touch first.
 
+    On a periodic grid the heights go on without end. On any other the indenter ends with its heights, as a block of the
+    grid's size: it may touch at the grid's edge, where a ball may not (status 2), and the surface beside it is
+    free. So a field that was cut out of a larger surface needs a periodic grid, or a rim that does not touch.
+
     Args:
         heights: (nx, ny) [m], finite, on the grid.
         material: ``Elastic``; None: rigid.
@@ -180,6 +188,7 @@ class HeightField(Indenter):
 
     heights: Array
     material: Elastic | None = None
+    fills_grid = True
 
     def profile(self, grid: Grid) -> Array:
         heights = jnp.asarray(self.heights, dtype=float)

@@ -12,7 +12,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import as_float64, is_concrete, pytree
-from jaxcontact.grid import Grid, check_grid
+from jaxcontact.grid import Grid, check_grid, check_not_periodic
 from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum
@@ -96,6 +96,7 @@ def subsurface(
         '0.64 of the peak pressure, 50 um deep'
     """
     body, valid = checked_body(body)
+    check_not_periodic(grid, "subsurface")
     valid = valid & check_grid(grid) & _check_fields(grid, pressure, traction) & _check_depths(depths)
     body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
     if not is_concrete(valid):

@@ -28,11 +28,14 @@ LAYERS = {
     # what a user makes
     "grid": 2,
     "controls": 2,
+    "roughness": 3,
     "materials": 2,
     "layers": 3,
     # wavenumber and time
     "response.images": 1,
     "response.coefficients": 3,
+    "response.line_coefficients": 3,
+    "response.periodic": 3,
     "response.base": 4,
     "response.half_space": 5,
     "response.separable": 6,

@@ -23,6 +23,8 @@ STEEL, FILM = jc.Elastic.from_young(210e9), jc.Burgers(0.75e9, 13.89e6, 3.1486e1
 BODY = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL)
 FLOWS = jc.LayeredHalfSpace([], FILM)
 BALL, LOAD, TIMES, GRID = jc.Sphere(9.5e-3), jc.Load(60.0), np.array([0.0, 1.0]), jc.Grid.square(8, 600e-6)
+PERIODIC = jc.Grid(GRID.shape, GRID.spacing, periodic=True)
+LINE = jc.Grid((8, 1), GRID.spacing, periodic=(False, True))
 STEEL_BALL = jc.Sphere(9.5e-3, STEEL)
 KERNELS = jc.Burgers  # never looked at
 
@@ -36,7 +38,7 @@ def slide(velocity, control=LOAD, times=TIMES, **keywords):
 
 
 def steady(velocity, body=BODY, control=LOAD, **keywords):
-    return jc.slide_steady(body, BALL, control, velocity=velocity, grid=GRID, **keywords)
+    return jc.slide_steady(body, BALL, control, velocity=velocity, **{"grid": GRID} | keywords)
 
 
 def on_steel():
@@ -44,12 +46,17 @@ def on_steel():
 
 
 def shear(tangential=jc.TangentialLoad((1.0, 0.0)), body=FLOWS, friction=0.3, **keywords):  # noqa: B008
-    return jc.shear(body, STEEL_BALL, LOAD, tangential, TIMES, friction=friction, grid=GRID, **keywords)
+    given = {"friction": friction, "grid": GRID} | keywords
+    return jc.shear(body, STEEL_BALL, LOAD, tangential, TIMES, **given)
 
 
 def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, **keywords):
     given = {"friction": 0.3, "grid": GRID} | keywords
     return jc.roll_steady(body(), BALL, control, velocity=velocity, creepage=creepage, **given)
+
+
+def rough(grid=GRID, **keywords):
+    return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
 
 
 def on(material):
@@ -334,6 +341,56 @@ PYTHON = {
         lambda: steady(1.0, body=FLOWS, control=jc.Approach(1e-6)),
         r"control: expected a Load on a half-space",
     ),
+    "a word for periodic": (
+        lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic="y")),
+        r"grid periodic: expected True, False or two of them, got 'y'",
+    ),
+    "a grid periodic along one of its axes": (
+        lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic=(False, True))),
+        r"grid periodic: expected both axes, none, or \(False, True\) with one cell along y, got .* shape \(8, 8\)",
+    ),
+    "a line that ends": (
+        lambda: indent(grid=jc.Grid((8, 1), (1e-5, 1e-5))),
+        r"grid shape: expected two whole numbers of at least 4, got \(8, 1\)",
+    ),
+    "kernels of free space on a periodic grid": (
+        lambda: indent(kernels=jc.kernels(on_steel(), BALL, GRID), grid=PERIODIC),
+        r"kernels: expected those of a grid with periodic=\(True, True\), got periodic=\(False, False\)",
+    ),
+    "an approach that presses a periodic surface flat": (
+        lambda: indent(control=jc.Approach(1.0), grid=PERIODIC),
+        r"Approach \[m\]: expected less than .* on a periodic grid, the mean gap at first touch, got 1:",
+    ),
+    "a velocity across a line": (
+        lambda: steady((1.0, 0.0), grid=LINE),
+        r"velocity: expected one number, along x, in plane strain, got shape \(2,\)",
+    ),
+    "a half-space that flows under a line": (
+        lambda: steady(1.0, body=FLOWS, grid=LINE),
+        r"body: expected one that does not flow without limit, on this grid",
+    ),
+    "friction on a periodic grid": (
+        lambda: shear(grid=PERIODIC),
+        r"grid: expected one that is not periodic in shear, .* got periodic=\(True, True\)",
+    ),
+    "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic in roll_steady"),
+    "stresses under a periodic grid": (
+        lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
+        r"not periodic in subsurface",
+    ),
+    "a periodic result for a file": (
+        lambda: jc.save(jc.ContactHistory(np.zeros(1), PERIODIC, *[np.zeros(1)] * 12), "periodic.npz"),
+        r"not periodic in save",
+    ),
+    "a rough line": (
+        lambda: rough(grid=LINE),
+        r"grid: expected one of known spacing with more than one cell",
+    ),
+    "a surface without dimension": (lambda: rough(hurst=1.2), r"hurst: expected > 0 and <= 1, got 1.2"),
+    "a negative slope": (lambda: rough(rms_slope=-0.1), r"rms_slope: expected >= 0, got -0.1"),
+    "waves shorter than cells": (lambda: rough(shortest=1e-6), r"shortest \[m\]: expected > .* got 1e-06"),
+    "waves longer than the grid": (lambda: rough(longest=1.0), r"longest \[m\]: expected > .* got 1"),
+    "half a seed": (lambda: rough(seed=0.5), r"seed: expected 0 to 4294967295, got 0.5"),
     "an output without a name": (
         lambda: jc.sensitivity(lambda body: 1.0, BODY),
         r"f: expected a dict of outputs by name",

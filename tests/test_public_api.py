@@ -21,7 +21,7 @@ Approach Burgers ContactHistory Cylinder Elastic FlatPunch Grid HeightField Kelv
 Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
 enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
-InteriorFields subsurface SteadyRolling roll_steady
+InteriorFields subsurface SteadyRolling roll_steady self_affine
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
@@ -56,7 +56,7 @@ MEMBERS = {
     jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
     jc.Prony: "J0 J tau nu fluidity creep relaxation complex_modulus",
     jc.Elastic: "G nu from_young creep relaxation",
-    jc.Grid: "shape spacing square around width axes coordinates cell_area",
+    jc.Grid: "shape spacing periodic square around width axes coordinates cell_area",
     fitting.CreepFit: "material intervals identified predict summary plot",
     fitting.IndentationFit: "material intervals identified predict summary plot",
 }
@@ -77,6 +77,7 @@ KEYWORDS = {
     jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
     jc.subsurface: "body grid pressure traction depths",
     jc.kernels: "body indenter grid nodes",
+    jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.save: "result path case",
     jc.load: "path",
     fitting.fit_creep: "model weights fixed bounds",

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
-from jaxcontact.grid import Grid
+from jaxcontact.grid import Grid, check_not_periodic
 from jaxcontact.labels import FIELDS, arrays_of, dataset, status_names, stored_fields
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
@@ -57,6 +57,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
+    check_not_periodic(result.grid, "save")
     arrays = arrays_of(result)
     _check_arrays(type(result), arrays)
     notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case))

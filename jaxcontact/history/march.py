@@ -18,7 +18,8 @@ from jaxcontact.contact.implicit import KEPT, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 
-LEAST_CELLS = 0.25 * math.pi * 3.0**2  # in a contact three cells across
+LEAST_ACROSS = 3
+LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2
 LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solution
 
 
@@ -31,6 +32,7 @@ class Setup:
     tolerance: Array
     max_iterations: Array
     load_controlled: bool = static()
+    edges: tuple[bool, bool] = static()  # as in ``status_of``
 
 
 class Steps(NamedTuple):
@@ -90,7 +92,7 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
         displacement=earlier + solution.displacement,
         saved=None,
         film_strain=observed.film_strain,
-        status=status_of(problem, solution, setup.tolerance),
+        status=status_of(problem, solution, setup.tolerance, setup.edges),
         more=observed.more,
         **contact_outcome(solution),
     )
@@ -112,21 +114,36 @@ def contact_outcome(solution: Solution) -> dict[str, Array]:
 
 
 def smooth_cells(pressure: Array) -> Array:
-    """(9/8) (sum p)^2 / sum p^2: the cells in a Hertzian contact of the same sum p and sum p^2."""
+    """(9/8) (sum p)^2 / sum p^2: the cells in a Hertzian contact of the same sum p and sum p^2.
+
+    In plane strain the factor is 32/(3 pi^2).
+    """
     squares = jnp.sum(pressure**2)
-    return 9.0 / 8.0 * jnp.sum(pressure) ** 2 / jnp.where(squares > 0.0, squares, 1.0)
+    share = 32.0 / (3.0 * math.pi**2) if plane_strain(pressure) else 9.0 / 8.0
+    return share * jnp.sum(pressure) ** 2 / jnp.where(squares > 0.0, squares, 1.0)
 
 
-def status_of(problem: Problem, solution: Solution, tolerance: Array) -> Array:
-    """Not converged before all else, then contact at the grid's edge, then too few cells in it."""
+def plane_strain(field: Array) -> bool:
+    """Whether a field (nx, ny) is the same along y."""
+    return field.shape[1] == 1
+
+
+def status_of(
+    problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
+) -> Array:
+    """Not converged before all else, then contact at the grid's edge, then too few cells in it.
+
+    edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
+    """
     pressed, active = problem.target > 0.0, solution.pressure > 0.0
-    edge = jnp.any(active[0]) | jnp.any(active[-1]) | jnp.any(active[:, 0]) | jnp.any(active[:, -1])
+    first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
+    edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
     cells, met = jnp.sum(active), solution.error <= tolerance
     some = cells > 0
     if problem.load_controlled:
         some = some | pressed
         met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * problem.target)
-    coarse = some & (cells < LEAST_CELLS)
+    coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     return first_of((~met, Status.NOT_CONVERGED), (edge, Status.AT_EDGE), (coarse, Status.TOO_COARSE))
 
 

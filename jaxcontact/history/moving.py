@@ -14,7 +14,8 @@ integrator of ``history.recursive`` along the characteristics, in Fourier space.
 
 The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
 share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
-up and bounds what was left out.
+up and bounds what was left out. Along a periodic axis there is no padding, and what leaves on one side comes in on
+the other: the indenter has others like it before and behind.
 """
 
 from typing import NamedTuple
@@ -118,8 +119,15 @@ class MovingMemory(Memory):
     kernels: Kernels
     observer: Observer
 
+    @property
+    def _periodic(self) -> spectral.Periodic:
+        return self.kernels.family.members.periodic
+
+    def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
+        return spectral.padded_shape(shape, self._periodic)
+
     def start(self, shape: tuple[int, int]) -> Fields:
-        mx, my = spectral.padded_shape(shape)
+        mx, my = self._padded(shape)
         zero = jnp.zeros((my // 2 + 1, mx), complex)
         return Fields(
             jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
@@ -131,26 +139,27 @@ class MovingMemory(Memory):
 
     def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
         shape = pressure.shape
-        fields = absorb(fields, motion, self.ratio, shape)
-        decay, old, new = step_weights(self.rates, motion, spectral.padded_shape(shape), self.ratio)
+        fields = absorb(fields, motion, self.ratio, shape, self._periodic)
+        decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
         eta = decay * fields.eta + old * fields.pressure
-        earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape)
+        earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
         on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
         now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
-        operator = Moving(now(self.spectra, new), now(self.circulants, on_grid))
+        operator = Moving(now(self.spectra, new), now(self.circulants, on_grid), self._periodic)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
         return Prediction(operator, earlier, fields)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
-        new = step_weights(self.rates, motion, spectral.padded_shape(pressure.shape), self.ratio)[2]
-        transformed = spectral.transform(pressure)
+        new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
+        transformed = spectral.transform(pressure, self._periodic)
         trail = with_losses(fields.trail, clearance(pressure, self.ratio))
         return fields._replace(eta=fields.eta + new * transformed, pressure=transformed, trail=trail)
 
     def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
         """With what sliding shows, see ``sliding.observables``."""
-        stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, pressure.shape)
+        padded = self._padded(pressure.shape)
+        stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, padded)
         surface = self.observer.surface(pressure, motion.direction)
         clear = clearance(pressure, self.ratio) - fields.trail.inside
         dropped = dropped_share(self.tails, fields.lost, clear)
@@ -162,7 +171,8 @@ class MovingMemory(Memory):
         film = self.kernels.film
         if film is None:
             return jnp.zeros(())
-        history = spectral.inverse(jnp.tensordot(film.weights[1:], fields.eta, 1), pressure.shape)
+        history = jnp.tensordot(film.weights[1:], fields.eta, 1)
+        history = spectral.inverse(history, pressure.shape, self._periodic)
         return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
 
 
@@ -171,7 +181,7 @@ def moving_memory(kernels: Kernels, profile: Array, ratio: Array) -> MovingMemor
     shape = profile.shape
     own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
     spectra = own(kernels.family.members.spectrum)
-    tails = spectral.inverse(spectra[1:], shape)[:, :, 0]
+    tails = spectral.inverse(spectra[1:], shape, kernels.family.members.periodic)[:, :, 0]
     return MovingMemory(
         spectra,
         own(kernels.family.members.circulant),
@@ -179,28 +189,32 @@ def moving_memory(kernels: Kernels, profile: Array, ratio: Array) -> MovingMemor
         tails,
         ratio,
         kernels,
-        Observer.of(profile, ratio),
+        Observer.of(profile, ratio, kernels.family.members.periodic),
     )
 
 
 def absorption(n: int, padded: int) -> Array:
-    """Per cell moved: zero in the window of n cells, a bump in the padding, (padded,)."""
+    """Per cell moved: zero in the window of n cells, a bump in the padding if there is any, (padded,)."""
     i = jnp.arange(padded)
     length = padded - n + 1
     bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
     return jnp.where(i < n, 0.0, bump)
 
 
-def absorb(fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int]) -> Fields:
+def absorb(
+    fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
+) -> Fields:
     """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
-    (nx, ny), (mx, my) = shape, spectral.padded_shape(shape)
+    if all(periodic):
+        return fields
+    (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
     across = motion.shift.y is not None
     way_y = jnp.abs(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
     moved = fields.moved + jnp.stack([jnp.abs(motion.shift.x) / mx, way_y])
 
     def act(fields: Fields) -> tuple[Array, Array]:
         rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])
-        if across:
+        if across and not periodic[1]:
             share = jnp.exp(-absorption(ny, my) * my * moved[1])[:, None]
             rows = jnp.fft.rfft(share * jnp.fft.irfft(rows, n=my, axis=-2), axis=-2)
         eta = jnp.fft.fft(rows, axis=-1)

@@ -1,4 +1,4 @@
-"""Operators of an even kernel on a grid in free space, by zero-padded FFT; and families of them."""
+"""Operators of an even kernel on a grid, by FFT, zero-padded in free space; and families of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Family, Linear, Operator
 
@@ -20,17 +20,18 @@ class FreeSpace(Operator):
     """An even kernel, by its spectra, which are real.
 
     spectrum (my/2 + 1, mx): on the padded grid; circulant (ny/2 + 1, nx): of the periodic operator nearest to
-    it on the grid itself; window: the same kernel on a smaller grid, or None.
+    it on the grid itself; window: the same kernel on a smaller grid, or None; periodic: axes without padding.
     """
 
     spectrum: Array
     circulant: Array
     window: FreeSpace | None
+    periodic: spectral.Periodic = static(default=spectral.FREE)
 
     symmetric = True
 
     def __call__(self, pressure: Array) -> Array:
-        return spectral.convolve(self.spectrum, pressure)
+        return spectral.convolve(self.spectrum, pressure, self.periodic)
 
     def transpose(self) -> FreeSpace:
         return self
@@ -62,14 +63,23 @@ class FreeSpaceFamily(Family):
     members: FreeSpace
 
     @classmethod
-    def of(cls, kernels: Array) -> FreeSpaceFamily:
-        """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both.
+    def of(cls, kernels: Array, periodic: spectral.Periodic = spectral.FREE) -> FreeSpaceFamily:
+        """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; of one cell along a periodic axis.
 
         The window is without derivative, since only searches use it.
         """
         nx, ny = spectral.window_shape(kernels.shape[-2:])
         part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
-        return cls(_members(kernels, _members(part, None)))
+        return cls(_members(kernels, _members(part, None, periodic), periodic))
+
+    @classmethod
+    def of_spectra(cls, spectra: Array) -> FreeSpaceFamily:
+        """Periodic along both axes, from spectra (m, ny/2 + 1, nx) that are zero at wavenumber zero.
+
+        The preconditioner takes the mean for the softest of the waves.
+        """
+        softest = jnp.max(spectra, (1, 2))
+        return cls(FreeSpace(spectra, spectra.at[:, 0, 0].set(softest), None, (True, True)))
 
     def combined(self, weights: Sequence[Array | float]) -> FreeSpace:
         # term by term: at a time, all members and their tangents would leave the processor's cache
@@ -80,9 +90,11 @@ class FreeSpaceFamily(Family):
 
     def total(self, fields: Array) -> Array:
         spectra = self.members.spectrum[len(self.members.spectrum) - len(fields) :]
-        terms = [part * spectral.transform(f) for part, f in zip(spectra, fields, strict=True)]
-        return spectral.inverse(sum(terms), fields.shape[-2:]) if terms else jnp.zeros(fields.shape[-2:])
+        shape, periodic = fields.shape[-2:], self.members.periodic
+        terms = [part * spectral.transform(f, periodic) for part, f in zip(spectra, fields, strict=True)]
+        return spectral.inverse(sum(terms), shape, periodic) if terms else jnp.zeros(shape)
 
 
-def _members(kernels: Array, window: FreeSpace | None) -> FreeSpace:
-    return FreeSpace(spectral.kernel_spectrum(kernels), spectral.circulant_spectrum(kernels), window)
+def _members(kernels: Array, window: FreeSpace | None, periodic: spectral.Periodic) -> FreeSpace:
+    spectrum = spectral.kernel_spectrum(kernels, periodic)
+    return FreeSpace(spectrum, spectral.circulant_spectrum(kernels), window, periodic)

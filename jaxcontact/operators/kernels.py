@@ -21,6 +21,8 @@ from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images, image_error
+from jaxcontact.response.line_coefficients import line_coefficients
+from jaxcontact.response.periodic import periodic_coefficients, periodic_response
 from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
 
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
@@ -118,6 +120,10 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
         tuple(built.shape) == tuple(grid.shape),
         f"kernels: expected those of a grid of {tuple(grid.shape)} cells, got {tuple(built.shape)}",
     )
+    _checks.require(
+        built.periodic == grid.periodic,
+        f"kernels: expected those of a grid with periodic={grid.periodic}, got periodic={built.periodic}",
+    )
     near = jnp.stack([jnp.isclose(a, b, rtol=1e-9) for a, b in zip(built.spacing, grid.spacing, strict=True)])
     if not is_concrete(near):
         return jnp.all(near)
@@ -146,28 +152,63 @@ def scale_of(response: Response, indenter: Indenter, grid: Grid) -> Scale:
     return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
 
 
-def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
-    """``kernels`` without checks, for use inside jit."""
+class Expansion(NamedTuple):
+    """What no grid enters: the response as a sum of products, its images (M + 1, J + 1), and their error, ()."""
+
+    separable: Separable
+    images: Images
+    error: Array
+
+
+def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
+    """Of a body, with ``nodes`` as in ``kernels``."""
     response = response_of(body)
-    scale = scale_of(response, indenter, grid)
     separable = response.separate(nodes)
     images = _images(response, separable)
-    error = _image_error(response, separable, images)
+    return Expansion(separable, images, _image_error(response, separable, images))
+
+
+def assembled(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, expansion: Expansion, nodes: int
+) -> Kernels:
+    """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
+    response, (separable, images, error) = response_of(body), expansion
+    scale = scale_of(response, indenter, grid)
     images = Images(images.depths, images.heights.at[0].add(indenter.compliance()))
-    coefficients = influence_coefficients(grid, images) / scale.length
-    scaled = coefficients.at[0].divide(scale.compliance)
+    scaled = Images(images.depths, (images.heights / scale.length).at[0].divide(scale.compliance))
+    family, coefficients = on_grid(grid, scaled)
     mix = separable.mix / scale.compliance
     film, layer = None, response.film()
     if layer is not None:
         weights = jnp.append(layer.material.spectrum().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
-    family = FreeSpaceFamily.of(scaled)
     at_zero = separable.terms[1:, 0]
     return Kernels(family, separable.rates, mix, film, scale, separable.error, error, at_zero, grid, nodes)
 
 
-# in a program of its own, which all runs on grids of one shape share
-compiled_build = jax.jit(build, static_argnames=("nodes",))
+def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
+    """``kernels`` without checks, for use inside jit."""
+    return assembled(body, indenter, grid, expansion(body, nodes), nodes)
+
+
+def compiled_build(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
+) -> Kernels:
+    """``build`` in two programs: a dear one, the same for all grids, and one for each shape of them."""
+    return _assembled(body, indenter, grid, _expansion(body, nodes=nodes), nodes=nodes)
+
+
+_expansion = jax.jit(expansion, static_argnames=("nodes",))
+_assembled = jax.jit(assembled, static_argnames=("nodes",))
+
+
+def on_grid(grid: Grid, images: Images) -> tuple[FreeSpaceFamily, Array]:
+    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny)."""
+    if all(grid.periodic):
+        family = FreeSpaceFamily.of_spectra(periodic_response(grid, images))
+        return family, periodic_coefficients(grid, images)
+    coefficients = (line_coefficients if grid.plane_strain else influence_coefficients)(grid, images)
+    return FreeSpaceFamily.of(coefficients, grid.periodic), coefficients
 
 
 def _images(response: Response, separable: Separable) -> Images:
@@ -190,9 +231,9 @@ def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Imag
     response, layer = response_of(body), response_of(body).film()
     scale = scale_of(response, indenter, grid)
     on_base = response.expand_shapes(response.on_rigid_base()[None])
-    each = influence_coefficients(grid, Images(on_base.depths, jnp.eye(on_base.depths.size + 1)))
-    family = FreeSpaceFamily.of(each / (scale.length * scale.compliance))
-    film = None if layer is None else influence_coefficients(grid, on_base)[0] / layer.thickness
+    unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
+    family, _ = on_grid(grid, Images(on_base.depths, unit))
+    film = None if layer is None else on_grid(grid, on_base)[1][0] / layer.thickness
     return ImageKernels(family, film, scale, _quasi_elastic_error(response))
 
 

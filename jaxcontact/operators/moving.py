@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, Operator
 from jaxcontact.operators.free_space import FLOOR, FreeSpace
@@ -14,19 +14,20 @@ from jaxcontact.operators.free_space import FLOOR, FreeSpace
 
 @pytree
 class Moving(Operator):
-    """A kernel that is not even: spectrum and circulant as in ``FreeSpace``, but complex."""
+    """A kernel that is not even: all as in ``FreeSpace``, but complex and without a window."""
 
     spectrum: Array
     circulant: Array
+    periodic: spectral.Periodic = static(default=spectral.FREE)
 
     symmetric = False
 
     def __call__(self, pressure: Array) -> Array:
-        return spectral.convolve(self.spectrum, pressure)
+        return spectral.convolve(self.spectrum, pressure, self.periodic)
 
     def transpose(self) -> Moving:
         """The same with the motion reversed."""
-        return Moving(self.spectrum.conj(), self.circulant.conj())
+        return jax.tree.map(jnp.conj, self)
 
     def preconditioner(self) -> Linear:
         """The inverse of the circulant, its real part raised to a floor above zero."""
@@ -43,7 +44,7 @@ class Moving(Operator):
         return self
 
     def even(self) -> FreeSpace:
-        return FreeSpace(self.spectrum.real, self.circulant.real, None)
+        return FreeSpace(self.spectrum.real, self.circulant.real, None, self.periodic)
 
     def plus_even(self, share: Array | float) -> Moving:
         return jax.tree.map(lambda a: a + share * a.real, self)

@@ -5,17 +5,25 @@ is even in both. Its spectrum on the padded grid is then real. Only rows that ar
 transformed, and only rows that are wanted are transformed back (exact, and about 1.5 times faster).
 Spectra are stored with the axes swapped, (..., my/2 + 1, mx), so that every transform runs along the
 last axis. Source: S. B. Liu, Q. Wang, G. Liu, Wear 243 (2000) 101, the DC-FFT.
+
+Along a periodic axis there is no padding: its length is that of the grid, odd or even.
 """
 
 import jax.numpy as jnp
 from jax import Array
 from scipy.fft import next_fast_len
 
+Periodic = tuple[bool, bool]  # along x, along y
+FREE: Periodic = (False, False)
 
-def padded_shape(shape: tuple[int, ...]) -> tuple[int, int]:
-    """The smallest fast even lengths that keep the convolution from wrapping around: >= 2 n - 1."""
-    nx, ny = shape
-    return 2 * next_fast_len(nx), 2 * next_fast_len(ny)
+
+def padded_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int]:
+    """The smallest fast even lengths that keep the convolution from wrapping around: >= 2 n - 1.
+
+    Along a periodic axis, where it shall wrap around: n.
+    """
+    (nx, ny), (x, y) = shape, periodic
+    return nx if x else 2 * next_fast_len(nx), ny if y else 2 * next_fast_len(ny)
 
 
 def _mirrored(kernel: Array, shape: tuple[int, int]) -> Array:
@@ -28,29 +36,35 @@ def _mirrored(kernel: Array, shape: tuple[int, int]) -> Array:
     return kernel
 
 
-def kernel_spectrum(kernel: Array) -> Array:
-    """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``."""
-    wrapped = _mirrored(kernel, padded_shape(kernel.shape[-2:]))
+def kernel_spectrum(kernel: Array, periodic: Periodic = FREE) -> Array:
+    """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``; one cell along a periodic axis."""
+    wrapped = _mirrored(kernel, padded_shape(kernel.shape[-2:], periodic))
     return jnp.swapaxes(jnp.fft.rfft2(wrapped).real, -1, -2)
 
 
-def transform(field: Array) -> Array:
+def transform(field: Array, periodic: Periodic = FREE) -> Array:
     """Spectrum (..., my/2 + 1, mx) of fields (..., nx, ny), zero-padded."""
-    mx, my = padded_shape(field.shape[-2:])
+    mx, my = padded_shape(field.shape[-2:], periodic)
     rows = jnp.swapaxes(jnp.fft.rfft(field, n=my, axis=-1), -1, -2)
     return jnp.fft.fft(rows, n=mx, axis=-1)
 
 
-def inverse(spectrum: Array, shape: tuple[int, ...]) -> Array:
+def inverse(spectrum: Array, shape: tuple[int, ...], periodic: Periodic = FREE) -> Array:
     """The (..., nx, ny) part of the field with this spectrum."""
     nx, ny = shape
     rows = jnp.fft.ifft(spectrum, axis=-1)[..., :nx]
-    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=padded_shape(shape)[1], axis=-1)[..., :ny]
+    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=padded_shape(shape, periodic)[1], axis=-1)[..., :ny]
 
 
-def convolve(spectrum: Array, field: Array) -> Array:
+def convolve(spectrum: Array, field: Array, periodic: Periodic = FREE) -> Array:
     """sum_j K(i - j) f_j over the cells of the grid, (..., nx, ny); spectrum from ``kernel_spectrum``."""
-    return inverse(spectrum * transform(field), field.shape[-2:])
+    return inverse(spectrum * transform(field, periodic), field.shape[-2:], periodic)
+
+
+def both_signs(my: int) -> Array:
+    """How many wavenumbers each row of a spectrum stands for, (my/2 + 1,): one at zero and at the highest of even my."""
+    row = jnp.arange(my // 2 + 1)
+    return jnp.where((row == 0) | (2 * row == my), 1.0, 2.0)
 
 
 def circulant_spectrum(kernel: Array) -> Array:

@@ -57,9 +57,9 @@ class Observer:
     places: Array
 
     @classmethod
-    def of(cls, profile: Array, ratio: Array) -> "Observer":
+    def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
         nx, ny = profile.shape
-        along_x, along_y = (jnp.asarray(jnp.gradient(profile, axis=axis)) for axis in (0, 1))
+        along_x, along_y = (_slope(profile, axis, wraps) for axis, wraps in enumerate(periodic))
         slopes = jnp.stack([along_x, along_y / ratio])
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
@@ -74,22 +74,28 @@ class Observer:
         return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
 
 
-def inner_product(weights: Array, squares: Array, shape: tuple[int, int]) -> Array:
+def _slope(profile: Array, axis: int, wraps: bool) -> Array:
+    """By central differences, (nx, ny); at the ends, where the profile does not go on, by those to one side."""
+    if wraps:
+        return (jnp.roll(profile, -1, axis) - jnp.roll(profile, 1, axis)) / 2.0
+    return jnp.asarray(jnp.gradient(profile, axis=axis))
+
+
+def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
     """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
-    mx, my = spectral.padded_shape(shape)
-    rows = jnp.where((jnp.arange(my // 2 + 1) % (my // 2)) == 0, 1.0, 2.0)
-    return jnp.sum(jnp.sum(weights * squares, -1) * rows, -1) / (mx * my)
+    mx, my = padded
+    return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
 
 
 def energies(
-    spectra: Array, rates: Array, eta: Array, pressure: Array, shape: tuple[int, int]
+    spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
 ) -> tuple[Array, Array]:
     """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
     square = lambda f: f.real**2 + f.imag**2
     speed = pressure - rates[:, None, None] * eta
-    springs = inner_product(spectra[1:], square(eta), shape)
-    stored = 0.5 * inner_product(spectra[0], square(pressure), shape) + 0.5 * jnp.sum(rates * springs)
-    return stored, jnp.sum(inner_product(spectra[1:], square(speed), shape))
+    springs = inner_product(spectra[1:], square(eta), padded)
+    stored = 0.5 * inner_product(spectra[0], square(pressure), padded) + 0.5 * jnp.sum(rates * springs)
+    return stored, jnp.sum(inner_product(spectra[1:], square(speed), padded))
 
 
 def clearance(pressure: Array, ratio: Array) -> Array:

@@ -25,7 +25,7 @@ from jaxcontact.operators.kernels import Errors, Kernels, build
 from jaxcontact.response.body import response_of
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding
-from jaxcontact.sliding.track import as_array
+from jaxcontact.sliding.track import as_array, check_along_x
 from jaxcontact.sliding.wake import Wake, doubled, extended
 
 
@@ -60,8 +60,8 @@ def slide_steady(
         A ``SteadySliding``; under jit, status 6 where there is no steady state. Warnings as in ``indent``.
 
     Raises:
-        ValueError: what cannot be computed; no steady state: a flowing body at rest, and a flowing half-space
-            under a fixed approach.
+        ValueError: what cannot be computed; no steady state: a flowing body at rest or on a periodic grid, and a
+            flowing half-space under a fixed approach or in plane strain.
 
     Example:
         >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
@@ -71,7 +71,7 @@ def slide_steady(
         True
     """
     velocity = as_array(velocity)
-    _check_single(control, velocity)
+    _check_single(control, velocity, grid)
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
     experiment = experiment.also(_steady(experiment, velocity))
@@ -79,10 +79,11 @@ def slide_steady(
     return reported(result, errors, experiment.valid)
 
 
-def _check_single(control: Control, velocity: Array) -> None:
+def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
     """One velocity and one value of the control."""
     shape = np.shape(velocity)
     _checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    check_along_x(shape, grid)
     name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     _checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
 
@@ -100,11 +101,22 @@ def _steady(experiment: Experiment, velocity: Array) -> Verdict:
         " for ever and there is no steady state",
     )
     _checks.require(
+        not _tilts_or_thins(experiment),
+        "body: expected one that does not flow without limit, on this grid: under an indenter in plane strain a half-space"
+        " tilts for ever, and on a periodic grid the body sinks for ever under the mean pressure",
+    )
+    _checks.require(
         not response.creeps_far() or not isinstance(experiment.control, Approach),
         "control: expected a Load on a half-space or substrate that flows without limit: its surface sinks for ever, so"
         " that under a fixed approach the load falls to nothing and there is no steady state",
     )
     return finite
+
+
+def _tilts_or_thins(experiment: Experiment) -> bool:
+    """Whether a body that flows could have no steady state on this grid."""
+    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
+    return all(grid.periodic) or (grid.plane_strain and far_off)
 
 
 @jax.jit
@@ -119,7 +131,8 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors
     problem = Problem(wake.operator(symbols), profile, target, lowest, experiment.load_controlled)
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
-    status = _with_no_steady_state(status_of(problem, solution, experiment.tolerance), experiment, vector)
+    status = status_of(problem, solution, experiment.tolerance, experiment.edges)
+    status = _with_no_steady_state(status, experiment, vector)
     fields = _fields(wake, symbols, problem, solution, vector)
     return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors
 
@@ -127,10 +140,10 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors
 def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
     """The wake in cells per second; that of a half-space reaches beyond the grid."""
     grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
-    if not far_off:
+    if not far_off or all(grid.periodic):
         shapes = extended(kernels, grid.shape)
     else:
-        wide = replace(grid, shape=doubled(grid.shape))
+        wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
         again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
         shapes = again.family.members.spectrum[1:]
     return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
@@ -139,7 +152,7 @@ def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: 
 def _with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
     response = response_of(experiment.body)
     sinks = response.creeps_far() and not experiment.load_controlled
-    endless = ~jnp.any(velocity != 0.0) | sinks
+    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
     return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
 
 
@@ -150,7 +163,7 @@ def _fields(
     p = solution.pressure
     speed = jnp.sum(velocity**2)
     direction = velocity / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
-    pushed, centre, leading = Observer.of(problem.gap, wake.ratio).surface(p, direction)
+    pushed, centre, leading = Observer.of(problem.gap, wake.ratio, wake.periodic).surface(p, direction)
     return contact_outcome(solution) | {
         "profile": problem.gap,
         "displacement": solution.displacement,

@@ -57,14 +57,17 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
 
 
 def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:
-    """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid."""
+    """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid.
+
+    Nothing leaves a grid that is periodic along both axes; in plane strain the motion is along x.
+    """
     shape, nt = np.shape(velocity), np.shape(times)[0]
     _checks.require(
         shape in ((), (2,), (nt, 2)),
         f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
     )
-    finite = _checks.finite("velocity [m/s]", velocity)
-    if not is_concrete(velocity, times, grid):
+    finite = _checks.finite("velocity [m/s]", velocity) & check_along_x(shape, grid)
+    if all(grid.periodic) or not is_concrete(velocity, times, grid):
         return finite
     values = np.asarray(velocity, dtype=float)
     vector = np.array([values, 0.0]) if values.ndim == 0 else values
@@ -73,6 +76,15 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
     moves = (vector[1:] + vector[:-1]) / 2.0 * dt / np.asarray(grid.width, dtype=float)
     _check_moves(moves, substeps)
     _check_returns(np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)]))
+    return True
+
+
+def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
+    """One number, of this shape, in plane strain."""
+    _checks.require(
+        not grid.plane_strain or shape == (),
+        f"velocity: expected one number, along x, in plane strain, got shape {shape}",
+    )
     return True
 
 

@@ -16,6 +16,11 @@ point sources, with lambda_k C_k at wavenumber zero, (1 - nu) fluidity_k for a h
 
 For lambda = 0 this grows with the logarithm of the length of the track, the same everywhere: the
 pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
+
+In plane strain these are line sources, and in place of 1/(2 pi |r|) stands -ln(|r|/d)/pi with the datum d of
+``response.line_coefficients``. For lambda = 0 the surface would tilt without limit: there is no steady state.
+
+On a periodic grid T is infinity, eta_k/p = 1/(lambda_k - i k . v), and each indenter runs in the tracks of others.
 """
 
 import jax
@@ -43,7 +48,7 @@ class Wake:
     kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
     along x per second]; ratio: dy/dx; far_off: ``Response.creeps_far``; shape: (nx, ny) of the grid; across:
     whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
-    one row in place of MY/2 + 1.
+    one row in place of MY/2 + 1. Along a periodic axis neither grid is padded or doubled.
     """
 
     kernels: Kernels
@@ -55,10 +60,19 @@ class Wake:
     across: bool = static()
 
     @property
+    def periodic(self) -> spectral.Periodic:
+        return self.kernels.family.members.periodic
+
+    @property
     def crossing_time(self) -> Array:
         """T [s] to cross the grid along the velocity."""
         sides = jnp.stack([self.shape[0] * jnp.ones(()), self.shape[1] * self.ratio])
         return 1.0 / jnp.maximum(jnp.max(jnp.abs(self.velocity) / sides), AT_REST)
+
+    @property
+    def line(self) -> bool:
+        """Whether this is plane strain."""
+        return self.shape[1] == 1
 
     @property
     def length(self) -> Array:
@@ -77,7 +91,11 @@ class Wake:
 
     def symbols(self) -> Array:
         """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
-        T, padded = self.crossing_time, spectral.padded_shape(doubled(self.shape))
+        if all(self.periodic):
+            phase, loss = along(self.shape, self.shift(1.0), self.ratio)
+            return _reciprocal(self.kernels.rates[:, None, None] + jax.lax.complex(loss, -phase))
+        T = self.crossing_time
+        padded = spectral.padded_shape(doubled(self.shape, self.periodic), self.periodic)
         phase, loss = along(padded, self.shift(T), self.ratio)
         return T * phi1((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
@@ -85,9 +103,9 @@ class Wake:
         """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
         mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
         near = jnp.sum(self.shapes * mixed, 0)
-        if not self.far_off:
-            return on_grid(near, self.shape)
-        return on_grid(near, self.shape, jnp.tensordot(weights, self.far(), 1))
+        if not self.far_off or all(self.periodic):
+            return on_grid(near, self.shape, self.periodic)
+        return on_grid(near, self.shape, self.periodic, jnp.tensordot(weights, self.far(), 1))
 
     def without_history(self, weights: Array) -> Array:
         """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
@@ -108,60 +126,80 @@ class Wake:
     def operator(self, symbols: Array) -> Moving:
         """Pressure -> displacement, C_0 and all that was left behind."""
         ones = jnp.ones(self.kernels.rates.size)
-        return Moving(self.without_history(0.0 * ones) + self.kernel(ones, symbols), self.circulant())
+        spectrum = self.without_history(0.0 * ones) + self.kernel(ones, symbols)
+        return Moving(spectrum, self.circulant(), self.periodic)
 
     def lost_power(self, symbols: Array, pressure: Array) -> Array:
         """Taken up by the dashpots: lambda_k C_k (p - lambda_k eta_k) is the speed on which p works."""
         rates = self.kernels.rates
         speeds = self.without_history(jnp.ones_like(rates)) - self.without_history(jnp.zeros_like(rates))
-        return jnp.sum(pressure * spectral.convolve(speeds - self.kernel(rates, symbols), pressure))
+        lost = spectral.convolve(speeds - self.kernel(rates, symbols), pressure, self.periodic)
+        return jnp.sum(pressure * lost)
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
         """Shortening of the film over its thickness at its deepest point; zero without a film."""
         film = self.kernels.film
         if film is None:
             return jnp.zeros(())
-        history = on_grid(jnp.tensordot(film.weights[1:], symbols, 1), self.shape)
-        strain = film.weights[0] * pressure + spectral.convolve(history, pressure)
+        history = on_grid(jnp.tensordot(film.weights[1:], symbols, 1), self.shape, self.periodic)
+        strain = film.weights[0] * pressure + spectral.convolve(history, pressure, self.periodic)
         return deepest_strain(film.coefficients, strain)
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
-        mx, my = spectral.padded_shape(self.shape)
+        mx, my = spectral.padded_shape(self.shape, self.periodic)
         x = offsets(mx)[:, None] + jnp.zeros(my)
         y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
         rates, T, (vx, vy) = self.kernels.rates, self.crossing_time, self.velocity
 
         def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
             s = T * jnp.exp(node[0])
-            square = (x + vx * s) ** 2 + (y + vy * s) ** 2
-            varying = 1.0 / jnp.sqrt(jnp.maximum(square, 1.0)) - 1.0 / (self.speed * s)
+            square = jnp.maximum((x + vx * s) ** 2 + (y + vy * s) ** 2, 1.0)
+            away = self.speed * s
+            varying = -jnp.log(square / away**2) if self.line else 1.0 / jnp.sqrt(square) - 1.0 / away
             return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
 
         nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
         zero = jnp.zeros((rates.size, mx, my))
         varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
         flows = rates == 0.0
-        uniform = jnp.where(flows, 0.0, exponential_integral(jnp.where(flows, 1.0, rates * T)) / self.speed)
+        safe = jnp.where(flows, 1.0, rates)
+        tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
+        if self.line:  # the doubled grid has twice the datum of the grid
+            way = jnp.exp(-rates * T) * jnp.log(self.length / (2.0 * self.shape[0])) + jnp.log(2.0)
+            uniform = -2.0 * (way + tail) / safe
+        else:
+            uniform = tail / self.speed
+        uniform = jnp.where(flows, 0.0, uniform)
         return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
 
     def drift(self, total: Array) -> Array:
         """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
-        if not self.far_off:
+        if not self.far_off or any(self.periodic):
             return jnp.zeros(())
         flows = self.kernels.rates == 0.0
         return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
 
     def _point_strength(self) -> Array:
-        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,)."""
-        return self.kernels.at_zero @ self.kernels.mix * self.ratio / (2.0 * jnp.pi)
+        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,); of a strip without ln(1/d^2)."""
+        cell = 1.0 if self.line else self.ratio
+        return self.kernels.at_zero @ self.kernels.mix * cell / (2.0 * jnp.pi)
 
 
 def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
     """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
-    nx, ny = shape
-    kernel = spectral.inverse(kernels.family.members.spectrum[1:], shape)
-    return spectral.kernel_spectrum(jnp.pad(kernel, ((0, 0), (0, nx), (0, ny))))
+    periodic, spectra = kernels.family.members.periodic, kernels.family.members.spectrum[1:]
+    if all(periodic):
+        return spectra
+    nx, ny = doubled(shape, periodic)
+    kernel = spectral.inverse(spectra, shape, periodic)
+    wide = jnp.pad(kernel, ((0, 0), (0, nx - shape[0]), (0, ny - shape[1])))
+    return spectral.kernel_spectrum(wide, periodic)
+
+
+def _reciprocal(z: Array) -> Array:
+    """1/z, and zero where z is: for a mean pressure, which does nothing on a periodic grid."""
+    return jnp.where(z == 0.0, 0.0, 1.0 / jnp.where(z == 0.0, 1.0, z))
 
 
 def exponential_integral(x: Array) -> Array:
@@ -181,9 +219,10 @@ def exponential_integral(x: Array) -> Array:
     return jnp.where(small, series, jnp.exp(-high) / (high + 1.0 - tail))
 
 
-def doubled(shape: tuple[int, int]) -> tuple[int, int]:
-    """Twice as many cells each way."""
-    return 2 * shape[0], 2 * shape[1]
+def doubled(shape: tuple[int, int], periodic: spectral.Periodic) -> tuple[int, int]:
+    """Twice as many cells each way that is not periodic."""
+    nx, ny = (n if wraps else 2 * n for n, wraps in zip(shape, periodic, strict=True))
+    return nx, ny
 
 
 def offsets(length: int) -> np.ndarray:
@@ -202,13 +241,18 @@ def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
     return wide
 
 
-def on_grid(symbol: Array, shape: tuple[int, int], far: Array | float = 0.0) -> Array:
+def on_grid(
+    symbol: Array, shape: tuple[int, int], periodic: spectral.Periodic, far: Array | float = 0.0
+) -> Array:
     """Spectrum (my/2 + 1, mx) of an operator from its symbol on the doubled grid, (1 or MY/2 + 1, MX).
 
     far: the kernel of its far part, (mx, my), which is added.
     """
-    (MX, MY), padded = spectral.padded_shape(doubled(shape)), spectral.padded_shape(shape)
+    MX, MY = spectral.padded_shape(doubled(shape, periodic), periodic)
     symbol = jnp.broadcast_to(symbol, (MY // 2 + 1, MX))
+    if all(periodic):
+        return symbol
+    padded = spectral.padded_shape(shape, periodic)
     rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
     near = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
     return jnp.swapaxes(jnp.fft.rfft2(near + cut(far + 0.0 * near, shape, padded)), -1, -2)

@@ -16,7 +16,7 @@ from jaxcontact._pytree import as_float64
 from jaxcontact._status import Status
 from jaxcontact.contact.partial_slip import Round, SlipProblem, solve
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
-from jaxcontact.grid import Grid
+from jaxcontact.grid import Grid, check_not_periodic
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
@@ -82,6 +82,7 @@ def roll_steady(
     given = {"grid": grid, "tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), **given)
     check_no_creep(experiment.body)
+    check_not_periodic(grid, "roll_steady")
     verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid)
     forced = isinstance(creepage, TangentialControl)
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
