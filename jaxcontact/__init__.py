@@ -36,6 +36,7 @@ from jaxcontact.indenters import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters import Sphere as Sphere  # noqa: E402
 from jaxcontact.interior_fields import InteriorFields as InteriorFields  # noqa: E402
 from jaxcontact.interior_fields import subsurface as subsurface  # noqa: E402
+from jaxcontact.layers import Graded as Graded  # noqa: E402
 from jaxcontact.layers import Layer as Layer  # noqa: E402
 from jaxcontact.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
 from jaxcontact.materials import Burgers as Burgers  # noqa: E402
@@ -70,6 +71,7 @@ __all__ = [
     "Cylinder",
     "Elastic",
     "FlatPunch",
+    "Graded",
     "Grid",
     "HeightField",
     "InteriorFields",

@@ -1,13 +1,15 @@
 """A body: layers, perfectly bonded, on a half-space."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
-from jaxcontact._pytree import pytree, replace
+from jaxcontact._pytree import pytree, replace, static
 from jaxcontact.materials import Material
 
 
@@ -28,11 +30,41 @@ class Layer:
 
 
 @pytree
+class Graded:
+    """A layer whose material varies with depth, cut into equal sublayers with the material of their middle.
+
+    The response converges with the square of the number of sublayers. Derivatives flow to whatever numbers the
+    profile closes over. The film strain of a run is that of the uppermost sublayer.
+
+    Args:
+        profile: from a depth below the layer's top [m] to a material, of the same or another class at each.
+        thickness: h [m] > 0, a number.
+        layers: number of sublayers, static, 1 to 1000.
+
+    Example:
+        >>> softer_on_top = lambda depth: jc.Elastic(G=1e9 + 4e9 * depth / 150e-9)
+        >>> film = jc.Graded(softer_on_top, thickness=150e-9, layers=8)
+        >>> body = jc.LayeredHalfSpace([film], substrate=jc.Elastic.from_young(210e9))
+        >>> f"{jc.normal_response(body, 1e12) * 1e12 * 1e9:.3f} /GPa"      # 0.7/G of the uppermost
+        '0.560 /GPa'
+    """
+
+    profile: Callable[[Any], Material] = static()
+    thickness: Array | float
+    layers: int = static(default=16)
+
+    def cut(self) -> list[Layer]:
+        """The sublayers, the top one first."""
+        each = jnp.asarray(self.thickness, float) / self.layers
+        return [Layer(self.profile((i + 0.5) * each), each) for i in range(self.layers)]
+
+
+@pytree
 class LayeredHalfSpace:
     """Layers, the top one first, on a substrate; no layers make it a half-space.
 
     Args:
-        layers: a list of ``Layer``, empty for a half-space.
+        layers: a list of ``Layer`` and ``Graded``, empty for a half-space.
         substrate: a material.
 
     Example:
@@ -41,12 +73,18 @@ class LayeredHalfSpace:
         >>> body = jc.LayeredHalfSpace([film], substrate=steel)
     """
 
-    layers: Sequence[Layer]
+    layers: Sequence[Layer | Graded]
     substrate: Material
+
+    def sublayers(self) -> tuple[Layer, ...]:
+        """The layers, the top one first, with each graded one cut."""
+        return tuple(
+            part for layer in self.layers for part in (layer.cut() if isinstance(layer, Graded) else [layer])
+        )
 
 
 def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
-    """The body with its layers as a tuple, and whether its values are in their ranges.
+    """The body with its layers as a tuple of ``Layer``, and whether its values are in their ranges.
 
     Raises ValueError for what cannot be computed.
     """
@@ -59,22 +97,28 @@ def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
         isinstance(body.layers, list | tuple),
         f"body.layers: expected a list of Layer, got {type(body.layers).__name__}",
     )
-    layers = tuple(body.layers)
     valid = check_material("substrate", body.substrate)
-    for layer in layers:
+    for layer in body.layers:
         valid = valid & _check_layer(layer)
+    layers = body.sublayers()
+    for each in layers:
+        valid = valid & check_material("layer", each.material)
     return replace(body, layers=layers), valid
 
 
-def _check_layer(layer: Layer) -> Verdict:
+def _check_layer(layer: Layer | Graded) -> Verdict:
+    """All but the material."""
     _checks.require(
-        isinstance(layer, Layer),
+        isinstance(layer, Layer | Graded),
         f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
     )
     shape = np.shape(layer.thickness)
     _checks.require(shape == (), f"layer thickness [m]: expected a number, got shape {shape}")
-    thick = _checks.positive("layer thickness [m]", layer.thickness)
-    return check_material("layer", layer.material) & thick
+    if isinstance(layer, Graded):
+        kind = type(layer.profile).__name__
+        _checks.require(callable(layer.profile), f"Graded profile: expected a function of depth, got {kind}")
+        _checks.whole("Graded layers", layer.layers, 1, 1000)
+    return _checks.positive("layer thickness [m]", layer.thickness)
 
 
 def check_material(where: str, material: Material) -> Verdict:

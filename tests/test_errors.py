@@ -81,6 +81,14 @@ PYTHON = {
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
         r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",
     ),
+    "a material for a profile": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(FILM, 1e-7)], STEEL)),
+        r"Graded profile: expected a function of depth, got Burgers",
+    ),
+    "no sublayers": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(lambda depth: FILM, 1e-7, layers=0)], STEEL)),
+        r"Graded layers: expected 1 to 1000, got 0",
+    ),
     "a number for a material": (
         lambda: indent(body=on(210e9)),
         r"substrate: expected a material .*got float",

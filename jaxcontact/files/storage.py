@@ -176,6 +176,8 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
             yield from _flat(item, f"{name}.{index}")
     elif isinstance(value, str) or value is None:
         yield name, value or "none"
+    elif callable(value):  # the profile of a graded layer
+        yield name, getattr(value, "__qualname__", type(value).__name__)
     else:
         yield name, np.asarray(value)
 

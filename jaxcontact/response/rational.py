@@ -66,7 +66,8 @@ def separate(
     rates: number of common rates besides those of the top layer's material; shapes: number of shapes besides
     the top layer's own; both static. Rates, picked wavenumbers and weights carry no derivative, all else does.
     """
-    own = two_port(wavenumber * body.layers[0].thickness, body.layers[0].material.nu).A[2]
+    top = body.sublayers()[0]
+    own = two_port(wavenumber * top.thickness, top.material.nu).A[2]
     if not any(creeps(solid) for solid in solids(body)):
         start = scaled_response(body, wavenumber, spectra(body).instantaneous)
         return Separable(jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), jnp.zeros(()))

@@ -104,7 +104,7 @@ def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceComplia
 
 def solids(body: LayeredHalfSpace) -> list[Material]:
     """The materials of the layers, the top one first, and of the substrate."""
-    return [*(layer.material for layer in body.layers), body.substrate]
+    return [*(layer.material for layer in body.sublayers()), body.substrate]
 
 
 class Spectra(NamedTuple):
