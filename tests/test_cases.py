@@ -36,6 +36,7 @@ def test_every_wrong_reference_is_noticed(case):
         assert right <= wrong, key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SABOTAGED, ids=lambda case: case.name)
 def test_all_but_the_counted_radii_hold_on_a_coarse_grid(case):
     bad = [name for name in failures(case, case.references) if "p0" not in name and "a at" not in name]
@@ -79,13 +80,13 @@ def test_a_row_that_is_not_a_number_does_not_hold():
 SLIDING = ("figure_13", "figure_14", "figure_15", "speed_map", "claims")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_whole_reproduction_of_indentation_at_full_size(tmp_path):
     still = [case.name for case in reproduce.CASES if case.name not in SLIDING]
     assert reproduce.main(still, tmp_path) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_reproduction_of_sliding_on_64_cells_a_side(tmp_path):
     """At the paper's 256 it takes a quarter of an hour: ``jaxcontact reproduce``."""
     cases = [replaced(case, case.references) for case in reproduce.CASES if case.name in SLIDING]

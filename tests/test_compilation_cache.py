@@ -36,6 +36,7 @@ def told(process):
     return int(compiled), numbers
 
 
+@pytest.mark.slow
 def test_the_second_process_compiles_nothing_and_all_find_the_same_numbers(tmp_path):
     """Two at once into an empty folder, one after them, and one without a cache."""
     at_once = [start(tmp_path), start(tmp_path)]

@@ -128,6 +128,7 @@ def solved(problem):
 ONE, TWO = [(9.3, 29.0)], [(5.0, 6.0), (27.0, 34.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lowest", "load"), [(ONE, 4.0), (TWO, 4.0), ([(16.0, 20.0)], 120.0)])
 def test_the_window_changes_nothing_but_the_cost(lowest, load):
     """A contact off the middle, two that no window holds, one that outgrows it: solution and tangent."""
@@ -137,6 +138,7 @@ def test_the_window_changes_nothing_but_the_cost(lowest, load):
         np.testing.assert_allclose(found, expected, atol=1e-8 * float(jnp.max(expected)))
 
 
+@pytest.mark.slow
 def test_a_contact_that_fits_the_window_is_solved_there():
     problem = problem_at(ONE, 4.0)
     start = normal.first_guess(problem)
@@ -147,6 +149,7 @@ def test_a_contact_that_fits_the_window_is_solved_there():
     assert float(on_grid.error) < 1.01e-10
 
 
+@pytest.mark.slow
 def test_height_field_of_a_ball_is_the_ball():
     grid = square(2.6)
     x, y = grid.coordinates()
@@ -174,7 +177,8 @@ def test_no_contact_and_zero_load():
     assert float(lifted.approach[1]) == pytest.approx(float(jnp.min(lifted.profile)), rel=1e-9)
 
 
-@pytest.mark.parametrize("control", [jc.Load(20.0), pytest.param(jc.Approach(2e-6), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("control", [jc.Load(20.0), jc.Approach(2e-6)])
 def test_unit_systems_agree(control):
     """SI, mm-N-MPa and nm-nN-GPa give one dimensionless result to 1e-10."""
     film = jc.Burgers(1e9, 3e8, 1e11, 5e10, 0.35)

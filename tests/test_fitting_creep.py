@@ -110,6 +110,7 @@ def curves(end):
     return t, np.array([noisy(end, seed)[1] for seed in SEEDS])
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_truth():
     t, J = curves(40000.0)
     fit = fitting.fit_creep_batch(t, J, weights="relative", intervals=True)
@@ -230,6 +231,7 @@ def test_delayed_column_of_a_stress_history():
         np.testing.assert_allclose(E[k], sigma(time), rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_creep_and_recovery():
     """Recovery separates flow from retardation: tabled 3.9 % for eta1 and 0.6 % for G2 after 7200 s + 33000 s."""
     t = linear_times(40200.0)

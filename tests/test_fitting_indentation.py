@@ -66,6 +66,7 @@ def test_load_step_at_the_first_sample():
         np.testing.assert_allclose(value, TRUTH[name], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_depth_control_recovers_lee_and_radok():
     """The depth after a step load drives the model; depth^(3/2) linear between samples is second order."""
     errors = []

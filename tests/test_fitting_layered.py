@@ -49,8 +49,10 @@ def fit(name, data, **options):
         )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name == "h/a 0.5" else pytest.mark.long) for name in CASES],
+)
 def test_noisy_hold_is_fitted_within_its_intervals(name):
     found = fit(name, hold(name, 0.005), weights="relative")
     print(f"\n{name}\n{found.summary()}")

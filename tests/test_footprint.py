@@ -55,7 +55,8 @@ def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
     assert 1 / 1.5 < kilobytes * 1024 / footprint_of(case).memory < 1.5
 
 
-@pytest.mark.parametrize("save", [pytest.param("all", marks=pytest.mark.slow), "last"])
+@pytest.mark.slow
+@pytest.mark.parametrize("save", ["all", "last"])
 def test_the_disk_that_a_run_takes_is_what_was_said(save, tmp_path, monkeypatch):
     """Just before the finished steps are removed the result is there as well."""
     path, out, sizes = tmp_path / "case.toml", tmp_path / "out", []

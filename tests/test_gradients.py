@@ -58,8 +58,10 @@ def creep_and_relaxation(q, control, n, times):
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("control", ["load", "approach"])
+@pytest.mark.parametrize(
+    "control",
+    [pytest.param("load", marks=pytest.mark.slow), pytest.param("approach", marks=pytest.mark.long)],
+)
 def test_reverse_forward_and_central_differences_agree_for_every_leaf(control):
     """64 x 64 cells, 16 steps, tolerance 1e-12, where no cell enters or leaves contact within the step.
 
@@ -124,8 +126,13 @@ CHECKS = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CHECKS)
+LONG = ("responses", "influence coefficients")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.long if name in LONG else pytest.mark.slow) for name in CHECKS],
+)
 def test_derivatives_to_second_order(name, monkeypatch):
     """In log parameters, outputs of order one; and the check fails once part of the rule is cut off."""
     f, size, module, part = CHECKS[name]

@@ -92,6 +92,7 @@ def test_papers_film_as_half_space_with_uniform_and_geometric_times(film):
     assert measured["geometric, 4 substeps"] < measured["geometric"] / 4
 
 
+@pytest.mark.slow
 def test_second_order_in_the_time_step():
     """Halving the step divides the L1 error in pressure by four (against a fine march on the same grid)."""
     body, load = jc.LayeredHalfSpace([], MAXWELL), 100.0
@@ -127,6 +128,7 @@ def test_relaxation_of_a_half_space_keeps_its_contact_and_follows_the_modulus():
     np.testing.assert_allclose(result.load / result.load[0], np.exp(-times), rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_unloading_against_ting():
     """Depth up and down again: load within 0.5 % of its peak, loss of contact included."""
     body = jc.LayeredHalfSpace([], MAXWELL)

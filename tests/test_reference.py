@@ -143,6 +143,7 @@ def test_punch_on_the_creeping_film_as_tabulated():
         assert abel.punch_creep(t, 1.0, body, burgers_modulus) / start == pytest.approx(ratio, rel=TABLE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("thickness", "load", "radii", "approaches"),
     [

@@ -23,6 +23,7 @@ def rolled(xi_x, xi_y, friction=MU, velocity=1.0):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("direction", "coefficient"), [((1.0, 0.0), 4.12), ((0.0, 1.0), 3.67)])
 def test_without_slip_the_force_is_kalkers(direction, coefficient):
     """F = C G a^2 xi; C11 = 4.12 and C22 = 3.67 for a round contact and nu = 0.25 (J. J. Kalker, Three-Dimensional

@@ -104,6 +104,7 @@ def test_compression_with_friction_is_that_of_contact():
     assert float(np.max(history.pressure[-1])) == pytest.approx(0.02392e6, abs=5.0)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*cells across")
 def test_compression_with_friction_is_that_of_spence():
     """Stick radius one half of the contact radius, peak 1.31 of Hertz's (D. A. Spence, J. Elast. 5 (1975) 297)."""

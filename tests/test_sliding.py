@@ -249,6 +249,7 @@ def test_what_is_refused(body, ball):
         jc.slide(body, ball, LOAD, np.arange(6001.0), velocity=often, grid=GRID)
 
 
+@pytest.mark.slow
 def test_a_step_too_far_is_marked_where_values_are_unknown():
     half = jc.LayeredHalfSpace([], jc.StandardLinearSolid(1.0, 0.5, 1.0))
     grid, times = jc.Grid.square(16, 3.0), jnp.linspace(0.0, 2.0, 5)

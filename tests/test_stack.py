@@ -204,6 +204,7 @@ def sum_of_products(response, t):
 X = np.concatenate([[0.0], np.geomspace(1e-5, 40.0, 240), [1e5]])  # alpha h
 
 
+@pytest.mark.slow
 def test_three_equal_layers_in_time_are_one():
     """The paper's film as three layers of 50 nm; on a rigid base the first of them creeps as it does alone."""
     three = jc.LayeredHalfSpace((jc.Layer(FILM, 50e-9),) * 3, STEEL)

@@ -76,6 +76,7 @@ def agree(stack, single, rtol):
     np.testing.assert_allclose(stack.pressure, single.pressure, atol=rtol * float(single.pressure.max()))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
 def test_a_film_as_three_equal_layers_is_the_film():
     """Pressed for two hours: to the error of the shared rates."""

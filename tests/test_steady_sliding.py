@@ -121,6 +121,7 @@ def test_at_rest_a_solid_film_is_relaxed(ball, film, steel):
     assert float(rest.tangential_force) == 0.0
 
 
+@pytest.mark.slow
 def test_all_speeds_within_400_convolutions(body, ball):
     """1e-9 to 10 m/s. An iteration of BiCGSTAB takes two convolutions, each linear solve two more, the start 50."""
     for speed in 10.0 ** np.arange(-9.0, 2.0):
@@ -212,6 +213,7 @@ def test_a_half_space_that_relaxes_as_the_contact_passes(ball, film, speed):
         np.testing.assert_allclose(np.sum(p) * float(grid.cell_area), 60.0, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_no_steady_state(body, ball, film):
     half = jc.LayeredHalfSpace([], film)
     held = lambda depth: slide_steady(half, ball, jc.Approach(depth), velocity=1e-6).status

@@ -87,6 +87,7 @@ def test_a_signal_keeps_the_finished_steps(name, interrupted, capfd):
     assert f"{name}: {finished} of 41 steps" in error and "--resume" in error
 
 
+@pytest.mark.slow
 def test_a_run_that_was_stopped_or_killed_goes_on_to_the_same_files(
     interrupted, long_case, tmp_path, monkeypatch
 ):

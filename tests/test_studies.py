@@ -84,6 +84,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_and_computes_again_what_was_running_alone(tmp_path):
     script, log, out = tmp_path / "study.py", tmp_path / "log", tmp_path / "out"
     script.write_text(SLOWLY)

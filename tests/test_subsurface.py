@@ -37,6 +37,7 @@ def test_hertz_on_the_axis():
     assert float(inside.displacement[0, 2, 32, 32]) == pytest.approx(np.pi / 4 * 0.7, rel=5e-4)
 
 
+@pytest.mark.slow
 def test_three_layers_under_a_uniform_disc():
     """A pavement, 3000, 200 and 40 MPa under 1.1 MPa on a radius of 150 mm: 1.0508 mm at the centre."""
     grid = jc.Grid.square(65, 0.32)
@@ -72,6 +73,7 @@ def gradient(field):
     return np.stack([*along, (field[2] - field[0]) / (2 * SPACING)], -1)[..., 8:-8, 8:-8, :]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("solid", "at"), [("film", 0), ("base", 1)])
 def test_equilibrium_and_hookes_law_by_differences(solid, at):
     """In film and base: div sigma = 0, and the stress is that of the strain of the displacement."""
