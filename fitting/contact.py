@@ -36,14 +36,18 @@ def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float |
     """First contact of a curve that approaches, t, load, depth (n,), at depth ``at`` [m] if that is known.
 
     A curve that begins in contact, with the load there from the start or no way before it rises, has nothing
-    before contact, and its load and depth are left as they are.
+    before contact, and its load and depth are left as they are. So has a hold whose load changes only in its last
+    samples, or while the indenter comes back.
     """
     base = float(np.median(load[:LEAST]))
     force = np.abs(load - base)
-    first = int(np.argmax(force >= ONSET * force.max()))
-    moved = abs(depth[first] - depth[0]) > SURE * noise(depth)
+    changed = force >= ONSET * force.max()
+    first = int(np.argmax(changed))
+    way = depth[first] - depth[0]
+    moved = abs(way) > SURE * noise(depth)
+    back = way * (depth[first:][:LEAST][-1] - depth[max(first - 1, 0)]) < 0.0
     whole = FirstTouch(float(t[0]), 0.0, 0.0, 1, 1, 0)
-    if at is None and (force.max() <= PRESENT * abs(base) or not moved):
+    if at is None and (force.max() <= PRESENT * abs(base) or not moved or back or changed.sum() < LEAST):
         return whole
     depth_sign, load_sign = signs(load - base, depth)
     x, y = depth_sign * depth, load_sign * (load - base)

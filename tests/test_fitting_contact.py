@@ -200,3 +200,15 @@ def test_what_was_taken_is_said_and_drawn():
 def test_what_cannot_be_taken(call, word):
     with pytest.raises(ValueError, match=word):
         call(fitting.IndentationData(*curve()))
+
+
+@pytest.mark.parametrize(("last", "way"), [(1, 0.0), (1, 2e-6), (1, 5e-6), (3, 0.0), (3, 5e-6), (40, 5e-6)])
+def test_a_hold_that_is_let_go_begins_in_contact(last, way):
+    """Its creep is no way through air, whatever the load does in the last samples or on the way back."""
+    t = np.linspace(0.0, 40.0, 400)
+    depth = 2e-6 * (1.0 + 0.2 * np.log1p(t))
+    load = np.full(400, 1e-5)
+    load[-last:] = np.linspace(1e-5, 0.0, last + 1)[1:]
+    depth[-last:] -= np.linspace(0.0, way, last + 1)[1:]
+    contact = fitting.IndentationData(t=t, load=load, depth=depth).contact
+    assert (contact.before, contact.depth, contact.load) == (0, 0.0, 0.0)
