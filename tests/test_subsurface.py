@@ -2,12 +2,15 @@
 
 import functools
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import jaxcontact as jc
 from jaxcontact.interior_fields import _fields
+from jaxcontact.response.interior import transfer
+from jaxcontact.response.interior_time import lags_before_the_last, recall
 
 
 def disc(grid, radius, profile, parts=12):
@@ -115,12 +118,31 @@ def in_exponential_growth(solid, s):
     return jc.Elastic(1 / soft, solid.nu)
 
 
-def test_under_growing_tractions_a_creeping_body_is_an_elastic_one(s=0.5):
-    """All that is below the surface, of a film and a substrate that creep; the growth is in 120 linear pieces."""
-    tractions, _ = smooth()
+def growing(s):
+    """Times, and what rises as exp(s t) to 1 at the last of them, in 120 linear pieces."""
     times = np.append(0.0, 14 / s - np.append(np.geomspace(14 / s, 1e-3 / s, 120)[1:], 0.0))
-    grown = np.exp(s * (times - times[-1]))[:, None, None, None] * tractions
-    inside = inside_of(FILM, BASE, grown, times)
+    return times, np.exp(s * (times - times[-1]))
+
+
+def test_a_wave_of_growing_tractions_meets_an_elastic_body(s=0.5):
+    """Of all that reaches a depth in the film or the substrate, both of which creep."""
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, H)], BASE)
+    times, rise = growing(s)
+    soft = 1 / np.array([[in_exponential_growth(solid, s).G] for solid in (FILM, BASE)])
+    alpha = jnp.linspace(0.0, 5.0, 50)
+    for z in (0.2, 0.9):
+        memory = jax.jit(recall)(body, alpha, z, lags_before_the_last(jnp.asarray(times)))
+        ours = jnp.einsum("n,nm,fma->fa", np.diff(rise, prepend=0.0), memory.shares, memory.kernels)
+        theirs = jnp.stack(transfer(body, alpha, z, soft))
+        assert float(jnp.max(jnp.abs(ours - theirs) / jnp.max(jnp.abs(theirs), 1)[:, None])) < 5e-4
+
+
+@pytest.mark.slow
+def test_under_growing_tractions_a_creeping_body_is_an_elastic_one(s=0.5):
+    """All that is below the surface, of a film and a substrate that creep."""
+    tractions, _ = smooth()
+    times, rise = growing(s)
+    inside = inside_of(FILM, BASE, rise[:, None, None, None] * tractions, times)
     expected = inside_of(in_exponential_growth(FILM, s), in_exponential_growth(BASE, s), tractions)
     at_first = inside_of(jc.Elastic(FILM.G1, FILM.nu), jc.Elastic(BASE.G1, BASE.nu), tractions)
     for name, tolerance, creep in (("stress", 2e-4, 0.01), ("displacement", 5e-4, 0.3)):
@@ -130,6 +152,7 @@ def test_under_growing_tractions_a_creeping_body_is_an_elastic_one(s=0.5):
         assert np.max(np.abs(stiff - theirs) / size) > creep
 
 
+@pytest.mark.slow
 def test_one_material_creeps_without_changing_its_stresses():
     """Layer and substrate of one material under a load that rises in a time: int J(T - t) dp/dt is in closed form."""
     tractions, _ = smooth()
