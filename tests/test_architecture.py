@@ -48,7 +48,8 @@ LAYERS = {
     "response.tangential_images": 5,
     "response.tangential_time": 8,
     "response.interior": 5,
-    "response.interior_coefficients": 6,
+    "response.interior_time": 8,
+    "response.interior_coefficients": 9,
     "response.ladder": 5,
     "response.layered": 8,
     "response.body": 9,
@@ -92,7 +93,7 @@ LAYERS = {
     "slipping.march": 14,
     "slipping.shearing": 15,
     "slipping.rolling": 16,
-    "interior_fields": 7,
+    "interior_fields": 10,
     # round about
     "plotting": 6,
     "sensitivities": 7,

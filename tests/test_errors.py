@@ -288,6 +288,18 @@ PYTHON = {
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), np.full((2, 8, 8), np.inf), depths=[0.0]),
         r"traction \[Pa\]: expected finite",
     ),
+    "pressure without times": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0], times=TIMES),
+        r"pressure: expected shape \(2, 8, 8\), got \(8, 8\)",
+    ),
+    "times below the surface that decrease": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((2, 8, 8)), depths=[0.0], times=[1.0, 0.0]),
+        r"times \[s\]: expected finite times that do not decrease",
+    ),
+    "the inside of what is rigid at first": (
+        lambda: jc.subsurface(on(jc.KelvinVoigt(1.0, 1.0)), GRID, np.ones((8, 8)), depths=[0.0]),
+        r"compliance \[1/Pa\] of every solid at first: expected > 0",
+    ),
     "a single depth": (
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=1e-6),
         r"depths: expected a 1-d array, got shape \(\)",

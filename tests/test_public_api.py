@@ -75,7 +75,7 @@ KEYWORDS = {
     jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels",
     jc.shear: "body indenter control tangential times friction grid coupled tolerance max_iterations save substeps",
     jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
-    jc.subsurface: "body grid pressure traction depths",
+    jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.save: "result path case",

@@ -2,12 +2,15 @@
 
 import functools
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import jaxcontact as jc
 from jaxcontact.interior_fields import _fields
+from jaxcontact.response.interior import transfer
+from jaxcontact.response.interior_time import lags_before_the_last, recall
 
 
 def disc(grid, radius, profile, parts=12):
@@ -45,7 +48,7 @@ def test_three_layers_under_a_uniform_disc():
     young = jc.Elastic.from_young
     layers = (jc.Layer(young(3000e6, 0.30), 0.15), jc.Layer(young(200e6, 0.35), 0.6))
     tractions = jnp.concatenate([jnp.zeros((2, 65, 65)), jnp.asarray(p)[None]])
-    inside = _fields(jc.LayeredHalfSpace(layers, young(40e6, 0.4)), grid, tractions, jnp.zeros(1))
+    inside = _fields(jc.LayeredHalfSpace(layers, young(40e6, 0.4)), grid, tractions[None], jnp.zeros(1), None)
     assert float(inside.displacement[0, 2, 32, 32]) == pytest.approx(1.0508e-3, abs=5e-8)
 
 
@@ -61,10 +64,16 @@ def smooth():
     x, y = (np.asarray(a) for a in grid.coordinates())
     hill = np.exp(-25.0 * (x**2 + y**2))
     tractions = np.array([(0.5 + x) * hill, (0.3 - y) * hill, (1.0 + x * y) * hill])
-    body = jc.LayeredHalfSpace([jc.Layer(SOLIDS["film"], H)], SOLIDS["base"])
+    return tractions, inside_of(SOLIDS["film"], SOLIDS["base"], tractions)
+
+
+def inside_of(film, base, tractions, times=None):
+    """Below tractions (3, n, n), or (nt, 3, n, n), on a film."""
+    n = tractions.shape[-1]
     middles = np.array([0.2, 0.9])
     z = np.concatenate([middles - SPACING, middles, middles + SPACING, [0.0, H - 1e-9, H]])
-    return tractions, jc.subsurface(body, grid, tractions[2], tractions[:2], depths=z)
+    body, grid = jc.LayeredHalfSpace([jc.Layer(film, H)], base), jc.Grid.square(n, n * SPACING)
+    return jc.subsurface(body, grid, tractions[..., 2, :, :], tractions[..., :2, :, :], depths=z, times=times)
 
 
 def gradient(field):
@@ -99,6 +108,65 @@ def test_tractions_on_the_surface_and_across_the_interface():
     np.testing.assert_allclose(moved[7], moved[8], atol=2e-6 * np.max(moved))
     assert np.max(np.abs(stress[7, 0, 0] - stress[8, 0, 0])) > 0.05  # along it the stress jumps
     np.testing.assert_array_equal(stress, np.swapaxes(stress, 1, 2))
+
+
+FILM = jc.Burgers(G1=2.0, G2=1.0, eta1=20.0, eta2=1.5, nu=0.3)
+BASE = jc.Burgers(G1=3.0, G2=2.0, eta1=50.0, eta2=1.0, nu=0.2)
+
+
+def in_exponential_growth(solid, s):
+    """The elastic solid whose compliance is s J(s): what a creeping one is under tractions that grow as exp(s t)."""
+    soft = 1 / solid.G1 + 1 / (solid.eta1 * s) + 1 / (solid.G2 + solid.eta2 * s)
+    return jc.Elastic(1 / soft, solid.nu)
+
+
+def growing(s):
+    """Times, and what rises as exp(s t) to 1 at the last of them, in 120 linear pieces."""
+    times = np.append(0.0, 14 / s - np.append(np.geomspace(14 / s, 1e-3 / s, 120)[1:], 0.0))
+    return times, np.exp(s * (times - times[-1]))
+
+
+def test_a_wave_of_growing_tractions_meets_an_elastic_body(s=0.5):
+    """Of all that reaches a depth in the film or the substrate, both of which creep."""
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, H)], BASE)
+    times, rise = growing(s)
+    soft = 1 / np.array([[in_exponential_growth(solid, s).G] for solid in (FILM, BASE)])
+    alpha = jnp.linspace(0.0, 5.0, 50)
+    for z in (0.2, 0.9):
+        memory = jax.jit(recall)(body, alpha, z, lags_before_the_last(jnp.asarray(times)))
+        ours = jnp.einsum("n,nm,fma->fa", np.diff(rise, prepend=0.0), memory.shares, memory.kernels)
+        theirs = jnp.stack(transfer(body, alpha, z, soft))
+        assert float(jnp.max(jnp.abs(ours - theirs) / jnp.max(jnp.abs(theirs), 1)[:, None])) < 5e-4
+
+
+@pytest.mark.slow
+def test_under_growing_tractions_a_creeping_body_is_an_elastic_one(s=0.5):
+    """All that is below the surface, of a film and a substrate that creep."""
+    tractions, _ = smooth()
+    times, rise = growing(s)
+    inside = inside_of(FILM, BASE, rise[:, None, None, None] * tractions, times)
+    expected = inside_of(in_exponential_growth(FILM, s), in_exponential_growth(BASE, s), tractions)
+    at_first = inside_of(jc.Elastic(FILM.G1, FILM.nu), jc.Elastic(BASE.G1, BASE.nu), tractions)
+    for name, tolerance, creep in (("stress", 2e-4, 0.01), ("displacement", 5e-4, 0.3)):
+        ours, theirs, stiff = (np.asarray(getattr(each, name)) for each in (inside, expected, at_first))
+        size = np.max(np.abs(theirs), (1, -1, -2), keepdims=True)
+        assert np.max(np.abs(ours - theirs) / size) < tolerance
+        assert np.max(np.abs(stiff - theirs) / size) > creep
+
+
+@pytest.mark.slow
+def test_one_material_creeps_without_changing_its_stresses():
+    """Layer and substrate of one material under a load that rises in a time: int J(T - t) dp/dt is in closed form."""
+    tractions, _ = smooth()
+    times = np.linspace(0.0, 1.5, 121)
+    risen = (times / times[-1])[:, None, None, None] * tractions
+    inside = inside_of(FILM, FILM, risen, times)
+    elastic = inside_of(jc.Elastic(FILM.G1, FILM.nu), jc.Elastic(FILM.G1, FILM.nu), tractions)
+    np.testing.assert_allclose(inside.stress, elastic.stress, atol=1e-6)
+    x = FILM.G2 * times[-1] / FILM.eta2
+    mean = 1 / FILM.G1 + (1 - (1 - np.exp(-x)) / x) / FILM.G2 + times[-1] / (2 * FILM.eta1)
+    crept = np.asarray(elastic.displacement) * FILM.G1 * mean
+    np.testing.assert_allclose(inside.displacement, crept, atol=3e-6 * np.max(crept))
 
 
 @pytest.mark.slow

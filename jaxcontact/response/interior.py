@@ -15,7 +15,6 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.materials import Material
 from jaxcontact.response.layer import TwoPort, two_port
 from jaxcontact.response.stack import SurfaceCompliance, covered, solids, surface_compliance
 
@@ -25,7 +24,8 @@ Five = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
 class Transfer(NamedTuple):
     """From tractions on the surface to what is at a depth; entries (out, in), r in the plane, z normal, s across.
 
-    t_rr, t_rz, t_zr, t_zz, t_ss: to tractions; u_rr, ...: to alpha times displacement [1/Pa].
+    t_rr, t_rz, t_zr, t_zz, t_ss: to tractions; u_rr, ...: to alpha times displacement [1/Pa]; e_rr, e_rz, e_ss: the
+    same times the modulus at the depth, of which stresses in the plane are made.
     """
 
     t_rr: Array
@@ -38,6 +38,9 @@ class Transfer(NamedTuple):
     u_zr: Array
     u_zz: Array
     u_ss: Array
+    e_rr: Array
+    e_rz: Array
+    e_ss: Array
 
 
 def depths_of_interfaces(body: LayeredHalfSpace) -> Array:
@@ -45,44 +48,43 @@ def depths_of_interfaces(body: LayeredHalfSpace) -> Array:
     return jnp.cumsum(jnp.asarray([layer.thickness for layer in body.layers], float))
 
 
-def material_at(body: LayeredHalfSpace, z: Array) -> tuple[Array, Array]:
-    """First compliance 1/G [1/Pa] and Poisson's ratio at a depth z [m]; at an interface those below it."""
-    index = jnp.sum(depths_of_interfaces(body) <= z)
-    return _compliances(body)[index], _poissons(body)[index]
+def poisson_at(body: LayeredHalfSpace, z: Array) -> Array:
+    """Poisson's ratio at a depth z [m]; at an interface that below it."""
+    return _poissons(body)[_solid_at(body, z)]
 
 
-def _compliances(body: LayeredHalfSpace) -> Array:
-    return jnp.stack([_first(solid) for solid in solids(body)])
-
-
-def _first(solid: Material) -> Array:
-    return jnp.asarray(solid.spectrum().instantaneous, float)
+def _solid_at(body: LayeredHalfSpace, z: Array) -> Array:
+    return jnp.sum(depths_of_interfaces(body) <= z)
 
 
 def _poissons(body: LayeredHalfSpace) -> Array:
     return jnp.stack([jnp.asarray(solid.nu, float) for solid in solids(body)])
 
 
-def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array) -> Transfer:
-    """At wavenumbers alpha >= 0 [rad/m], (n,), for the depth z [m], (); the first, elastic response."""
+def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array, compliances: Array) -> Transfer:
+    """At wavenumbers alpha >= 0 [rad/m], for the depth z [m], (), with shear compliances of the solids [1/Pa].
+
+    compliances: real or complex, (layers + 1, ...), which broadcast with the wavenumbers behind the first axis.
+    """
+    j, alpha = compliances, wavenumber
     bottom = depths_of_interfaces(body)
     top = jnp.append(0.0, bottom)
     above = jnp.clip(z - top, 0.0, jnp.append(bottom, jnp.inf) - top)
-    below = jnp.diff(top) - above[:-1]
-    j, nu = _compliances(body)[:, None], _poissons(body)[:, None]
-    ports = [two_port(wavenumber * above[i], nu[i]) for i in range(len(j))]
-    compliance = [surface_compliance(j, nu, below[:, None], wavenumber)]  # of what lies below the plane,
+    deep = lambda a: jnp.reshape(a, (-1, *[1] * (j.ndim - 1)))
+    nu, below = deep(_poissons(body)), deep(jnp.diff(top) - above[:-1])
+    ports = [two_port(alpha * above[i], nu[i]) for i in range(len(j))]
+    compliance = [surface_compliance(j, nu, below, alpha)]  # of what lies below the plane,
     for port, own in zip(ports[::-1], j[::-1], strict=True):  # and of what lies below each layer above it
         compliance.insert(0, covered(compliance[0], own, port))
-    one, no = jnp.ones_like(wavenumber), jnp.zeros_like(wavenumber)
+    one, no = jnp.ones_like(compliance[0].normal), jnp.zeros_like(compliance[0].normal)
     t: Five = (one, no, no, one, one)
     for port, own, foundation in zip(ports, j, compliance[1:], strict=True):
         t = _passed(port, own, foundation, t)
     L, K, N, T = compliance[-1]
     rr, rz, zr, zz, ss = t
-    return Transfer(
-        rr, rz, zr, zz, ss, L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss
-    )
+    u = L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss
+    soft = j[_solid_at(body, z)]
+    return Transfer(*t, *u, u[0] / soft, u[1] / soft, u[4] / soft)
 
 
 def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: Five) -> Five:
@@ -92,7 +94,7 @@ def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: Five) -> Five:
     D11, D12 = j + C11 * L + C12 * K, C11 * K + C12 * N
     D21, D22 = C12 * L + C22 * K, j + C12 * K + C22 * N
     det = D11 * D22 - D12 * D21
-    share = j / jnp.where(det > 0.0, det, 1.0)
+    share = j / jnp.where(det == 0.0, 1.0, det)
 
     def through(r: Array, z: Array) -> tuple[Array, Array]:
         r, z = B11 * r + B21 * z, B12 * r + B22 * z
@@ -101,4 +103,4 @@ def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: Five) -> Five:
     rr, rz, zr, zz, ss = t
     (rr, zr), (rz, zz) = through(rr, zr), through(rz, zz)
     across = j + port.tanh * T
-    return rr, rz, zr, zz, ss * port.sech * j / jnp.where(across > 0.0, across, 1.0)
+    return rr, rz, zr, zz, ss * port.sech * j / jnp.where(across == 0.0, 1.0, across)

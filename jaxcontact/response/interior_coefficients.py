@@ -25,7 +25,8 @@ from jax import Array
 
 from jaxcontact.grid import Grid
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.response.interior import Transfer, depths_of_interfaces, transfer
+from jaxcontact.response.interior import Transfer, depths_of_interfaces
+from jaxcontact.response.interior_time import Lags, recall
 from jaxcontact.response.tangential_coefficients import of_image, on_surface
 
 IMAGES, NODES = 64, 500
@@ -59,29 +60,31 @@ def displacements(x: Array, y: Array, z: Array) -> Kinds:
 
 
 # the functions of a ``Transfer`` that go with the kinds of the one and the other
-OF_GRADIENTS = (("t_zz",), ("t_rz", "t_zr"), ("t_rr", "t_ss", "u_rz"), ("u_rr", "u_ss"))
+OF_GRADIENTS = (("t_zz",), ("t_rz", "t_zr"), ("t_rr", "t_ss", "e_rz"), ("e_rr", "e_ss"))
 OF_DISPLACEMENTS = (("u_rz", "u_zr"), ("u_rr", "u_ss", "u_zz"))
 
 
 class Buried(NamedTuple):
-    """Images of a ``Transfer``: depths (J,) [m], z first; weights (10, J); bent (10,): w' of the module's formula."""
+    """Images of ``Recalled.kernels`` at one depth: depths (J,) [m], z first; weights (13, M, J); bent (13, M): w' of the
+    module's formula; shares (nt, M), as in ``Recalled``."""
 
     depths: Array
     weights: Array
     bent: Array
+    shares: Array
 
 
-def bury(body: LayeredHalfSpace, z: Array) -> Buried:
+def bury(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> Buried:
     """The images for a depth z >= 0 [m], ()."""
     depths, nodes = _depths_and_nodes(body, z)
-    values = jnp.stack(transfer(body, nodes, z))
-    scale = jnp.max(jnp.abs(values), 1, keepdims=True)
+    recalled = recall(body, nodes, z, lags)
+    scale = jnp.max(jnp.abs(recalled.kernels), -1, keepdims=True)
     scale = jax.lax.stop_gradient(jnp.where(scale > 0.0, scale, 1.0))
     own = nodes * z * jnp.exp(-nodes * z)
     columns = jnp.concatenate([jnp.exp(-nodes[:, None] * depths), own[:, None]], 1)
     u, s, vt = jnp.linalg.svd(jax.lax.stop_gradient(columns), full_matrices=False)
-    found = scale * (jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * ((values / scale) @ u) @ vt)
-    return Buried(depths, found[:, :-1], found[:, -1])
+    found = scale * (jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * ((recalled.kernels / scale) @ u) @ vt)
+    return Buried(depths, found[..., :-1], found[..., -1], recalled.shares)
 
 
 def _depths_and_nodes(body: LayeredHalfSpace, z: Array) -> tuple[Array, Array]:
@@ -122,16 +125,16 @@ def summed(
     functions: tuple[tuple[str, ...], ...],
     images: Buried,
 ) -> Kinds:
-    """Sums over images of the named functions times the kinds they go with, each (functions, kinds, nx, ny)."""
+    """Sums over images of the named functions times the kinds they go with, each (functions, kinds, M, nx, ny)."""
     index = [jnp.array([Transfer._fields.index(name) for name in group]) for group in functions]
     outer = lambda weights, kinds: tuple(
-        jnp.tensordot(weights[i], kind, 0) for i, kind in zip(index, kinds, strict=True)
+        jnp.einsum("fm,kxy->fkmxy", weights[i], kind) for i, kind in zip(index, kinds, strict=True)
     )
     value, bent = over_cells(grid, integrals, images.depths[0])
-    start = jax.tree.map(jnp.add, outer(images.weights[:, 0], value), outer(images.bent, bent))
+    start = jax.tree.map(jnp.add, outer(images.weights[..., 0], value), outer(images.bent, bent))
 
     def add(total: Kinds, image: tuple[Array, Array]) -> tuple[Kinds, None]:
         more = outer(image[1], over_cells(grid, integrals, image[0])[0])
         return jax.tree.map(jnp.add, total, more), None
 
-    return jax.lax.scan(add, start, (images.depths[1:], images.weights[:, 1:].T))[0]
+    return jax.lax.scan(add, start, (images.depths[1:], jnp.moveaxis(images.weights[..., 1:], -1, 0)))[0]

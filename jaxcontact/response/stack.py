@@ -21,6 +21,7 @@ place of j. The response to a pressure that steps on at t = 0 is the inverse tra
 Talbot's contour with 14 points (constants: J. A. C. Weideman, SIAM J. Numer. Anal. 44 (2006) 2342).
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -170,15 +171,23 @@ def step(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> Array:
 def mean_step(body: LayeredHalfSpace, wavenumber: Array, start: Array | float, end: Array | float) -> Array:
     """Mean of ``step`` over start <= t <= end [s]; its value where the two coincide.
 
-    All arguments broadcast. A short interval is integrated on the contour of its end, a long one is the
-    difference of two integrals from t = 0. Measured as ``step``: 7e-13.
+    All arguments broadcast. Measured as ``step``: 7e-13.
     """
     wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
+    return mean_in_time(lambda t: _on_contour(body, wavenumber, t), start, end)
+
+
+def mean_in_time(on_contour: Callable[[Array], Array], start: Array, end: Array) -> Array:
+    """Mean over start <= t <= end [s] of what is known on the contour of a time as (..., points).
+
+    A short interval is integrated on the contour of its end, a long one is the difference of two integrals from t = 0.
+    """
     length = 1.0 - jnp.where(end == 0.0, 1.0, start / jnp.where(end == 0.0, 1.0, end))  # over the end
-    late = _on_contour(body, wavenumber, end)
+    early = jnp.where(start > 0.0, start, end)  # times zero below, so that no solid need be stiff at first
+    late, early = jax.lax.map(on_contour, jnp.stack(jnp.broadcast_arrays(end, early)))
     within = jnp.real(jnp.sum(late * phi1(POINTS * length[..., None]) * (WEIGHTS / POINTS), -1))
     integral = lambda values, t: t * jnp.real(values @ (WEIGHTS / POINTS**2))
-    grown = integral(late, end) - integral(_on_contour(body, wavenumber, start), start)
+    grown = integral(late, end) - integral(early, start)
     narrow = length <= NARROW
     return jnp.where(narrow, within, grown / jnp.where(narrow, 1.0, end - start))
 
@@ -186,12 +195,15 @@ def mean_step(body: LayeredHalfSpace, wavenumber: Array, start: Array | float, e
 def all_steps(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> SurfaceCompliance:
     """As ``step``, of all four functions alpha (L, K, N, T) [1/Pa]; K relative to the root of L N."""
     wavenumber, t = jnp.asarray(wavenumber, float), jnp.asarray(t, float)
-    soft = compliances(spectra(body), t[..., None] / POINTS)
-    on_contour = scaled_responses(body, wavenumber[..., None], soft)
+    on_contour = scaled_responses(body, wavenumber[..., None], compliances_on_contour(body, t))
     return SurfaceCompliance(*(jnp.real(entry @ (WEIGHTS / POINTS)) for entry in on_contour))
 
 
 def _on_contour(body: LayeredHalfSpace, wavenumber: Array, t: Array) -> Array:
     """alpha N at the points of the contour for time t, (..., points) complex."""
-    soft = compliances(spectra(body), t[..., None] / POINTS)
-    return scaled_response(body, jnp.asarray(wavenumber, float)[..., None], soft)
+    return scaled_response(body, jnp.asarray(wavenumber, float)[..., None], compliances_on_contour(body, t))
+
+
+def compliances_on_contour(body: LayeredHalfSpace, t: Array) -> Array:
+    """Those of the solids at the points for time t, (layers + 1, ..., points) complex."""
+    return compliances(spectra(body), t[..., None] / POINTS)
