@@ -208,7 +208,11 @@ def test_unit_systems_agree(control):
 
 
 def test_status_tells_of_the_edge_of_a_coarse_grid_and_of_iterations():
+    """A ball goes on beyond the grid; heights end with it, so that contact at its edge is no error."""
     assert int(press(jc.Load(20.0), square(1.5)).status[0]) == 2
+    x, y = square(1.5).coordinates()
+    block = press(jc.Load(20.0), square(1.5), jc.HeightField(-(x**2 + y**2) / 1e-2))
+    assert int(block.status[0]) == 0 and float(block.pressure[0, 0, N // 2]) > 0.0
     assert int(press(jc.Load(20.0), square(48)).status[0]) == 3
     stopped = press(jc.Load(20.0), square(2.6), max_iterations=2)
     assert int(stopped.status[0]) == 1 and not bool(stopped.converged[0])

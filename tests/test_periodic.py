@@ -2,8 +2,10 @@
 
 import warnings
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 import jaxcontact as jc
 
@@ -15,6 +17,8 @@ LENGTH, AMPLITUDE = 1e-3, 1e-6
 WAVENUMBER = 2.0 * np.pi / LENGTH
 FULL = WAVENUMBER * AMPLITUDE / ((1.0 - NU) * J0)  # mean pressure that flattens the wave at once
 WAVES = jc.Grid(shape=(128, 4), spacing=(LENGTH / 128, LENGTH / 32), periodic=True)
+ROUGH = jc.Grid(shape=(16, 12), spacing=(1e-6, 1e-6), periodic=True)
+LINE = jc.Grid(shape=(16, 1), spacing=(1e-6, 1e-6), periodic=(False, True))
 
 
 def wave(grid):
@@ -118,3 +122,76 @@ def test_a_line_contact_is_that_of_hertz():
     np.testing.assert_allclose(history.smooth_area[0] / dy, 2.0 * half[0], rtol=1e-3)
     approach = compliance * load / np.pi * (np.log(2.0 * n * cell / half) + 0.5)
     np.testing.assert_allclose(history.approach, approach, rtol=1e-4)
+
+
+# derivatives, and free space ------------------------------------------------------------------------------
+
+
+def on_half_space(stiffer, thicker):
+    return jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=80e9 * stiffer, G2=1e11, eta2=1e11 * thicker))
+
+
+def on_film(stiffer, thicker):
+    film = jc.StandardLinearSolid(G1=1e9 * stiffer, G2=1e9, eta2=1e9, nu=0.3)
+    return jc.LayeredHalfSpace([jc.Layer(film, 1e-6 * thicker)], jc.Elastic.from_young(210e9, nu=0.3))
+
+
+@pytest.mark.parametrize(
+    "body_of, grid",
+    [
+        pytest.param(on_half_space, ROUGH, id="half-space, periodic"),
+        pytest.param(on_film, ROUGH, id="film, periodic", marks=pytest.mark.slow),
+        pytest.param(on_film, LINE, id="film, plane strain", marks=pytest.mark.slow),
+    ],
+)
+def test_derivatives_are_those_of_central_differences(body_of, grid):
+    """Of the squares of pressure under a load, heights and a body that change, with creep; under jit, and mapped."""
+    x, y = grid.coordinates()
+    bumps = 1e-9 * (jnp.cos(2.0 * np.pi * (x + 0.1e-6) / 4e-6) + jnp.sin(2.0 * np.pi * (x + 2.0 * y) / 16e-6))
+
+    def squares(change):
+        more, taller, *body = change
+        rough = jc.HeightField(-(x**2) / 1e-2 + taller * bumps + 0.0 * y)
+        load = jc.Load(2e6 * area_of(grid) * more)
+        history = jc.indent(body_of(*body), rough, load, [0.0, 1.0], grid=grid, save="last", tolerance=1e-12)
+        return jnp.sum(history.pressure**2) * 1e-12
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        gradient = np.asarray(jax.jit(jax.grad(squares))(jnp.ones(4)))
+        step = 1e-5
+        ends = np.asarray(jax.jit(jax.vmap(squares))(1.0 + step * jnp.concatenate([jnp.eye(4), -jnp.eye(4)])))
+    assert np.all(gradient != 0.0)
+    np.testing.assert_allclose(gradient, (ends[:4] - ends[4:]) / (2.0 * step), rtol=1e-5)
+
+
+@pytest.mark.slow
+def test_a_small_contact_in_a_large_cell_is_that_of_free_space():
+    """A ball on a creeping film, 10 cells across a radius: within the error of either grid, and its neighbours' share."""
+    steel, film = jc.Elastic.from_young(210e9, nu=0.3), jc.StandardLinearSolid(0.75e9, 13.89e6, 120.9e9)
+    body, ball = jc.LayeredHalfSpace([jc.Layer(film, 5e-6)], steel), jc.Sphere(1e-3, steel)
+    free = jc.Grid.square(128, 150e-6)
+    both = [
+        press(0.005, body, grid, ball, [0.0, 100.0])
+        for grid in (free, jc.Grid(free.shape, free.spacing, periodic=True))
+    ]
+    peaks = [np.max(history.pressure, (1, 2)) for history in both]
+    np.testing.assert_allclose(*peaks, rtol=2e-3)
+    np.testing.assert_allclose(both[0].smooth_area, both[1].smooth_area, rtol=4e-3)
+    np.testing.assert_allclose(both[0].film_strain, both[1].film_strain, rtol=2e-3)
+
+
+@pytest.mark.slow
+def test_a_long_slide_over_a_periodic_film_becomes_the_steady_one():
+    steel, film = jc.Elastic.from_young(210e9, nu=0.3), jc.StandardLinearSolid(1e9, 2e9, 1e9)
+    body, ball = jc.LayeredHalfSpace([jc.Layer(film, 5e-6)], steel), jc.Sphere(1e-3, steel)
+    grid = jc.Grid(shape=(32, 27), spacing=(3e-6, 3e-6), periodic=True)
+    given, moving = {"grid": grid, "tolerance": 1e-10}, {"velocity": (2e-5, 1e-5)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        late = jc.slide(body, ball, jc.Load(0.02), [0.0, 20.0], substeps=80, save="last", **given, **moving)
+        steady = jc.slide_steady(body, ball, jc.Load(0.02), **given, **moving)
+    assert int(late.status[-1]) == int(steady.status) == jc.Status.FINE
+    np.testing.assert_allclose(late.pressure, steady.pressure, rtol=0.0, atol=1e-5 * np.max(steady.pressure))
+    np.testing.assert_allclose(late.friction_coefficient[-1], steady.friction_coefficient, rtol=1e-4)
+    np.testing.assert_allclose(late.power[-1], steady.power, rtol=1e-4)
