@@ -28,6 +28,7 @@ LAYERS = {
     # what a user makes
     "grid": 2,
     "controls": 2,
+    "spectrum": 1,
     "materials": 2,
     "layers": 3,
     # wavenumber and time
@@ -37,6 +38,7 @@ LAYERS = {
     "response.half_space": 5,
     "response.separable": 6,
     "response.one_layer": 7,
+    "response.volume": 3,
     "response.layer": 0,
     "response.stack": 4,
     "response.rational": 7,

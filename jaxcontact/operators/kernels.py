@@ -160,7 +160,7 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
     mix = separable.mix / scale.compliance
     film, layer = None, response.film()
     if layer is not None:
-        weights = jnp.append(layer.material.spectrum().instantaneous / scale.compliance, mix[0])
+        weights = jnp.append(response.film_creep().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
     family = FreeSpaceFamily.of(scaled)
     at_zero = separable.terms[1:, 0]
