@@ -29,6 +29,7 @@ from jaxcontact.indenters import Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.response.body import response_of
+from jaxcontact.response.stack import solids
 from jaxcontact.results import ContactStep, marked
 
 Save = str | Callable[[ContactStep], Any]
@@ -150,7 +151,12 @@ class Experiment:
 
 
 def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: str) -> Verdict:
-    """A surface with J(0) = 0 needs an elastic indenter, and, as a film, the quasi-elastic way."""
+    """A surface with J(0) = 0 needs an elastic indenter, and, as a film, the quasi-elastic way; a bulk modulus the exact."""
+    bulky = any(solid.bulk_modulus is not None for solid in solids(body))
+    _checks.require(
+        correspondence == "exact" or not bulky,
+        f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}": it would be 5 % off',
+    )
     response = response_of(body)
     rigid = response.rigid_at_first()
     alone, film = indenter.material is None, response.film() is not None and correspondence == "exact"

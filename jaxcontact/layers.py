@@ -122,14 +122,20 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
 
 
 def check_material(where: str, material: Material) -> Verdict:
-    """Moduli and viscosities above zero, nu in (-1, 0.5], one number each; a spectrum of one shape."""
+    """Moduli and viscosities above zero, nu in (-1, 0.5] or a bulk modulus, one number each; a spectrum of one shape."""
     _checks.require(
         isinstance(material, Material),
         f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}",
     )
     kind = type(material).__name__
-    valid = _checks.poisson_ratio(f"{where} nu", material.nu)
-    for name, value in vars(material).items():
+    nu, K = material.nu, material.bulk_modulus
+    _checks.require(
+        (nu is None) != (K is None),
+        f"{where} {kind}: expected one of nu and bulk_modulus, got {'neither' if nu is None else 'both'}",
+    )
+    valid = True if nu is None else _checks.poisson_ratio(f"{where} nu", nu)
+    given = {name: value for name, value in vars(material).items() if value is not None}
+    for name, value in given.items():
         listed = name in material.lists
         _checks.require(
             np.ndim(value) <= listed,

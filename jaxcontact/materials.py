@@ -8,154 +8,68 @@ the shear strain per unit of a shear stress that steps on at t = 0; J = 1/G for 
 The paper writes phi(t) for 1/(2G) in its Eq. (14), so its film has J = 2 phi (its own Table 3 and
 Fig. 10a come out only with that).
 
-Every material is a special case of one spectrum (``Prony``),
+In volume a material is one of two kinds. With a Poisson's ratio nu that is constant, its volume stiffness creeps
+away with its shear stiffness; with a bulk modulus K it is elastic, and
 
-    J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t,
+    nu(s) = (3 K j - 2)/(6 K j + 2),      j = s J(s),
 
-with Laplace transform s J(s) = h(s)/s, where
-
-    h(s) = s J0 + fluidity + sum_i (J_i/tau_i) s/(s + 1/tau_i).
-
-The relaxation modulus has the transform G(s) = 1/h(s), so that with the roots -rho_k of h
-
-    G(t) = sum_k exp(-rho_k t) / h'(-rho_k),      all rho_k real and >= 0, all terms positive
-
-(W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials,
-1976, ch. 5, for the models; the root form follows from J(s) G(s) = 1/s^2).
+tends to 1/2 as the shear stiffness is lost: a fluid keeps its volume. The models: W. N. Findley, J. S. Lai,
+K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, ch. 5.
 """
 
 import abc
 from typing import ClassVar, Self
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._exponential import mean_decay
 from jaxcontact._pytree import pytree, replace
+from jaxcontact.spectrum import Spectrum, relaxation_modes
 
-
-@pytree
-class Spectrum:
-    """The canonical form of a material: what the response functions and the march need.
-
-    instantaneous: J0 [1/Pa], (); amplitudes: J_i [1/Pa], (n,); rates: 1/tau_i [1/s], (n,);
-    fluidity [1/(Pa s)], (), or None for a material that cannot flow (known from its class).
-    """
-
-    instantaneous: Array
-    amplitudes: Array
-    rates: Array
-    fluidity: Array | None = None
-
-    def creep(self, t: Array | float) -> Array:
-        """J(t) [1/Pa] for t of any shape."""
-        t = jnp.asarray(t, dtype=float)
-        delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
-        flow = 0.0 if self.fluidity is None else self.fluidity * t
-        return self.instantaneous + delayed + flow
-
-    def transform(self, s: Array | complex) -> Array:
-        """h(s) = s^2 J(s) [1/(Pa s)], real or complex s."""
-        s = jnp.asarray(s)
-        terms = jnp.sum(self.amplitudes * self.rates * s[..., None] / (s[..., None] + self.rates), -1)
-        flow = 0.0 if self.fluidity is None else self.fluidity
-        return s * self.instantaneous + flow + terms
-
-    def mean_creep(self, start: Array, end: Array) -> Array:
-        """Mean of J(t) [1/Pa] over start <= t <= end, times of any shape."""
-        decay = mean_decay(self.rates, start[..., None], end[..., None])
-        flow = 0.0 if self.fluidity is None else self.fluidity * (start + end) / 2.0
-        return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
-
-
-def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Array, Array]:
-    """Rates rho_k [1/s] of relaxation, ascending, and weights w_k [Pa]: G(t) = G(inf) + sum w_k exp(-rho_k t).
-
-    ``extra`` [1/Pa], any shape, is a compliance added to J0: that of a spring in series with the
-    material. Both have shape ``extra.shape + (m,)`` with m = n + 1 where the material can flow, n where it
-    cannot. The rates of the spectrum ascend; J0 + extra > 0.
-
-    With s_0 = 0 before the rho_k of a material that cannot flow, the roots interlace with the rates,
-    s_0 <= r_1 <= s_1 <= ... <= s_n, and
-
-        w_k = 1/(J0 + extra) prod_{i <= k} (s_k - r_i)/(s_k - s_{i-1}) prod_{i > k} (r_i - s_k)/(s_i - s_k),
-
-    with factors between 0 and 1: a branch that is empty, or has the time of another, has weight zero.
-    """
-    extra = jnp.asarray(extra, dtype=float)
-    total = (spectrum.instantaneous + extra)[..., None]
-    rho = _roots(spectrum, total)
-    still = jnp.zeros((*rho.shape[:-1], 1))
-    roots = rho if spectrum.fluidity is not None else jnp.concatenate([still, rho], -1)
-    n = spectrum.rates.shape[0]
-    weight = jnp.ones_like(roots)
-    for i in range(n):
-        others = jnp.where(jnp.arange(n + 1) > i, roots[..., i : i + 1], roots[..., i + 1 : i + 2])
-        gap = others - roots
-        factor = (spectrum.rates[i] - roots) / jnp.where(gap == 0.0, 1.0, gap)
-        weight = weight * jnp.where(gap == 0.0, 0.0, factor)
-    return rho, (weight if spectrum.fluidity is not None else weight[..., 1:]) / total
-
-
-def _roots(spectrum: Spectrum, total: Array) -> Array:
-    """The rho_k, as eigenvalues of diag(1/tau) + v v^T/total; Newton steps carry the derivatives."""
-    rates, weights = spectrum.rates, spectrum.amplitudes * spectrum.rates
-    if spectrum.fluidity is not None:
-        rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
-        weights = jnp.append(spectrum.fluidity, weights)
-    if rates.shape[0] == 0:
-        return jnp.zeros((*total.shape[:-1], 0))
-    v = jnp.sqrt(jax.lax.stop_gradient(weights))
-    matrix = jnp.diag(jax.lax.stop_gradient(rates)) + v[:, None] * v / jax.lax.stop_gradient(total)[..., None]
-    rho = jnp.maximum(jax.lax.stop_gradient(jnp.linalg.eigvalsh(matrix)), 0.0)
-    for _ in range(2):
-        value, slope = jax.jvp(
-            lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),)
-        )
-        rho = rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
-    return rho
-
-
-def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
-    """(total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho), in parts of each r_i + rho, of rho (..., m).
-
-    Multiplied out: nothing is divided by r_i - rho, which is zero for an empty branch.
-    """
-    size = jax.lax.stop_gradient(rates + rho[..., None])
-    size = jnp.where(size == 0.0, 1.0, size)
-    factors = (rates - rho[..., None]) / size
-    value = total * jnp.prod(factors, -1)
-    for i in range(rates.shape[0]):
-        value = value + weights[i] / size[..., i] * jnp.prod(jnp.delete(factors, i, axis=-1), -1)
-    return value
+NU = float("0.3")  # of a material of which neither is given; told by its identity from a 0.3 that is given
 
 
 class Material(abc.ABC):
-    """Constant Poisson's ratio nu; creep in shear given by ``spectrum``.
+    """Creep in shear given by ``spectrum``; in volume a constant Poisson's ratio nu, or a bulk modulus in its place.
 
     Parameters are numbers above zero, but for those of ``may_be_zero`` and the lists, all of one length.
     """
 
-    nu: Array | float
+    nu: Array | float | None
+    bulk_modulus: Array | float | None
     may_be_zero: ClassVar[tuple[str, ...]] = ()
     lists: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """A bulk modulus takes the place of a nu that was not given."""
+        if self.bulk_modulus is not None and self.nu is NU:
+            object.__setattr__(self, "nu", None)
 
     @abc.abstractmethod
     def spectrum(self) -> Spectrum:
         """The material's canonical form."""
+
+    def poisson_ratio(self, compliance: Array) -> Array:
+        """nu where the shear compliance is j [1/Pa], real, or complex at a frequency: nu(s) of the module."""
+        if self.bulk_modulus is None:
+            return jnp.asarray(self.nu, float)
+        stiff = 3.0 * self.bulk_modulus * compliance
+        return (stiff - 2.0) / (2.0 * stiff + 2.0)
 
     def creep(self, t: Array | float) -> Array:
         """Shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
         return self.spectrum().creep(t)
 
     def scaled(self, factor: Array | float) -> Self:
-        """The material ``factor`` times as stiff and as viscous, with the same times and Poisson's ratio."""
+        """The material ``factor`` times as stiff and as viscous, with the same times and Poisson's ratio.
+
+        An elastic volume response gets as much stiffer.
+        """
         less, kept = ("J0", "J", "fluidity"), ("nu", "tau")
         change = {
             name: value / factor if name in less else value * factor
             for name, value in vars(self).items()
-            if name not in kept
+            if name not in kept and value is not None
         }
         return replace(self, **change)
 
@@ -194,6 +108,7 @@ class Elastic(Material):
     Args:
         G: shear modulus [Pa] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> steel = jc.Elastic.from_young(210e9, nu=0.3)
@@ -202,7 +117,8 @@ class Elastic(Material):
     """
 
     G: Array | float
-    nu: Array | float = 0.3
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
 
     @classmethod
     def from_young(cls, E: Array | float, nu: Array | float = 0.3) -> "Elastic":
@@ -223,6 +139,7 @@ class Maxwell(Material):
         G: shear modulus [Pa] > 0.
         eta: viscosity [Pa s] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> pitch = jc.Maxwell(G=1e9, eta=1e11)
@@ -232,7 +149,8 @@ class Maxwell(Material):
 
     G: Array | float
     eta: Array | float
-    nu: Array | float = 0.3
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
 
     def spectrum(self) -> Spectrum:
         return Spectrum(
@@ -251,6 +169,7 @@ class KelvinVoigt(Material):
         G: shear modulus [Pa] > 0.
         eta: viscosity [Pa s] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> gel = jc.KelvinVoigt(G=1e3, eta=2e3, nu=0.5)
@@ -260,7 +179,8 @@ class KelvinVoigt(Material):
 
     G: Array | float
     eta: Array | float
-    nu: Array | float = 0.3
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
 
     def spectrum(self) -> Spectrum:
         G, eta = jnp.asarray(self.G, dtype=float), jnp.asarray(self.eta, dtype=float)
@@ -280,6 +200,7 @@ class StandardLinearSolid(Material):
         G2: modulus of the delayed part [Pa] > 0.
         eta2: viscosity of the delayed part [Pa s] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> rubber = jc.StandardLinearSolid(G1=2e6, G2=2e6, eta2=1e6, nu=0.5)
@@ -290,7 +211,8 @@ class StandardLinearSolid(Material):
     G1: Array | float
     G2: Array | float
     eta2: Array | float
-    nu: Array | float = 0.3
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
 
     def spectrum(self) -> Spectrum:
         G2, eta2 = jnp.asarray(self.G2, dtype=float), jnp.asarray(self.eta2, dtype=float)
@@ -311,6 +233,7 @@ class Burgers(Material):
         eta1: viscosity of the unlimited flow [Pa s] > 0.
         eta2: viscosity of the delayed part [Pa s] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> film = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
@@ -322,7 +245,8 @@ class Burgers(Material):
     G2: Array | float
     eta1: Array | float
     eta2: Array | float
-    nu: Array | float = 0.3
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
 
     def spectrum(self) -> Spectrum:
         G2, eta2 = jnp.asarray(self.G2, dtype=float), jnp.asarray(self.eta2, dtype=float)
@@ -342,6 +266,7 @@ class Prony(Material):
         tau: their retardation times [s] > 0, (n,); some may be equal.
         nu: Poisson's ratio, -1 < nu <= 0.5.
         fluidity: rate of the unlimited flow [1/(Pa s)] >= 0.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> polymer = jc.Prony(J0=1e-9, J=np.array([2e-9, 5e-9]), tau=np.array([1.0, 100.0]))
@@ -355,8 +280,9 @@ class Prony(Material):
     J0: Array | float
     J: Array
     tau: Array
-    nu: Array | float = 0.3
+    nu: Array | float | None = NU
     fluidity: Array | float = 0.0
+    bulk_modulus: Array | float | None = None
 
     def spectrum(self) -> Spectrum:
         J, tau = jnp.atleast_1d(jnp.asarray(self.J, float)), jnp.atleast_1d(jnp.asarray(self.tau, float))

@@ -29,6 +29,7 @@ LAYERS = {
     "grid": 2,
     "controls": 2,
     "roughness": 3,
+    "spectrum": 1,
     "materials": 2,
     "layers": 3,
     # wavenumber and time
@@ -40,6 +41,7 @@ LAYERS = {
     "response.half_space": 5,
     "response.separable": 6,
     "response.one_layer": 7,
+    "response.volume": 3,
     "response.layer": 0,
     "response.stack": 4,
     "response.rational": 7,

@@ -109,6 +109,22 @@ PYTHON = {
         lambda: indent(body=on(jc.Elastic(1e9, nu=0.6))),
         r"nu: expected -1 < nu <= 0.5, got 0.6",
     ),
+    "nu and a bulk modulus": (
+        lambda: indent(body=on(jc.Elastic(1e9, nu=0.3, bulk_modulus=1e9))),
+        r"substrate Elastic: expected one of nu and bulk_modulus, got both",
+    ),
+    "neither nu nor a bulk modulus": (
+        lambda: indent(body=on(jc.Elastic(1e9, nu=None))),
+        r"expected one of nu and bulk_modulus, got neither",
+    ),
+    "a bulk modulus below zero": (
+        lambda: indent(body=on(jc.Elastic(1e9, bulk_modulus=-1e9))),
+        r"Elastic bulk_modulus: expected > 0, got -1e\+09",
+    ),
+    "a bulk modulus the quasi-elastic way": (
+        lambda: indent(body=on(jc.Maxwell(1e9, 1e9, bulk_modulus=1e9)), correspondence="quasi-elastic"),
+        r'correspondence: expected "exact" with a bulk modulus',
+    ),
     "times of a Prony series": (
         lambda: indent(body=on(jc.Prony(1.0, jnp.ones(2), jnp.ones(1)))),
         r"expected J and tau of one shape",

@@ -12,8 +12,8 @@ from jaxcontact.files.case_file import Case, CaseError
 from jaxcontact.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body
-from jaxcontact.materials import relaxation_modes
 from jaxcontact.response.body import response_of
+from jaxcontact.spectrum import relaxation_modes
 
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 

@@ -66,8 +66,8 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
     end = jnp.maximum(times[:, None] - before[None, :], 0.0)
     weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
-    layer, n = response_of(body).film(), times.shape[0]
+    response, n = response_of(body), times.shape[0]
     film = jnp.zeros((n, n))
-    if layer is not None:
-        film = jnp.tril(layer.material.spectrum().mean_creep(start, end))
+    if response.film() is not None:
+        film = jnp.tril(response.film_creep().mean_creep(start, end))
     return LagRow(jnp.arange(n), weights, film)

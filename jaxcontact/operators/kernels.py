@@ -180,7 +180,7 @@ def assembled(
     mix = separable.mix / scale.compliance
     film, layer = None, response.film()
     if layer is not None:
-        weights = jnp.append(layer.material.spectrum().instantaneous / scale.compliance, mix[0])
+        weights = jnp.append(response.film_creep().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
     at_zero = separable.terms[1:, 0]
     return Kernels(family, separable.rates, mix, film, scale, separable.error, error, at_zero, grid, nodes)

@@ -9,6 +9,7 @@ from jaxcontact._pytree import pytree
 from jaxcontact.layers import Layer
 from jaxcontact.materials import Material
 from jaxcontact.response.images import Images
+from jaxcontact.spectrum import Spectrum
 
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(
     5
@@ -23,8 +24,8 @@ class Separable:
         lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)].
 
     rates: lambda_k [1/s], (K,), zero for a flow without limit; terms: C_0 and M shapes S_m, (M + 1, n); mix:
-    (M, K). The first shape is that of the film on a rigid base times its modulus (of a half-space: of the
-    half-space), with the fluidities of its own creep in mix[0]. error: the largest relative error of the
+    (M, K). The first shape is that of the film on a rigid base (of a half-space: one), with the fluidities of
+    ``Response.film_creep`` in mix[0]. error: the largest relative error of the
     sum of products, over wavenumbers and times, ().
     """
 
@@ -100,8 +101,12 @@ class Response(abc.ABC):
         """The film whose shortening is reported; None without one."""
 
     @abc.abstractmethod
+    def film_creep(self) -> Spectrum:
+        """The creep of the film on a rigid base, whose shape is ``on_rigid_base``; of a half-space, its own."""
+
+    @abc.abstractmethod
     def on_rigid_base(self) -> Array:
-        """alpha N times the modulus of the film on a rigid base, at ``wavenumbers``, (n,)."""
+        """alpha N of the film on a rigid base over ``film_creep``, at ``wavenumbers``, (n,)."""
 
     @abc.abstractmethod
     def creeps_far(self) -> bool:

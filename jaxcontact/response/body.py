@@ -5,7 +5,7 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact.layers import LayeredHalfSpace, checked_body
-from jaxcontact.materials import Elastic
+from jaxcontact.materials import Elastic, Material
 from jaxcontact.response.base import Response
 from jaxcontact.response.half_space import HalfSpace
 from jaxcontact.response.layered import Stack
@@ -16,9 +16,15 @@ def response_of(body: LayeredHalfSpace) -> Response:
     """The response of a body that has passed ``checked_body``."""
     if not body.layers:
         return HalfSpace(body.substrate)
-    if len(body.layers) == 1 and isinstance(body.substrate, Elastic):
-        return OneLayer(body.layers[0], body.substrate)
-    return Stack(tuple(body.layers), body.substrate)
+    layers = body.sublayers()
+    if len(layers) == 1 and _keeps_nu(layers[0].material) and isinstance(body.substrate, Elastic):
+        return OneLayer(layers[0], body.substrate)
+    return Stack(layers, body.substrate)
+
+
+def _keeps_nu(material: Material) -> bool:
+    """Whether its Poisson's ratio is the same at all times: given, or that of an elastic solid."""
+    return material.bulk_modulus is None or isinstance(material, Elastic)
 
 
 def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) -> Array:

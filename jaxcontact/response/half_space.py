@@ -1,12 +1,17 @@
-"""The half-space: alpha N = (1 - nu) J(t) at every wavenumber (J. Boussinesq; the correspondence is exact)."""
+"""The half-space: alpha N = (1 - nu) J(t) at every wavenumber (J. Boussinesq; the correspondence is exact).
+
+With a bulk modulus in place of nu it is another creep, ``response.volume.surface_creep``, as exact.
+"""
 
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
-from jaxcontact.materials import KelvinVoigt, Material, Spectrum
+from jaxcontact.materials import KelvinVoigt, Material
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.images import Images
+from jaxcontact.response.volume import surface_creep
+from jaxcontact.spectrum import Spectrum
 
 
 @pytree
@@ -15,17 +20,12 @@ class HalfSpace(Response):
 
     material: Material
 
-    @property
-    def share(self) -> Array:
-        """1 - nu."""
-        return 1.0 - jnp.asarray(self.material.nu, dtype=float)
-
     def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
-        mean = self.material.spectrum().mean_creep(jnp.asarray(start, float), jnp.asarray(end, float))
-        return self.share * mean * jnp.ones_like(jnp.asarray(wavenumber, float))
+        mean = surface_creep(self.material).mean_creep(jnp.asarray(start, float), jnp.asarray(end, float))
+        return mean * jnp.ones_like(jnp.asarray(wavenumber, float))
 
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
-        """Equal to ``step``: for a half-space the substitution is exact."""
+        """Equal to ``step``: for a half-space of constant nu the substitution is exact."""
         return self.step(wavenumber, start, end)
 
     def wavenumbers(self) -> Array:
@@ -34,8 +34,9 @@ class HalfSpace(Response):
 
     def separate(self, nodes: int) -> Separable:
         """Exact, for any ``nodes``."""
-        rates, fluidities = own_creep(self.material.spectrum())
-        terms = self.share * jnp.stack([self.material.spectrum().instantaneous, jnp.ones(())])[:, None]
+        creep = surface_creep(self.material)
+        rates, fluidities = own_creep(creep)
+        terms = jnp.stack([creep.instantaneous, jnp.ones(())])[:, None]
         return Separable(rates, terms, fluidities[None], jnp.zeros(()))
 
     def expand(self, values: Array) -> Images:
@@ -47,7 +48,7 @@ class HalfSpace(Response):
         return self.expand(shapes)
 
     def wide(self, t: Array | float) -> Array:
-        return self.share * self.material.creep(t)
+        return surface_creep(self.material).creep(t)
 
     def narrow(self, t: Array | float) -> Array:
         return self.wide(t)
@@ -56,8 +57,8 @@ class HalfSpace(Response):
         return jnp.zeros(())
 
     def long_term(self) -> Array:
-        spectrum = self.material.spectrum()
-        return self.share * (spectrum.instantaneous + jnp.sum(spectrum.amplitudes))
+        creep = surface_creep(self.material)
+        return creep.instantaneous + jnp.sum(jnp.where(creep.rates > 0.0, creep.amplitudes, 0.0))
 
     def flows(self) -> Array:
         return may_flow(self.material)
@@ -73,6 +74,10 @@ class HalfSpace(Response):
 
     def film(self) -> None:
         return None
+
+    def film_creep(self) -> Spectrum:
+        """That of the half-space."""
+        return surface_creep(self.material)
 
     def on_rigid_base(self) -> Array:
         """Zero: there is no film."""

@@ -17,6 +17,7 @@ from jax import Array
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.response.layer import TwoPort, two_port
 from jaxcontact.response.stack import SurfaceCompliance, covered, solids, surface_compliance
+from jaxcontact.response.volume import nu_at_first
 
 Five = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
 
@@ -58,7 +59,7 @@ def _solid_at(body: LayeredHalfSpace, z: Array) -> Array:
 
 
 def _poissons(body: LayeredHalfSpace) -> Array:
-    return jnp.stack([jnp.asarray(solid.nu, float) for solid in solids(body)])
+    return jnp.stack([nu_at_first(solid) for solid in solids(body)])
 
 
 def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array, compliances: Array) -> Transfer:

@@ -17,6 +17,7 @@ from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.response.images import Images, Ladder, fit_images, fit_wavenumbers, image_depths
 from jaxcontact.response.layer import two_port
 from jaxcontact.response.stack import solids, surface_compliance
+from jaxcontact.response.volume import nu_at_first
 
 FIRST = 1.6  # least depth over the thickness of the top layer
 SHALLOWEST = 30.0  # depth over all layers down to which images always lie closely
@@ -42,7 +43,7 @@ def solids_of(body: LayeredHalfSpace) -> Solids:
     """Without derivative."""
     each = solids(body)
     first = jnp.stack([solid.spectrum().instantaneous for solid in each])
-    poissons = jnp.stack([jnp.asarray(solid.nu, float) for solid in each])
+    poissons = jnp.stack([nu_at_first(solid) for solid in each])
     thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
     return jax.lax.stop_gradient(Solids(first, poissons, thicknesses))
 

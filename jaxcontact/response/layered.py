@@ -14,9 +14,10 @@ from jaxcontact.response import ladder
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.images import Images
-from jaxcontact.response.layer import two_port, uniaxial
 from jaxcontact.response.rational import separate
 from jaxcontact.response.stack import mean_step, scaled_response, solids
+from jaxcontact.response.volume import bed_creep, film_creep, film_shape
+from jaxcontact.spectrum import Spectrum
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4  # see ``response.rational`` for what 24 rates and 8 shapes are good to
 
@@ -64,9 +65,7 @@ class Stack(Response):
 
     def springs(self, t: Array | float) -> Array:
         """Of all layers, one under the other."""
-        each = [
-            layer.material.creep(t) * layer.thickness * uniaxial(layer.material.nu) for layer in self.layers
-        ]
+        each = [bed_creep(layer.material).creep(t) * layer.thickness for layer in self.layers]
         return jnp.sum(jnp.stack(each), 0)
 
     def long_term(self) -> Array:
@@ -88,9 +87,12 @@ class Stack(Response):
         """The top layer."""
         return self.layers[0]
 
+    def film_creep(self) -> Spectrum:
+        return film_creep(self.layers[0].material)
+
     def on_rigid_base(self) -> Array:
         top = self.layers[0]
-        return two_port(self.wavenumbers() * top.thickness, top.material.nu).A[2]
+        return film_shape(top.material, self.wavenumbers() * top.thickness)
 
     def creeps_far(self) -> bool:
         return not isinstance(self.substrate, Elastic)

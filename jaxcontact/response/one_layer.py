@@ -15,10 +15,9 @@ cancels. The compact forms usually printed lose up to 20 % for thin films and la
 Since only g depends on time, the elastic-viscoelastic correspondence principle turns each term into
 a one-dimensional element, the layer's material in parallel with a spring c_j:
 
-    1/(s (g(s) + c))  ->  J_c(t) = 1/(g0 + c) + sum_k a_k (1 - exp(-rho_k t)),
+    1/(s (g(s) + c))  ->  J_c(t) = 1/(g0 + c) + sum_k a_k (1 - exp(-rho_k t))
 
-with rho_k the relaxation rates of the material with a compliance 1/c in series, and
-a_k = w_k/c^2 of the weights of that relaxation (``materials.relaxation_modes``): again positive terms only.
+(``spectrum.parallel_creep``): again positive terms only.
 """
 
 from typing import NamedTuple
@@ -29,13 +28,15 @@ from jax import Array
 from jaxcontact._exponential import mean_decay
 from jaxcontact._pytree import pytree
 from jaxcontact.layers import Layer, LayeredHalfSpace
-from jaxcontact.materials import Material, Spectrum, relaxation_modes
+from jaxcontact.materials import Material
 from jaxcontact.response import ladder
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.images import Images
-from jaxcontact.response.layer import differences, uniaxial
+from jaxcontact.response.layer import differences
 from jaxcontact.response.separable import separate_bands
+from jaxcontact.response.volume import bed_creep, nu_at_first
+from jaxcontact.spectrum import Spectrum, parallel_creep
 
 
 @pytree
@@ -81,16 +82,6 @@ def _roots(c0: Array, c1: Array, c2: Array) -> tuple[Array, Array]:
     return 2.0 * c0 / q, q / (2.0 * c2)
 
 
-def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, Array]:
-    """Creep of a material in parallel with springs c, J_c(t) = start + sum_k a_k (1 - exp(-rho_k t)).
-
-    Returns start [1/Pa], (...); a [1/Pa], (..., m); rho [1/s], (..., m) for stiffness (...) [Pa].
-    """
-    rho, weight = relaxation_modes(spectrum, 1.0 / stiffness)
-    J0 = spectrum.instantaneous
-    return J0 / (1.0 + stiffness * J0), weight / stiffness[..., None] ** 2, rho
-
-
 class Elements(NamedTuple):
     """The modes at wavenumbers (n,), where these are zero, and what ``parallel_creep`` makes of the stiffnesses."""
 
@@ -103,7 +94,7 @@ class Elements(NamedTuple):
 
 @pytree
 class OneLayer(Response):
-    """A layer on an elastic substrate, in closed form."""
+    """A layer of constant Poisson's ratio on an elastic substrate, in closed form."""
 
     layer: Layer
     substrate: Material
@@ -114,7 +105,7 @@ class OneLayer(Response):
 
     def modes(self, wavenumber: Array) -> Modes:
         """The partial fractions of alpha N, wavenumber > 0 [rad/m]."""
-        nu_c, nu_s = self.layer.material.nu, self.substrate.nu
+        nu_c, nu_s = nu_at_first(self.layer.material), nu_at_first(self.substrate)
         kappas = 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s
         (N0, N1, N2), (D0, D1, D2) = _polynomials(wavenumber * self.layer.thickness, *kappas)
         r1, r2 = _roots(D0, D1, D2)
@@ -193,7 +184,7 @@ class OneLayer(Response):
         return HalfSpace(self.layer.material).wide(t)
 
     def springs(self, t: Array | float) -> Array:
-        return self.layer.material.creep(t) * self.layer.thickness * uniaxial(self.layer.material.nu)
+        return bed_creep(self.layer.material).creep(t) * self.layer.thickness
 
     def long_term(self) -> Array:
         return HalfSpace(self.substrate).long_term()
@@ -209,6 +200,9 @@ class OneLayer(Response):
 
     def film(self) -> Layer:
         return self.layer
+
+    def film_creep(self) -> Spectrum:
+        return self.layer.material.spectrum()
 
     def on_rigid_base(self) -> Array:
         modes, zero = self._modes_and_zero(self.wavenumbers())

@@ -10,7 +10,8 @@ or, at the complex frequency s, with compliances s J(s) in the recursion of ``re
     alpha N ~ C_0 + sum_k lambda_k C_k/(s + lambda_k) + flow/s.
 
 C_0 is the response under the compliances at t = 0, and exact. The top layer's own creep on a rigid base,
-A_22 J(t), is taken out with the rates of its material. The rest R(s, alpha), at frequencies s = i omega over
+A_22 J(t), is taken out with the rates of its material (with a bulk modulus, ``response.volume.film_shape`` and
+``film_creep``). The rest R(s, alpha), at frequencies s = i omega over
 the band, is nearly of low rank: what it is at any wavenumber is a combination of what it is at a few,
 
     R(s, alpha) ~ sum_m R(s, alpha_m) S_m(alpha),
@@ -25,6 +26,7 @@ Largest error relative to the response, over all wavenumbers and from a tenth of
 the longest of the times 1/lambda_k, for 24 rates and 8 shapes, 32 and 12, and 48 and 20:
 
     the paper's film as three equal layers       2e-7    9e-10   2e-12
+    it with a bulk modulus, as one layer         2e-7    6e-9    1e-11
     rubber of 7 decades on glass                 7e-7    2e-7    5e-9
     three different films on steel               7e-6    4e-7    3e-10
     the paper's film on a Maxwell half-space     2e-6    2e-8    8e-12
@@ -45,9 +47,9 @@ from jaxcontact._pytree import replace
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.materials import Material
 from jaxcontact.response.base import Separable
-from jaxcontact.response.layer import two_port
 from jaxcontact.response.separable import products
 from jaxcontact.response.stack import Spectra, compliances, scaled_response, solids, spectra, step
+from jaxcontact.response.volume import film_compliance, film_creep, film_shape
 
 DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
 MARGIN = 2.0  # by how much the rates reach beyond those of the solids,
@@ -67,11 +69,11 @@ def separate(
     the top layer's own; both static. Rates, picked wavenumbers and weights carry no derivative, all else does.
     """
     top = body.sublayers()[0]
-    own = two_port(wavenumber * top.thickness, top.material.nu).A[2]
+    own = film_shape(top.material, wavenumber * top.thickness)
     if not any(creeps(solid) for solid in solids(body)):
         start = scaled_response(body, wavenumber, spectra(body).instantaneous)
         return Separable(jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), jnp.zeros(()))
-    low, high = band(jax.lax.stop_gradient(spectra(body)))
+    low, high = band(jax.lax.stop_gradient(body))
     samples = _sampled(body, wavenumber, own, low / SAMPLED, high * SAMPLED, 2 * rates)
     both = jnp.concatenate([samples.rest, SHARE * samples.second])
     picked = pivots(both, shapes)
@@ -99,19 +101,22 @@ def flows(solid: Material) -> bool:
     return solid.spectrum().fluidity is not None
 
 
-def band(spectra: Spectra) -> tuple[Array, Array]:
-    """Lowest and highest common rate [1/s] for the solids' spectra, () each.
+def band(body: LayeredHalfSpace) -> tuple[Array, Array]:
+    """Lowest and highest common rate [1/s] for the body's solids, () each.
 
     The poles of a stack lie where some moduli s/h(s) are positive and others negative, between the
     retardation and the relaxation rates of its solids. Only a fluid, whose retardation takes for ever, is
-    held by the springs around it.
+    held by the springs around it, and by that of its volume.
     """
-    first, total = spectra.instantaneous, spectra.instantaneous + jnp.sum(spectra.amplitudes, -1)
-    slowest = spectra.fluidity / (total + SOFT * jnp.max(total))
+    each = spectra(body)
+    first, total = each.instantaneous, each.instantaneous + jnp.sum(each.amplitudes, -1)
+    volume = [1.0 / solid.bulk_modulus for solid in solids(body) if solid.bulk_modulus is not None]
+    softest = jnp.max(jnp.concatenate([total, jnp.asarray(volume, float)]))
+    slowest = each.fluidity / (total + SOFT * softest)
     stiff = jnp.where(first > 0.0, first, jnp.min(jnp.where(first > 0.0, first, 1e-3 * total)) / SOFT)
-    given = spectra.fluidity + jnp.sum(spectra.amplitudes * spectra.rates, -1)
-    fastest = jnp.max(spectra.rates, -1, initial=0.0) + given / stiff
-    rates = jnp.concatenate([spectra.rates.ravel(), slowest, fastest])
+    given = each.fluidity + jnp.sum(each.amplitudes * each.rates, -1)
+    fastest = jnp.max(each.rates, -1, initial=0.0) + given / stiff
+    rates = jnp.concatenate([each.rates.ravel(), slowest, fastest])
     high = jnp.max(rates)
     low = jnp.min(jnp.where(rates > 0.0, rates, jnp.inf))
     moves = high > 0.0
@@ -146,7 +151,8 @@ def _sampled(
     j = _sampled_compliances(spectra(body), period, 1.0 / highest)
     response = scaled_response(body, wavenumber, j[..., None])
     start, response = jnp.real(response[0]), response[1:]
-    rest = response - start - own * (j[0, 1:] - j[0, 0])[:, None]
+    film = film_compliance(body.sublayers()[0].material, j[0])
+    rest = response - start - own * (film[1:] - film[0])[:, None]
     weights, scale = _weights(response[:count])
     second = _as_real(weights[::2] * rest[count:]) * scale
     return Samples(period, start, _as_real(weights * rest[:count]) * scale, second, weights, scale)
@@ -200,7 +206,7 @@ def least_squares(matrix: Array, target: Array) -> Array:
 
 def _rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
     """The top layer's rates, the grid and zero for a flow [1/s], and the top layer's fluidities, (K,) each."""
-    top = solids(body)[0].spectrum()
+    top = film_creep(solids(body)[0])
     rates = jnp.concatenate([top.rates, grid])
     fluidities = jnp.concatenate([top.rates * top.amplitudes, jnp.zeros_like(grid)])
     if not any(flows(solid) for solid in solids(body)):

@@ -23,9 +23,9 @@ from jax import Array
 
 from jaxcontact._exponential import phi1
 from jaxcontact._pytree import replace
-from jaxcontact.materials import Spectrum
 from jaxcontact.response.base import Separable
 from jaxcontact.response.half_space import own_creep
+from jaxcontact.spectrum import Spectrum
 
 DEFAULT_NODES = 2
 CHECK_TIMES = np.geomspace(1e-3, 1e2, 16)

@@ -17,8 +17,9 @@ thickness. Measured against arithmetic of 60 digits, random stacks of up to thre
 to 1e16, alpha h from 1e-8 to 1e3: 2e-15 (K relative to the root of L N).
 
 In time the correspondence principle puts s J(s), J(s) the Laplace transform of the creep compliance, in the
-place of j. The response to a pressure that steps on at t = 0 is the inverse transform of N(s)/s, taken on
-Talbot's contour with 14 points (constants: J. A. C. Weideman, SIAM J. Numer. Anal. 44 (2006) 2342).
+place of j, and makes the nu of a solid with a bulk modulus a function of s. The response to a pressure that steps on
+at t = 0 is the inverse transform of N(s)/s, taken on Talbot's contour with 14 points (constants: J. A. C. Weideman,
+SIAM J. Numer. Anal. 44 (2006) 2342).
 """
 
 from collections.abc import Callable
@@ -149,9 +150,15 @@ def compliances(spectra: Spectra, period: Array) -> Array:
 
 def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> SurfaceCompliance:
     """alpha (L, K, N, T) [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...)."""
-    poissons = jnp.stack([jnp.asarray(solid.nu, float) for solid in solids(body)])
+    poissons = _poissons(solids(body), compliances)
     thicknesses = jnp.asarray([layer.thickness for layer in body.layers], float)
     return surface_compliance(compliances, poissons, thicknesses, wavenumber)
+
+
+def _poissons(materials: list[Material], compliances: Array) -> Array:
+    """Poisson's ratios at the shear compliances (layers + 1, ...): (layers + 1,), where none depends on them."""
+    each = [solid.poisson_ratio(j) for solid, j in zip(materials, compliances, strict=True)]
+    return jnp.stack(jnp.broadcast_arrays(*each))
 
 
 def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:

@@ -18,8 +18,9 @@ from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.materials import Material
 from jaxcontact.response.half_space import own_creep
 from jaxcontact.response.rational import band, creeps, flows, least_squares, pivots
-from jaxcontact.response.stack import all_steps, solids, spectra
+from jaxcontact.response.stack import all_steps, solids
 from jaxcontact.response.tangential_images import fit_wavenumbers
+from jaxcontact.response.volume import nu_at_first, surface_creep
 
 RATES, SHAPES, TIMES = 32, 12, 96
 SAMPLED = 10.0  # how far the times reach beyond the band of the rates
@@ -53,7 +54,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     start = _entries(body, jnp.zeros(()))
     if not any(creeps(solid) for solid in solids(body)):
         return TangentialSeparable(jnp.zeros(0), start.reshape(3, 1, -1), jnp.zeros((0, 0)))
-    low, high = band(jax.lax.stop_gradient(spectra(body)))
+    low, high = band(jax.lax.stop_gradient(body))
     spread = lambda low, high, count: low * (high / low) ** jnp.linspace(0.0, 1.0, count)
     times = spread(1.0 / (SAMPLED * high), SAMPLED / low, TIMES)
     rest = _entries(body, times[:, None]) - start
@@ -86,16 +87,25 @@ def _rates(body: LayeredHalfSpace, grid: Array) -> Array:
 
 
 def half_space_shares(material: Material) -> Array:
-    """alpha (L, T, K) over the creep compliance, (3,)."""
-    nu = jnp.asarray(material.nu, float)
+    """alpha (L, T, K) over the compliance at first, with a constant nu over the creep compliance, (3,)."""
+    nu = nu_at_first(material)
     return jnp.stack([1.0 - nu, jnp.ones(()), 0.5 - nu])
 
 
 def _of_half_space(material: Material) -> TangentialSeparable:
-    spectrum = material.spectrum()
-    rates, fluidities = own_creep(spectrum)
-    shares = half_space_shares(material)[:, None, None]
+    """One shape times the creep; with a bulk modulus one for the shear and one for the surface's creep.
+
+    Then (1 - nu) j = S, (1/2 - nu) j = S - j/2, S of ``response.volume.surface_creep``.
+    """
+    if material.bulk_modulus is None:
+        parts = [(half_space_shares(material), material.spectrum())]
+    else:
+        shear, surface = jnp.array([0.0, 1.0, -0.5]), jnp.array([1.0, 0.0, 1.0])
+        parts = [(shear, material.spectrum()), (surface, surface_creep(material))]
+    start = sum(share * creep.instantaneous for share, creep in parts)
+    owned = [own_creep(creep) for _, creep in parts]
+    rates = jnp.concatenate([each for each, _ in owned])
     if not rates.size:
-        return TangentialSeparable(rates, shares * spectrum.instantaneous, jnp.zeros((0, 0)))
-    terms = shares * jnp.stack([spectrum.instantaneous, jnp.ones(())])[:, None]
-    return TangentialSeparable(rates, terms, fluidities[None])
+        return TangentialSeparable(rates, jnp.reshape(start, (3, 1, 1)), jnp.zeros((0, 0)))
+    terms = jnp.stack([start, *(share for share, _ in parts)], 1)[:, :, None]
+    return TangentialSeparable(rates, terms, jax.scipy.linalg.block_diag(*(flow for _, flow in owned)))

@@ -1,0 +1,132 @@
+"""The canonical form of creep: a compliance as a sum of exponentials, and its relaxation.
+
+    J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t
+
+has the Laplace transform s J(s) = h(s)/s, where
+
+    h(s) = s J0 + fluidity + sum_i (J_i/tau_i) s/(s + 1/tau_i).
+
+The relaxation modulus has the transform G(s) = 1/h(s), so that with the roots -rho_k of h
+
+    G(t) = sum_k exp(-rho_k t) / h'(-rho_k),      all rho_k real and >= 0, all terms positive
+
+(from J(s) G(s) = 1/s^2). In parallel with a spring c the compliance is again of that form: 1/(s (G(s) + c)) belongs to
+
+    J_c(t) = J0/(1 + c J0) + sum_k a_k (1 - exp(-rho_k t)),
+
+with rho_k the relaxation rates of the material with a compliance 1/c in series, and a_k = w_k/c^2 of the weights of
+that relaxation: positive terms only.
+"""
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._exponential import mean_decay
+from jaxcontact._pytree import pytree
+
+
+@pytree
+class Spectrum:
+    """The canonical form of a material: what the response functions and the march need.
+
+    instantaneous: J0 [1/Pa], (); amplitudes: J_i [1/Pa], (n,); rates: 1/tau_i [1/s], (n,);
+    fluidity [1/(Pa s)], (), or None for a material that cannot flow (known from its class).
+    """
+
+    instantaneous: Array
+    amplitudes: Array
+    rates: Array
+    fluidity: Array | None = None
+
+    def creep(self, t: Array | float) -> Array:
+        """J(t) [1/Pa] for t of any shape."""
+        t = jnp.asarray(t, dtype=float)
+        delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
+        flow = 0.0 if self.fluidity is None else self.fluidity * t
+        return self.instantaneous + delayed + flow
+
+    def transform(self, s: Array | complex) -> Array:
+        """h(s) = s^2 J(s) [1/(Pa s)], real or complex s."""
+        s = jnp.asarray(s)
+        terms = jnp.sum(self.amplitudes * self.rates * s[..., None] / (s[..., None] + self.rates), -1)
+        flow = 0.0 if self.fluidity is None else self.fluidity
+        return s * self.instantaneous + flow + terms
+
+    def mean_creep(self, start: Array, end: Array) -> Array:
+        """Mean of J(t) [1/Pa] over start <= t <= end, times of any shape."""
+        decay = mean_decay(self.rates, start[..., None], end[..., None])
+        flow = 0.0 if self.fluidity is None else self.fluidity * (start + end) / 2.0
+        return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
+
+
+def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Array, Array]:
+    """Rates rho_k [1/s] of relaxation, ascending, and weights w_k [Pa]: G(t) = G(inf) + sum w_k exp(-rho_k t).
+
+    ``extra`` [1/Pa], any shape, is a compliance added to J0: that of a spring in series with the
+    material. Both have shape ``extra.shape + (m,)`` with m = n + 1 where the material can flow, n where it
+    cannot. The rates of the spectrum ascend; J0 + extra > 0.
+
+    With s_0 = 0 before the rho_k of a material that cannot flow, the roots interlace with the rates,
+    s_0 <= r_1 <= s_1 <= ... <= s_n, and
+
+        w_k = 1/(J0 + extra) prod_{i <= k} (s_k - r_i)/(s_k - s_{i-1}) prod_{i > k} (r_i - s_k)/(s_i - s_k),
+
+    with factors between 0 and 1: a branch that is empty, or has the time of another, has weight zero.
+    """
+    extra = jnp.asarray(extra, dtype=float)
+    total = (spectrum.instantaneous + extra)[..., None]
+    rho = _roots(spectrum, total)
+    still = jnp.zeros((*rho.shape[:-1], 1))
+    roots = rho if spectrum.fluidity is not None else jnp.concatenate([still, rho], -1)
+    n = spectrum.rates.shape[0]
+    weight = jnp.ones_like(roots)
+    for i in range(n):
+        others = jnp.where(jnp.arange(n + 1) > i, roots[..., i : i + 1], roots[..., i + 1 : i + 2])
+        gap = others - roots
+        factor = (spectrum.rates[i] - roots) / jnp.where(gap == 0.0, 1.0, gap)
+        weight = weight * jnp.where(gap == 0.0, 0.0, factor)
+    return rho, (weight if spectrum.fluidity is not None else weight[..., 1:]) / total
+
+
+def _roots(spectrum: Spectrum, total: Array) -> Array:
+    """The rho_k, as eigenvalues of diag(1/tau) + v v^T/total; Newton steps carry the derivatives."""
+    rates, weights = spectrum.rates, spectrum.amplitudes * spectrum.rates
+    if spectrum.fluidity is not None:
+        rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
+        weights = jnp.append(spectrum.fluidity, weights)
+    if rates.shape[0] == 0:
+        return jnp.zeros((*total.shape[:-1], 0))
+    v = jnp.sqrt(jax.lax.stop_gradient(weights))
+    matrix = jnp.diag(jax.lax.stop_gradient(rates)) + v[:, None] * v / jax.lax.stop_gradient(total)[..., None]
+    rho = jnp.maximum(jax.lax.stop_gradient(jnp.linalg.eigvalsh(matrix)), 0.0)
+    for _ in range(2):
+        value, slope = jax.jvp(
+            lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),)
+        )
+        rho = rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
+    return rho
+
+
+def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
+    """(total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho), in parts of each r_i + rho, of rho (..., m).
+
+    Multiplied out: nothing is divided by r_i - rho, which is zero for an empty branch.
+    """
+    size = jax.lax.stop_gradient(rates + rho[..., None])
+    size = jnp.where(size == 0.0, 1.0, size)
+    factors = (rates - rho[..., None]) / size
+    value = total * jnp.prod(factors, -1)
+    for i in range(rates.shape[0]):
+        value = value + weights[i] / size[..., i] * jnp.prod(jnp.delete(factors, i, axis=-1), -1)
+    return value
+
+
+def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Creep of a material in parallel with springs c, J_c(t) = start + sum_k a_k (1 - exp(-rho_k t)).
+
+    Returns start [1/Pa], (...); a [1/Pa], (..., m); rho [1/s], (..., m) for stiffness (...) [Pa].
+    """
+    rho, weight = relaxation_modes(spectrum, 1.0 / stiffness)
+    J0 = spectrum.instantaneous
+    return J0 / (1.0 + stiffness * J0), weight / stiffness[..., None] ** 2, rho
