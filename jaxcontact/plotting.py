@@ -5,7 +5,7 @@ and no window; a notebook shows a figure that is the last value of a cell. Colou
 viridis, which a colour-blind eye tells apart and a grey print keeps in order.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -24,7 +24,11 @@ PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
 LOADS = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
-def scale_of(values: Any, scales: tuple[tuple[float, str], ...]) -> tuple[float, str]:
+HELD = 1e-6  # change over the value below which it is noise
+Scales = tuple[tuple[float, str], ...]
+
+
+def scale_of(values: Any, scales: Scales) -> tuple[float, str]:
     """The largest unit of which the values have at least one; the smallest for none."""
     finite = np.abs(np.asarray(values, dtype=float))
     size = float(np.max(finite)) if finite.size else 0.0
@@ -115,32 +119,19 @@ def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highe
     return ax
 
 
-def against_time(ax: Axes, times: Any, values: Any, name: str, scales: tuple[tuple[float, str], ...]) -> Axes:
+def against_time(ax: Axes, times: Any, values: Any, name: str, scales: Scales) -> Axes:
     """One figure of the history against time [s]."""
     unit, symbol = scale_of(values, scales)
     ax.plot(times, np.asarray(values) / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
     ax.set(xlabel="time [s]", ylabel=f"{name} [{symbol}]")
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = float(np.min(values)) / unit, float(np.max(values)) / unit
-    if high - low < 1e-6 * max(abs(high), 1e-300):  # a held value: no noise blown up to the whole height
+    if high - low <= HELD * max(
+        abs(low), abs(high)
+    ):  # nothing changes: no noise blown up to the whole height
         ax.set_ylim(0.9 * low, 1.1 * high) if high > 0.0 else ax.set_ylim(-1.0, 1.0)
     ax.spines[["top", "right"]].set_visible(False)
     return ax
-
-
-def approach_against_time(ax: Axes, history: ContactHistory) -> Axes:
-    """Approach against time."""
-    return against_time(ax, history.times, history.approach, "approach", LENGTHS)
-
-
-def load_against_time(ax: Axes, history: ContactHistory) -> Axes:
-    """Load against time."""
-    return against_time(ax, history.times, history.load, "load", LOADS)
-
-
-def radius_against_time(ax: Axes, history: ContactHistory) -> Axes:
-    """Contact radius against time."""
-    return against_time(ax, history.times, history.contact_radius, "contact radius", LENGTHS)
 
 
 def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
@@ -166,31 +157,58 @@ def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
     return figure
 
 
+class _Course(NamedTuple):
+    name: str
+    values: Any
+    scales: Scales
+
+
+def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
+    """Approach, load and contact radius, those that change if any do, and a line on the others."""
+    courses = [
+        _Course("approach", history.approach, LENGTHS),
+        _Course("load", history.load, LOADS),
+        _Course("contact radius", history.contact_radius, LENGTHS),
+    ]
+    changes = [bool(np.ptp(course.values) > HELD * np.max(np.abs(course.values))) for course in courses]
+    if not any(changes):
+        return courses, ""
+    held = [course for course, change in zip(courses, changes, strict=True) if not change]
+    units = [scale_of(course.values, course.scales) for course in held]
+    texts = [
+        f"{course.name} {float(np.max(course.values)) / unit:.4g} {symbol}"
+        for course, (unit, symbol) in zip(held, units, strict=True)
+    ]
+    return [course for course, change in zip(courses, changes, strict=True) if change], ", ".join(texts)
+
+
 def history_figure(history: ContactHistory) -> Figure:
-    """Approach, load and contact radius against time."""
-    figure = Figure(figsize=(10.0, 3.2), layout="constrained")
-    axes = figure.subplots(1, 3)
-    approach_against_time(axes[0], history)
-    load_against_time(axes[1], history)
-    radius_against_time(axes[2], history)
+    """Approach, load and contact radius against time: a panel for each that changes, the others in the title."""
+    courses, held = _courses(history)
+    figure = Figure(figsize=(3.6 * len(courses), 3.4), layout="constrained")
+    for ax, course in zip(np.atleast_1d(figure.subplots(1, len(courses))), courses, strict=True):
+        against_time(ax, history.times, course.values, course.name, course.scales)
+    figure.suptitle(held, fontsize="medium")
     return figure
 
 
 def overview(history: ContactHistory) -> Figure:
-    """Pressure profiles, approach, load and contact radius over time: ``ContactHistory.plot``.
+    """Pressure profiles over the panels of ``history_figure``: ``ContactHistory.plot``.
 
     Without the fields of all times (``save="last"``) there is one profile, that of the last.
     """
+    courses, held = _courses(history)
     figure = Figure(figsize=(10.0, 6.4), layout="constrained")
-    axes = figure.subplot_mosaic([["profiles"] * 3, ["approach", "load", "radius"]], height_ratios=(1.3, 1.0))
+    panels = figure.add_gridspec(2, len(courses), height_ratios=(1.3, 1.0))
     pressure, times = np.asarray(history.pressure), np.asarray(history.times)
     if pressure.ndim == 2:
         pressure, times = pressure[None], times[-1:]
     middle = pressure.shape[2] // 2
-    pressure_profiles(axes["profiles"], history.grid.axes()[0], pressure[:, :, middle], times)
-    approach_against_time(axes["approach"], history)
-    load_against_time(axes["load"], history)
-    radius_against_time(axes["radius"], history)
+    pressure_profiles(figure.add_subplot(panels[0, :]), history.grid.axes()[0], pressure[:, :, middle], times)
+    for i, course in enumerate(courses):
+        ax = figure.add_subplot(panels[1, i])
+        against_time(ax, history.times, course.values, course.name, course.scales)
+    figure.suptitle(held, fontsize="medium")
     return figure
 
 

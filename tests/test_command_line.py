@@ -204,7 +204,7 @@ def test_a_ready_made_case_is_checked_without_running_and_without_warning(capfd,
     for path in READY_MADE:
         assert main(["check", str(path)]) == 0
     out, err = capfd.readouterr()
-    assert out.count("can run") == len(READY_MADE) == 3
+    assert out.count("can run") == len(READY_MADE) == 4
     assert err == ""
 
 
@@ -262,7 +262,7 @@ def test_cite_and_cases_print(capfd):
     assert main(["cite"]) == 0
     assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
     assert main(["cases"]) == 0
-    assert capfd.readouterr().out.count(".toml") == 3
+    assert capfd.readouterr().out.count(".toml") == 4
 
 
 def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):
