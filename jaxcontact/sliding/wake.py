@@ -18,6 +18,8 @@ For lambda = 0 this grows with the logarithm of the length of the track, the sam
 pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
 """
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -71,15 +73,25 @@ class Wake:
         square = jnp.sum(self.velocity**2)
         return jnp.sqrt(jnp.maximum(square, AT_REST**2))
 
+    @property
+    def direction(self) -> Array:
+        """Unit vector of the velocity, zero at rest, (2,)."""
+        square = jnp.sum(self.velocity**2)
+        return self.velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+
     def shift(self, time: Array | float) -> Shift:
         """The way in a time."""
         return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
 
     def symbols(self) -> Array:
         """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
+        return self.passage(self.kernels.rates)
+
+    def passage(self, rates: Array) -> Array:
+        """The same for other rates."""
         T, padded = self.crossing_time, spectral.padded_shape(doubled(self.shape))
         phase, loss = along(padded, self.shift(T), self.ratio)
-        return T * phi1((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
+        return T * phi1((rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
     def kernel(self, weights: Array, symbols: Array) -> Array:
         """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
@@ -127,15 +139,22 @@ class Wake:
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
+        inverse = lambda x, y: 1.0 / jnp.sqrt(jnp.maximum(x**2 + y**2, 1.0))
+        return self._point_strength()[:, None, None] * self.beyond(self.kernels.rates, inverse)
+
+    def beyond(self, rates: Array, pattern: Callable[[Array, Array], Array]) -> Array:
+        """int_T^infinity exp(-lambda_k s) pattern(x + v s) ds, but for a constant where lambda is zero, (K, mx, my).
+
+        The pattern is 1/r straight ahead. x, y in cells along x.
+        """
         mx, my = spectral.padded_shape(self.shape)
         x = offsets(mx)[:, None] + jnp.zeros(my)
         y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
-        rates, T, (vx, vy) = self.kernels.rates, self.crossing_time, self.velocity
+        T, (vx, vy) = self.crossing_time, self.velocity
 
         def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
             s = T * jnp.exp(node[0])
-            square = (x + vx * s) ** 2 + (y + vy * s) ** 2
-            varying = 1.0 / jnp.sqrt(jnp.maximum(square, 1.0)) - 1.0 / (self.speed * s)
+            varying = pattern(x + vx * s, y + vy * s) - 1.0 / (self.speed * s)
             return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
 
         nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
@@ -143,7 +162,7 @@ class Wake:
         varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
         flows = rates == 0.0
         uniform = jnp.where(flows, 0.0, exponential_integral(jnp.where(flows, 1.0, rates * T)) / self.speed)
-        return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
+        return varying + uniform[:, None, None]
 
     def drift(self, total: Array) -> Array:
         """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
