@@ -16,7 +16,7 @@ DIMENSIONS = {
     **dict.fromkeys(("pressure_centre", "dropped", "slip", "tangential_displacement"), LENGTH),
     **dict.fromkeys(("pressure", "leading_peak", "traction"), PRESSURE),
     **dict.fromkeys(("contact_area", "smooth_area"), AREA),
-    **dict.fromkeys(("load", "lateral_force", "tangential_force", "tangential_load"), FORCE),
+    **dict.fromkeys(("load", "lateral_force", "tangential_force", "coulomb_force", "tangential_load"), FORCE),
     **dict.fromkeys(("stored_energy", "power", "dissipated"), ENERGY),
     **dict.fromkeys(
         ("film_strain", "iterations", "error", "status", "stick", "slip_ratio", "creepage"), NONE

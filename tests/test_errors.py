@@ -324,6 +324,14 @@ PYTHON = {
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
         r"depths \[m\]: expected >= 0",
     ),
+    "friction over the plane in sliding": (
+        lambda: steady(1.0, friction=np.full((8, 8), 0.3)),
+        r"friction: expected a number, got shape \(8, 8\)",
+    ),
+    "negative friction in sliding": (
+        lambda: slide(1.0, times=[0.0], friction=-0.3),
+        r"friction: expected >= 0, got -0.3",
+    ),
     "rolling on what creeps": (
         lambda: roll(body=lambda: FLOWS),
         r"expected elastic materials .* got Burgers",

@@ -50,7 +50,8 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot",
-    jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power",
+    jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
+    " coulomb_force total_tangential_force",
     jc.ShearHistory: "traction slip stick tangential_load tangential_displacement dissipated",
     jc.InteriorFields: "depths stress displacement von_mises peak",
     jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
@@ -71,8 +72,8 @@ def test_no_member_disappears(cls):
 
 KEYWORDS = {
     jc.indent: "body indenter control times grid tolerance max_iterations save substeps correspondence kernels checkpoint",
-    jc.slide: "body indenter control times velocity grid tolerance max_iterations save substeps kernels checkpoint",
-    jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels",
+    jc.slide: "body indenter control times velocity grid tolerance max_iterations save substeps kernels checkpoint friction",
+    jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels friction",
     jc.shear: "body indenter control tangential times friction grid coupled tolerance max_iterations save substeps",
     jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
     jc.subsurface: "body grid pressure traction depths times",

@@ -16,6 +16,9 @@ The modes are those of the zero-padded grid. Behind the window, in the padding, 
 share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
 up and bounds what was left out. Along a periodic axis there is no padding, and what leaves on one side comes in on
 the other: the indenter has others like it before and behind.
+
+With friction the traction mu p e, e the unit vector of the motion, is remembered as p is, by the components of e and at
+rates of its own.
 """
 
 from typing import NamedTuple
@@ -30,6 +33,7 @@ from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_stra
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
+from jaxcontact.operators.rubbing import Rubbing
 from jaxcontact.sliding.observables import Observer, SlidingStep, clearance, dropped_share, energies
 
 ABSORPTION = 40.0  # the layer lets exp(-40) through
@@ -107,13 +111,17 @@ class Fields(NamedTuple):
 class MovingMemory(Memory):
     """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
 
-    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx); circulants likewise; rates [1/s], (K,); tails:
-    lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
+    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
+    traction along x and y, (2, my/2 + 1, mx), or None; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio:
+    dy/dx, ().
     """
 
     spectra: Array
     circulants: Array
     rates: Array
+    sources: Array
+    rubbed: Array | None
     tails: Array
     ratio: Array
     kernels: Kernels
@@ -141,11 +149,15 @@ class MovingMemory(Memory):
         shape = pressure.shape
         fields = absorb(fields, motion, self.ratio, shape, self._periodic)
         decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
-        eta = decay * fields.eta + old * fields.pressure
+        share = self._shares(motion)
+        eta = decay * fields.eta + old * share * fields.pressure
         earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
-        on_grid = step_weights(self.rates, motion, shape, self.ratio)[2]
+        on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
         now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
-        operator = Moving(now(self.spectra, new), now(self.circulants, on_grid), self._periodic)
+        spectrum = now(self.spectra, new * share)
+        if self.rubbed is not None:
+            spectrum = spectrum + jnp.tensordot(motion.direction, self.rubbed, 1)
+        operator = Moving(spectrum, now(self.circulants, on_grid), self._periodic)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
         return Prediction(operator, earlier, fields)
@@ -154,12 +166,18 @@ class MovingMemory(Memory):
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
         transformed = spectral.transform(pressure, self._periodic)
         trail = with_losses(fields.trail, clearance(pressure, self.ratio))
-        return fields._replace(eta=fields.eta + new * transformed, pressure=transformed, trail=trail)
+        eta = fields.eta + new * self._shares(motion) * transformed
+        return fields._replace(eta=eta, pressure=transformed, trail=trail)
+
+    def _shares(self, motion: Motion) -> Array:
+        """How much of the pressure each field takes in during a step, (K, 1, 1)."""
+        return (self.sources @ jnp.append(1.0, motion.direction))[:, None, None]
 
     def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
         """With what sliding shows, see ``sliding.observables``."""
-        padded = self._padded(pressure.shape)
-        stored, dissipated = energies(self.spectra, self.rates, fields.eta, fields.pressure, padded)
+        k, padded = self.kernels.rates.size, self._padded(pressure.shape)
+        spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
+        stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
         surface = self.observer.surface(pressure, motion.direction)
         clear = clearance(pressure, self.ratio) - fields.trail.inside
         dropped = dropped_share(self.tails, fields.lost, clear)
@@ -171,22 +189,32 @@ class MovingMemory(Memory):
         film = self.kernels.film
         if film is None:
             return jnp.zeros(())
-        history = jnp.tensordot(film.weights[1:], fields.eta, 1)
+        history = jnp.tensordot(film.weights[1:], fields.eta[: self.kernels.rates.size], 1)
         history = spectral.inverse(history, pressure.shape, self._periodic)
         return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
 
 
-def moving_memory(kernels: Kernels, profile: Array, ratio: Array) -> MovingMemory:
-    """The memory with one spectrum for each rate; profile: (nx, ny), scaled."""
+def moving_memory(
+    kernels: Kernels, profile: Array, ratio: Array, rubbing: Rubbing | None = None
+) -> MovingMemory:
+    """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
     shape = profile.shape
     own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
-    spectra = own(kernels.family.members.spectrum)
-    tails = spectral.inverse(spectra[1:], shape, kernels.family.members.periodic)[:, :, 0]
+    spectra, rates = own(kernels.family.members.spectrum), kernels.rates
+    sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
+    if rubbing is not None:
+        all_of_it = rubbing.spectra(shape)
+        rubbed, lasting = all_of_it[0], rubbing.lasting(all_of_it)
+        spectra = jnp.concatenate([spectra, lasting[:, 0], lasting[:, 1]])
+        rates = jnp.concatenate([rates, rubbing.rates, rubbing.rates])
+        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
     return MovingMemory(
         spectra,
         own(kernels.family.members.circulant),
-        kernels.rates,
-        tails,
+        rates,
+        sources,
+        rubbed,
+        spectral.inverse(spectra[1:], shape, kernels.family.members.periodic)[:, :, 0],
         ratio,
         kernels,
         Observer.of(profile, ratio, kernels.family.members.periodic),

@@ -5,14 +5,19 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
+from jaxcontact._scale import Scale
 from jaxcontact.grid import Grid
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.coupled import CoupledFamily, Tangential
 from jaxcontact.operators.kernels import Kernels, build
-from jaxcontact.response.tangential_coefficients import TangentialImages, tangential_coefficients
+from jaxcontact.response.tangential_coefficients import (
+    SurfaceKernels,
+    TangentialImages,
+    tangential_coefficients,
+)
 from jaxcontact.response.tangential_images import fit_images
-from jaxcontact.response.tangential_time import half_space_shares, separate_tangential
+from jaxcontact.response.tangential_time import TangentialSeparable, half_space_shares, separate_tangential
 
 
 @pytree
@@ -36,14 +41,21 @@ def build_traction(
     Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
     """
     normal = build(body, indenter, grid)
+    coefficients, separable = scaled_coefficients(body, indenter, grid, normal.scale)
+    family = CoupledFamily(Tangential.of(coefficients, coupled=coupled))
+    return TractionKernels(normal, family, separable.rates, separable.mix / normal.scale.compliance)
+
+
+def scaled_coefficients(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale
+) -> tuple[SurfaceKernels, TangentialSeparable]:
+    """Of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells, and what they come from."""
     separable = separate_tangential(body)
     images = fit_images(body, separable.terms)
     weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
     coefficients = tangential_coefficients(grid, TangentialImages(images.depths, weights))
-    scaled = jax.tree.map(lambda a: a / normal.scale.length, coefficients)
-    scaled = jax.tree.map(lambda a: a.at[0].divide(normal.scale.compliance), scaled)
-    family = CoupledFamily(Tangential.of(scaled, coupled=coupled))
-    return TractionKernels(normal, family, separable.rates, separable.mix / normal.scale.compliance)
+    scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
+    return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled), separable
 
 
 def _of_indenter(indenter: Indenter) -> Array:

@@ -25,7 +25,11 @@ class SlidingHistory(ContactHistory):
     dissipated in the body; stored_energy (nt,) [J]; dropped (nt,) [m]: bound on the displacement in
     contact that the history which left the grid would still add.
 
-    tangential_force times speed plus load times rate of approach is power plus the rate of
+    coulomb_force (nt,) [N]: friction times load, against the motion; zero without ``friction``. It comes on top:
+    ``tangential_force`` and ``friction_coefficient`` are of the pressure alone, over the slopes of the profile, and
+    ``power`` and ``stored_energy`` of its work.
+
+    Without friction tangential_force times speed plus load times rate of approach is power plus the rate of
     stored_energy, as long as nothing leaves the grid.
 
     status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
@@ -37,6 +41,7 @@ class SlidingHistory(ContactHistory):
     lateral_force: Array
     tangential_force: Array
     pressure_centre: Array
+    coulomb_force: Array
     leading_peak: Array
     power: Array
     stored_energy: Array
@@ -46,8 +51,13 @@ class SlidingHistory(ContactHistory):
 
     @property
     def friction_coefficient(self) -> Array:
-        """tangential_force/load, (nt,); zero without load."""
+        """tangential_force/load, (nt,), without Coulomb's; zero without load."""
         return friction(self.tangential_force, self.load)
+
+    @property
+    def total_tangential_force(self) -> Array:
+        """tangential_force and coulomb_force together [N], (nt,)."""
+        return self.tangential_force + self.coulomb_force
 
 
 @pytree
@@ -56,12 +66,13 @@ class SteadySliding(Readable):
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
     contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, lateral_force (2,), tangential_force [N],
-    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there
-    is no steady state, and the numbers mean nothing.
+    coulomb_force [N], pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``;
+    status 6: there is no steady state, and the numbers mean nothing.
 
     power [W]: what the dashpots of the body take up, from their own state; it equals tangential_force
-    times speed for a profile without walls. approach_drift [m]: a half-space that flows without limit sinks by
-    this much for each e-fold of the distance slid; ``approach`` is then that after one width of the grid. Zero otherwise.
+    times speed for a profile without walls and without friction. approach_drift [m]: a half-space that flows without
+    limit sinks by this much for each e-fold of the distance slid; ``approach`` is then that after one width of the grid.
+    Zero otherwise.
     """
 
     grid: Grid
@@ -77,6 +88,7 @@ class SteadySliding(Readable):
     film_strain: Array
     lateral_force: Array
     tangential_force: Array
+    coulomb_force: Array
     pressure_centre: Array
     leading_peak: Array
     power: Array
@@ -103,5 +115,10 @@ class SteadySliding(Readable):
 
     @property
     def friction_coefficient(self) -> Array:
-        """tangential_force/load; zero without load."""
+        """tangential_force/load, without Coulomb's; zero without load."""
         return friction(self.tangential_force, self.load)
+
+    @property
+    def total_tangential_force(self) -> Array:
+        """tangential_force and coulomb_force together [N]."""
+        return self.tangential_force + self.coulomb_force

@@ -22,10 +22,12 @@ from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels, build
+from jaxcontact.operators.rubbing import rub
 from jaxcontact.response.body import response_of
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding
-from jaxcontact.sliding.track import as_array, check_along_x
+from jaxcontact.sliding.rubbed_wake import RubbedWake
+from jaxcontact.sliding.track import as_array, check_along_x, check_rubbing
 from jaxcontact.sliding.wake import Wake, doubled, extended
 
 
@@ -39,6 +41,7 @@ def slide_steady(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 500,
     kernels: Kernels | None = None,
+    friction: Array | float | None = None,
 ) -> SteadySliding:
     """The contact of an indenter that has slid for ever at one velocity.
 
@@ -48,10 +51,15 @@ def slide_steady(
     flow is fully relaxed. Under a load a flowing half-space has a steady pressure, while its approach drifts:
     see ``approach_drift`` of the result.
 
+    With friction the traction mu p, along the velocity on the body, sinks the surface too, unless the two solids are
+    similar: it moves the pressure, of elastic bodies as well (K. L. Johnson, Contact Mechanics, 1985, section 7.1).
+
     Args:
         velocity: of the indenter over the body [m/s]: a number (along x) or (2,), of any size.
         body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``; kernels of a half-space
             save little, since its wake is built on a larger grid.
+        friction: Coulomb's coefficient mu >= 0, a number: all of the contact slides; None or rest: no traction.
+            ``friction_coefficient`` of the result is not it, but what the pressure adds to it.
         control: as in ``indent``, with a single value.
 
     There is one state and no march to it, hence no ``times``, ``save``, ``substeps`` or ``checkpoint``.
@@ -74,8 +82,8 @@ def slide_steady(
     _check_single(control, velocity, grid)
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
-    experiment = experiment.also(_steady(experiment, velocity))
-    result, errors = _run(experiment.with_kernels(), as_float64(velocity))
+    experiment = experiment.also(_steady(experiment, velocity)).also(check_rubbing(friction, grid))
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
     return reported(result, errors, experiment.valid)
 
 
@@ -120,7 +128,7 @@ def _tilts_or_thins(experiment: Experiment) -> bool:
 
 
 @jax.jit
-def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors]:
+def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
     """The compiled core: one trace for equal shapes and flags."""
     kernels = experiment.ready_kernels
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
@@ -128,12 +136,16 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SteadySliding, Errors
     symbols = wake.symbols()
     profile = experiment.indenter.profile(experiment.grid) / kernels.scale.length
     lowest, target = jnp.min(profile), experiment.target(kernels.scale)
-    problem = Problem(wake.operator(symbols), profile, target, lowest, experiment.load_controlled)
+    rubbed = None if friction is None else _rubbed(experiment, wake, friction)
+    operator = wake.operator(symbols) if rubbed is None else rubbed.added_to(wake.operator(symbols))
+    problem = Problem(operator, profile, target, lowest, experiment.load_controlled)
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = _with_no_steady_state(status, experiment, vector)
-    fields = _fields(wake, symbols, problem, solution, vector)
+    total = jnp.sum(solution.pressure)
+    fields = _fields(wake, symbols, problem, solution) | _rubs(rubbed, friction, total)
+    fields["approach_drift"] += wake.drift(total)
     return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors
 
 
@@ -149,6 +161,21 @@ def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: 
     return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
+def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
+    """What friction adds to the wake."""
+    wide = replace(experiment.grid, shape=doubled(experiment.grid.shape, experiment.grid.periodic))
+    rubbing = rub(experiment.body, experiment.indenter, wide, wake.kernels.scale, friction)
+    return RubbedWake(wake, rubbing, wake.direction)
+
+
+def _rubs(rubbed: RubbedWake | None, friction: Array | None, total: Array) -> dict[str, Array]:
+    """What a result shows of friction, under a sum of pressures."""
+    if rubbed is None or friction is None:
+        return {"coulomb_force": jnp.zeros(()), "approach_drift": jnp.zeros(())}
+    size = jnp.sqrt(jnp.sum(rubbed.direction**2))
+    return {"coulomb_force": friction * total * size, "approach_drift": rubbed.drift(total)}
+
+
 def _with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
     response = response_of(experiment.body)
     sinks = response.creeps_far() and not experiment.load_controlled
@@ -156,18 +183,13 @@ def _with_no_steady_state(status: Array, experiment: Experiment, velocity: Array
     return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
 
 
-def _fields(
-    wake: Wake, symbols: Array, problem: Problem, solution: Solution, velocity: Array
-) -> dict[str, Array]:
+def _fields(wake: Wake, symbols: Array, problem: Problem, solution: Solution) -> dict[str, Array]:
     """All that a steady contact shows, scaled, by the names of the result."""
-    p = solution.pressure
-    speed = jnp.sum(velocity**2)
-    direction = velocity / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
+    p, direction = solution.pressure, wake.direction
     pushed, centre, leading = Observer.of(problem.gap, wake.ratio, wake.periodic).surface(p, direction)
     return contact_outcome(solution) | {
         "profile": problem.gap,
         "displacement": solution.displacement,
-        "approach_drift": wake.drift(jnp.sum(p)),
         "film_strain": wake.film_strain(symbols, p),
         "lateral_force": pushed,
         "tangential_force": -jnp.sum(pushed * direction),

@@ -56,6 +56,16 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
+def check_rubbing(friction: Any, grid: Grid) -> Verdict:
+    """None, or a coefficient of friction; tangential responses are those of free space."""
+    if friction is None:
+        return True
+    _checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
+    shape = np.shape(friction)
+    _checks.require(shape == (), f"friction: expected a number, got shape {shape}")
+    return _checks.non_negative("friction", friction)
+
+
 def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:
     """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid.
 

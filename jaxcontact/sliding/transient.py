@@ -15,9 +15,18 @@ from jaxcontact.history.moving import Motion, Shift, moving_memory
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
+from jaxcontact.operators.rubbing import rub
 from jaxcontact.sliding.observables import SlidingStep
 from jaxcontact.sliding.results import SlidingHistory
-from jaxcontact.sliding.track import FARTHEST, as_array, checked_track, directions, over_times, shifts
+from jaxcontact.sliding.track import (
+    FARTHEST,
+    as_array,
+    check_rubbing,
+    checked_track,
+    directions,
+    over_times,
+    shifts,
+)
 
 DROPPED_LIMIT = 0.01  # of the largest approach
 
@@ -36,6 +45,7 @@ def slide(
     substeps: int = 1,
     kernels: Kernels | None = None,
     checkpoint: str = "pressures",
+    friction: Array | float | None = None,
 ) -> SlidingHistory:
     """Press an indenter on a body, move it over the body and follow the contact in time.
 
@@ -54,10 +64,14 @@ def slide(
     5 mm. A track that leaves the grid and comes back is refused; one that brings the contact back to what was
     dropped has status 5.
 
+    With friction the traction mu p, along the velocity on the body, sinks the surface too and moves the pressure; see
+    ``slide_steady``.
+
     Args:
         velocity: of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             times, linear between them; +x has its leading edge, and the higher pressure, on the +x side. It
             steps on with the load at times[0].
+        friction: as in ``slide_steady``, along the velocity at the end of each inner step.
         body, indenter, control, times, grid, tolerance, max_iterations, save, substeps, kernels, checkpoint: as
             in ``indent``. There is no ``correspondence``: the quasi-elastic way has no common rates, without
             which history cannot be moved.
@@ -80,21 +94,25 @@ def slide(
         kernels=kernels, save=save, substeps=substeps, checkpoint=checkpoint,
     )  # fmt: skip
     velocity = as_array(velocity)
-    experiment = experiment.also(checked_track(velocity, times, grid, substeps))
-    result, errors = _run(experiment.with_kernels(), as_float64(velocity))
+    experiment = experiment.also(checked_track(velocity, times, grid, substeps)).also(
+        check_rubbing(friction, grid)
+    )
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
     return reported(result, errors, experiment.valid)
 
 
 @jax.jit
-def _run(experiment: Experiment, velocity: Array) -> tuple[SlidingHistory, Errors]:
+def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SlidingHistory, Errors]:
     """The compiled core: one trace for equal shapes and options."""
-    plan = planned(experiment, velocity)
+    plan = planned(experiment, velocity, friction)
     outcomes, last = plan.march(experiment.options)
     history = plan.history(experiment.grid, experiment.times, outcomes, last)
     motion, slid = plan.steps.memory, outcomes.more
     status = with_far_steps(history["status"], motion.shift, experiment.grid)
     status = with_returns(status, slid, jnp.max(jnp.abs(outcomes.approach)))
+    moves = jnp.sum(motion.direction[:, -1] ** 2, -1)
     in_si = plan.scale.to_si(
+        coulomb_force=outcomes.load * moves * (0.0 if friction is None else friction),
         lateral_force=slid.force,
         tangential_force=-jnp.sum(slid.force * motion.direction[:, -1], -1),
         pressure_centre=slid.centre,
@@ -107,14 +125,17 @@ def _run(experiment: Experiment, velocity: Array) -> tuple[SlidingHistory, Error
     return SlidingHistory(**history | {"status": status, "velocity": moving} | in_si), plan.errors
 
 
-def planned(experiment: Experiment, velocity: Array) -> Plan:
+def planned(experiment: Experiment, velocity: Array, friction: Array | None) -> Plan:
     """The march of a slide."""
     kernels, times, grid = experiment.ready_kernels, experiment.times, experiment.grid
     scale, substeps = kernels.scale, experiment.options.substeps
     shift = shifts(velocity / scale.length, times, substeps)
     motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
     profile = experiment.indenter.profile(grid) / scale.length
-    memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0])
+    rubbing = None
+    if friction is not None:
+        rubbing = rub(experiment.body, experiment.indenter, grid, scale, friction)
+    memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
     return experiment.plan(memory, motion, scale, kernels.errors)
 
 

@@ -23,6 +23,8 @@ In plane strain these are line sources, and in place of 1/(2 pi |r|) stands -ln(
 On a periodic grid T is infinity, eta_k/p = 1/(lambda_k - i k . v), and each indenter runs in the tracks of others.
 """
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -85,6 +87,12 @@ class Wake:
         square = jnp.sum(self.velocity**2)
         return jnp.sqrt(jnp.maximum(square, AT_REST**2))
 
+    @property
+    def direction(self) -> Array:
+        """Unit vector of the velocity, zero at rest, (2,)."""
+        square = jnp.sum(self.velocity**2)
+        return self.velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+
     def shift(self, time: Array | float) -> Shift:
         """The way in a time."""
         return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
@@ -94,10 +102,14 @@ class Wake:
         if all(self.periodic):
             phase, loss = along(self.shape, self.shift(1.0), self.ratio)
             return _reciprocal(self.kernels.rates[:, None, None] + jax.lax.complex(loss, -phase))
+        return self.passage(self.kernels.rates)
+
+    def passage(self, rates: Array) -> Array:
+        """The same for other rates, on a grid that is not periodic."""
         T = self.crossing_time
         padded = spectral.padded_shape(doubled(self.shape, self.periodic), self.periodic)
         phase, loss = along(padded, self.shift(T), self.ratio)
-        return T * phi1((self.kernels.rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
+        return T * phi1((rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
     def kernel(self, weights: Array, symbols: Array) -> Array:
         """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
@@ -147,31 +159,51 @@ class Wake:
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
+        square = lambda x, y: jnp.maximum(x**2 + y**2, 1.0)
+        if self.line:
+            varying = self._varying(
+                self.kernels.rates, lambda x, y: -jnp.log(square(x, y)), lambda r: -2.0 * jnp.log(r)
+            )
+            beyond = varying + self._uniform_of_lines()[:, None, None]
+        else:
+            beyond = self.beyond(self.kernels.rates, lambda x, y: 1.0 / jnp.sqrt(square(x, y)))
+        return self._point_strength()[:, None, None] * beyond
+
+    def _uniform_of_lines(self) -> Array:
+        rates, T = self.kernels.rates, self.crossing_time
+        flows = rates == 0.0
+        # the doubled grid has twice the datum of the grid
+        way = jnp.exp(-rates * T) * jnp.log(self.length / (2.0 * self.shape[0])) + jnp.log(2.0)
+        tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
+        return jnp.where(flows, 0.0, -2.0 * (way + tail) / jnp.where(flows, 1.0, rates))
+
+    def beyond(self, rates: Array, pattern: Callable[[Array, Array], Array]) -> Array:
+        """int_T^infinity exp(-lambda_k s) pattern(x + v s) ds, but for a constant where lambda is zero, (K, mx, my).
+
+        The pattern is 1/r straight ahead. x, y in cells along x.
+        """
+        flows = rates == 0.0
+        tail = exponential_integral(jnp.where(flows, 1.0, rates * self.crossing_time)) / self.speed
+        uniform = jnp.where(flows, 0.0, tail)
+        return self._varying(rates, pattern, jnp.reciprocal) + uniform[:, None, None]
+
+    def _varying(
+        self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Callable[[Array], Array]
+    ) -> Array:
+        """int_T^infinity exp(-lambda_k s) (pattern(x + v s) - ahead(|v| s)) ds, (K, mx, my)."""
         mx, my = spectral.padded_shape(self.shape, self.periodic)
         x = offsets(mx)[:, None] + jnp.zeros(my)
         y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
-        rates, T, (vx, vy) = self.kernels.rates, self.crossing_time, self.velocity
+        T, (vx, vy) = self.crossing_time, self.velocity
 
         def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
             s = T * jnp.exp(node[0])
-            square = jnp.maximum((x + vx * s) ** 2 + (y + vy * s) ** 2, 1.0)
-            away = self.speed * s
-            varying = -jnp.log(square / away**2) if self.line else 1.0 / jnp.sqrt(square) - 1.0 / away
+            varying = pattern(x + vx * s, y + vy * s) - ahead(self.speed * s)
             return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
 
         nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
         zero = jnp.zeros((rates.size, mx, my))
-        varying = jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
-        flows = rates == 0.0
-        safe = jnp.where(flows, 1.0, rates)
-        tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
-        if self.line:  # the doubled grid has twice the datum of the grid
-            way = jnp.exp(-rates * T) * jnp.log(self.length / (2.0 * self.shape[0])) + jnp.log(2.0)
-            uniform = -2.0 * (way + tail) / safe
-        else:
-            uniform = tail / self.speed
-        uniform = jnp.where(flows, 0.0, uniform)
-        return self._point_strength()[:, None, None] * (varying + uniform[:, None, None])
+        return jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
 
     def drift(self, total: Array) -> Array:
         """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""

@@ -1,0 +1,127 @@
+"""Sliding with friction: the law of contact, with the surface put together from Boussinesq's and Cerruti's solutions."""
+
+import jax
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+
+NU, MU, RADIUS, LOAD, SPEED, N = 0.1, 0.5, 5e-3, 0.1, 2e-3, 24
+RUBBER = jc.StandardLinearSolid(G1=1e6, G2=0.5e6, eta2=0.1e6, nu=NU)
+GRID = jc.Grid.square(N, 1.6e-3)
+
+
+def slid(material, velocity=SPEED, friction=MU, load=LOAD, **keywords):
+    body, ball = jc.LayeredHalfSpace([], material), jc.Sphere(RADIUS)
+    return jc.slide_steady(
+        body, ball, jc.Load(load), velocity=velocity, grid=GRID, friction=friction, **keywords
+    )
+
+
+def over_cell(antiderivative, x, y, d):
+    """Integral over a square cell of side d at the origin, seen from (x, y)."""
+    return sum(
+        (1 if i == j else -1) * antiderivative(x + i * d / 2, y + j * d / 2) for i in (-1, 1) for j in (-1, 1)
+    )
+
+
+def sunk(x, y, p, direction):
+    """G times the sinking of a half-space at (x, y) under the pressure p and the traction MU p along a direction.
+
+    Boussinesq: (1 - nu)/(2 pi r); Cerruti: (1 - 2 nu)/(4 pi) x/r^2 (K. L. Johnson, Contact Mechanics, sections 3.2, 3.6).
+    """
+
+    def pressed(x, y):
+        return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+
+    def dragged(x, y):
+        return y * np.log(np.hypot(x, y)) + x * np.arctan(y / x)
+
+    d = float(GRID.spacing[0])
+    places = np.stack(np.meshgrid(*(np.asarray(a) for a in GRID.axes()), indexing="ij"))[:, p > 0]
+    dx, dy = x[..., None] - places[0], y[..., None] - places[1]
+    friction = direction[0] * over_cell(dragged, dx, dy, d) + direction[1] * over_cell(dragged, dy, dx, d)
+    kernel = (1 - NU) * over_cell(pressed, dx, dy, d) + MU * (0.5 - NU) * friction
+    return kernel @ p[p > 0] / (2 * np.pi)
+
+
+def check_law(state, displacement, tolerance):
+    """No gap in contact, none closed beyond it, and the load, over the cells where the displacement is known."""
+    p = np.asarray(state.pressure)
+    gap = np.asarray(state.profile) + displacement - float(state.approach)
+    touching = p > 0
+    assert np.sum(p) * float(GRID.cell_area) == pytest.approx(LOAD, rel=1e-9)
+    assert np.max(np.abs(gap[touching])) < tolerance * float(state.approach)
+    assert np.min(gap[~touching]) > -tolerance * float(state.approach)
+
+
+@pytest.mark.parametrize("velocity", [SPEED, pytest.param((-3.0, 4.0), marks=pytest.mark.slow)], ids=str)
+def test_an_elastic_half_space_is_drawn_down_ahead_of_the_ball(velocity):
+    """So that the pressure falls behind, although no solid creeps; the force over the slopes then pushes forwards."""
+    state = slid(jc.Elastic(1e6, NU), velocity)
+    v = np.array([velocity, 0.0]) if np.ndim(velocity) == 0 else np.array(velocity)
+    e = v / np.hypot(*v)
+    p = np.asarray(state.pressure)
+    x, y = np.broadcast_arrays(*(np.asarray(a) for a in GRID.coordinates()))
+    check_law(state, sunk(x, y, p, e) / 1e6, 1e-7)
+    contact_radius = float(state.contact_radius)
+    assert -0.2 * contact_radius < np.asarray(state.pressure_centre) @ e < -0.05 * contact_radius
+    assert float(state.coulomb_force) == pytest.approx(MU * LOAD, rel=1e-12)
+    assert float(state.total_tangential_force) == pytest.approx(
+        MU * LOAD + float(state.tangential_force), rel=1e-12
+    )
+
+
+def test_a_half_space_that_creeps_remembers_what_was_dragged():
+    """u(x) = J(0) g(x) + int J'(s) g(x + v s) ds, g of one instant: by quadrature, along the middle row of cells."""
+    state = slid(RUBBER, load=LOAD / 3)
+    p = np.asarray(state.pressure)
+    x, y = (np.asarray(a) for a in GRID.axes())
+    faded = (np.arange(600) + 0.5) / 600  # 1 - exp(-s/tau)
+    track = x[:, None] + SPEED * RUBBER.eta2 / RUBBER.G2 * np.append(0.0, -np.log1p(-faded))
+    g = sunk(track, np.full_like(track, y[N // 2]), p, (1.0, 0.0))
+    u = g[:, 0] / RUBBER.G1 + np.mean(g[:, 1:], 1) / RUBBER.G2
+    gap = np.asarray(state.profile)[:, N // 2] + u - float(state.approach)
+    touching = p[:, N // 2] > 0
+    assert np.max(np.abs(gap[touching])) < 1e-3 * float(state.approach)
+    assert np.min(gap[~touching]) > -1e-3 * float(state.approach)
+
+
+def test_similar_solids_do_not_feel_it():
+    """Nor does an incompressible half-space under a rigid ball."""
+    plain, rubbed = (slid(jc.Elastic(1e6, 0.5), friction=mu).pressure for mu in (0.0, MU))
+    np.testing.assert_allclose(rubbed, plain, atol=1e-8 * float(np.max(plain)))
+
+
+FILM = jc.LayeredHalfSpace([jc.Layer(RUBBER, 100e-6)], jc.Elastic(2e6, 0.3))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", [jc.LayeredHalfSpace([], RUBBER), FILM], ids=["half-space", "film"])
+def test_a_long_slide_with_friction_becomes_the_steady_one(body):
+    given = {"grid": GRID, "friction": MU}
+    ball, load = jc.Sphere(RADIUS), jc.Load(LOAD / 3)
+    steady = jc.slide_steady(body, ball, load, velocity=SPEED, **given)
+    times = np.linspace(0.0, 1.6, 81)
+    run = jc.slide(body, ball, load, times, velocity=SPEED, save="last", **given)
+    plain = jc.slide_steady(body, ball, load, velocity=SPEED, grid=GRID)
+    moved = float(steady.pressure_centre[0] - plain.pressure_centre[0])
+    assert moved < -0.02 * float(steady.contact_radius)
+    assert float(run.pressure_centre[-1, 0]) == pytest.approx(
+        float(steady.pressure_centre[0]), abs=0.02 * -moved
+    )
+    np.testing.assert_allclose(run.pressure, steady.pressure, atol=0.01 * float(np.max(steady.pressure)))
+    np.testing.assert_allclose(run.coulomb_force, MU * LOAD / 3, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_derivatives_to_friction_and_speed():
+    def centre(friction, velocity):
+        return slid(RUBBER, velocity, friction, LOAD / 3, tolerance=1e-11).pressure_centre[0]
+
+    along = jax.grad(centre, (0, 1))(MU, SPEED)
+    for argument, slope in enumerate(along):
+        at = np.array([MU, SPEED])
+        step = 1e-4 * at[argument] * np.eye(2)[argument]
+        difference = (centre(*(at + step)) - centre(*(at - step))) / (2 * np.sum(step))
+        assert float(slope) == pytest.approx(float(difference), rel=1e-4)
