@@ -181,7 +181,7 @@ def _can_be_reached(control: Control, indenter: Indenter, grid: Grid) -> Verdict
         return True
     highest = jnp.mean(indenter.profile(grid))
     inside = jnp.max(jnp.asarray(control.value)) < highest
-    if not is_concrete(inside):
+    if not is_concrete(control, highest):
         return inside
     _checks.require(
         bool(inside),

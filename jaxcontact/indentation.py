@@ -51,7 +51,8 @@ def indent(
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
             between times.
         times: (nt,) [s], not decreasing; two equal times are a jump.
-        grid: a ``Grid``.
+        grid: a ``Grid``; where it is periodic, displacement and approach are measured from the mean of the body's
+            surface, in plane strain from the surface at a distance of one width of the grid.
         tolerance: dimensionless, up to 0.01, see ``contact.normal``.
         max_iterations: of each contact.
         save: "all" keeps the fields of all times, "last" those of the last; a function of one step
@@ -72,7 +73,8 @@ def indent(
         response that is off on the grid by more than 1e-4.
 
     Raises:
-        ValueError: what cannot be computed, before anything is.
+        ValueError: what cannot be computed, before anything is; on a periodic grid, an approach beyond the mean gap at
+            first touch.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))

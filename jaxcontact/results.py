@@ -73,7 +73,8 @@ class ContactHistory(Readable):
     zero), smooth_area [m^2], film_strain, iterations, error, status: (nt,).
 
     smooth_area is (9/8) W^2 / integral of p^2, the area of the Hertzian contact of the same load and
-    the same integral of p^2: exact for a ball on a half-space, and differentiable always.
+    the same integral of p^2: exact for a ball on a half-space, and differentiable always. In plane strain the factor is
+    32/(3 pi^2), for a cylinder on a half-space.
 
     film_strain is the film's shortening over its thickness at its deepest point (as on a rigid base; 0
     without a film). Above 0.2 the linear theory is stretched.
@@ -106,8 +107,8 @@ class ContactHistory(Readable):
 
     @property
     def contact_radius(self) -> Array:
-        """sqrt(contact_area/pi) [m], (nt,)."""
-        return jnp.sqrt(self.contact_area / jnp.pi)
+        """sqrt(contact_area/pi) [m], (nt,); in plane strain half the width of the contact."""
+        return radius_of(self.contact_area, self.grid)
 
     @property
     def converged(self) -> Array:
@@ -126,6 +127,11 @@ class ContactHistory(Readable):
         from jaxcontact import plotting
 
         return plotting.overview(self)
+
+
+def radius_of(area: Array, grid: Grid) -> Array:
+    """Of a round contact of this area; in plane strain its half-width."""
+    return area / (2.0 * grid.spacing[1]) if grid.plane_strain else jnp.sqrt(area / jnp.pi)
 
 
 def marked(result: Any, valid: Array | None) -> Any:

@@ -422,10 +422,6 @@ PYTHON = {
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
         r"not periodic in subsurface",
     ),
-    "a periodic result for a file": (
-        lambda: jc.save(jc.ContactHistory(np.zeros(1), PERIODIC, *[np.zeros(1)] * 12), "periodic.npz"),
-        r"not periodic in save",
-    ),
     "a rough line": (
         lambda: rough(grid=LINE),
         r"grid: expected one of known spacing with more than one cell",
@@ -663,7 +659,7 @@ ELSEWHERE = {  # reached by no row, and why
     },
     **{
         f"storage.py: {name}": "test_storage.py, forged files"
-        for name in ("_check_arrays", "_check_axis", "_count_of_times", "_read_netcdf")
+        for name in ("_check_arrays", "_check_notes", "_check_axis", "_count_of_times", "_read_netcdf")
     },
     "npz.py: _members": "test_storage.py, forged files",
     "npz.py: _array": "test_storage.py, forged files",

@@ -24,26 +24,26 @@ SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2}
 GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))
 
 
-def made_up(kind, last=False):
+def made_up(kind, last=False, grid=GRID):
     """A result with every field a different number, as ``save="last"`` has them when last."""
-    values = {}
+    values, sizes = {}, SIZES | {"y": grid.shape[1]}
     for i, field in enumerate(dataclasses.fields(kind)):
         if field.name in labels.NOT_STORED:
             continue
         dims = labels.FIELDS[field.name][0]
         if kind is jc.SteadySliding or (last and "x" in dims):
             dims = tuple(name for name in dims if name != "time")
-        shape = tuple(SIZES[name] for name in dims)
+        shape = tuple(sizes[name] for name in dims)
         values[field.name] = 1e-6 * (i + np.arange(np.prod(shape, dtype=int)).reshape(shape))
     saved = {} if kind is jc.SteadySliding else {"saved": None}
-    return kind(**values, **saved, grid=GRID)
+    return kind(**values, **saved, grid=grid)
 
 
 def assert_same(a, b):
     assert type(a) is type(b)
     for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True):
         np.testing.assert_allclose(x, y, rtol=1e-14)
-    assert a.grid.shape == b.grid.shape
+    assert a.grid.shape == b.grid.shape and a.grid.periodic == b.grid.periodic
 
 
 @pytest.mark.parametrize("ending", [".npz", ".nc"])
@@ -55,6 +55,9 @@ def test_what_is_saved_comes_back(kind, ending, tmp_path):
         result = made_up(kind, last)
         path = jc.save(result, tmp_path / f"result{ending}")
         assert_same(result, jc.load(path))
+    for shape, periodic in (((NX, NY), True), ((NX, 1), (False, True))):
+        result = made_up(kind, grid=jc.Grid(shape, GRID.spacing, periodic))
+        assert_same(result, jc.load(jc.save(result, path)))
     assert [path.name for path in tmp_path.iterdir()] == [f"result{ending}"]
 
 
@@ -125,6 +128,10 @@ FORGED = {
     "cells beyond all bounds": (
         {"y": npy(np.array([-1e308, 1e308, 1.1e308, 1.2e308, 1.3e308]))},
         "y: found an array",
+    ),
+    "half a periodic grid": (
+        {"grid_periodic": npy(np.array([1, 1]))},
+        "grid_periodic, grid_spacing: expected",
     ),
     "a time that is none": ({"times": npy(np.array([0.0, np.nan, 1.0]))}, "times: found an array"),
     "time that runs backwards": ({"times": npy(np.array([0.0, 2.0, 1.0]))}, "times: found an array"),

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
-from jaxcontact.grid import Grid, check_not_periodic
+from jaxcontact.grid import Grid
 from jaxcontact.labels import FIELDS, arrays_of, dataset, status_names, stored_fields
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
@@ -25,6 +25,7 @@ KINDS: dict[str, type] = {
 }
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
+PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, of a periodic grid alone
 
 
 def save(result: Result, path: str | Path, **case: Any) -> Path:
@@ -57,10 +58,9 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
-    check_not_periodic(result.grid, "save")
-    arrays = arrays_of(result)
-    _check_arrays(type(result), arrays)
-    notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case))
+    arrays, of_grid = arrays_of(result), _notes_of(result.grid)
+    _check_arrays(type(result), arrays | of_grid)
+    notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case)) | of_grid
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
 
@@ -99,9 +99,7 @@ def load(path: str | Path) -> Any:
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     saved = {} if cls is SteadySliding else {"saved": None}
-    return cls(
-        **{name: arrays[name] for name in stored_fields(cls)}, **saved, grid=_grid(arrays["x"], arrays["y"])
-    )
+    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **saved, grid=_grid(arrays))
 
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
@@ -112,8 +110,9 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
         if arrays[name].dtype.kind not in "bfiu":
             raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
+    wraps = _check_notes(arrays)
     for name in ("x", "y"):
-        _check_axis(name, arrays[name])
+        _check_axis(name, arrays[name], alone=wraps and name == "y")
     sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
     if cls is not SteadySliding:
         sizes["time"] = _count_of_times(arrays["times"])
@@ -130,8 +129,28 @@ def _shapes(name: str, sizes: dict[str, int]) -> list[tuple[int, ...]]:
     return [tuple(sizes[dim] for dim in dims) for dims in (spec, without_time)]
 
 
-def _check_axis(name: str, values: np.ndarray) -> None:
-    """Cell centres in equal steps, so that they make a grid."""
+def _notes_of(grid: Grid) -> dict[str, np.ndarray]:
+    """What cell centres do not tell of a grid."""
+    if not any(grid.periodic):
+        return {}
+    return {PERIODIC: np.array(grid.periodic, int), SPACING: np.array([float(d) for d in grid.spacing])}
+
+
+def _check_notes(arrays: dict[str, np.ndarray]) -> bool:
+    """Whether the grid is periodic along y; ValueError for notes that are not whole."""
+    if PERIODIC not in arrays:
+        return False
+    wraps, spacing = (np.asarray(arrays.get(name, ())) for name in (PERIODIC, SPACING))
+    whole = wraps.shape == spacing.shape == (2,) and wraps.dtype.kind in "biu" and spacing.dtype.kind == "f"
+    if not whole or not np.all((spacing > 0.0) & (spacing < np.inf)):
+        raise ValueError(f"{PERIODIC}, {SPACING}: expected two numbers each, as written by jaxcontact.save")
+    return bool(wraps[1])
+
+
+def _check_axis(name: str, values: np.ndarray, *, alone: bool) -> None:
+    """Cell centres in equal steps, so that they make a grid; alone: it may be a single one."""
+    if alone and values.shape == (1,) and np.all(np.isfinite(values)):
+        return
     with np.errstate(all="ignore"):  # what overflows is not in equal steps
         steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
         equal = steps.size > 0 and steps[0] > 0.0 and np.ptp(steps) <= 1e-6 * steps[0] < np.inf
@@ -150,10 +169,16 @@ def _count_of_times(times: np.ndarray) -> int:
     return times.size
 
 
-def _grid(x: np.ndarray, y: np.ndarray) -> Grid:
-    """The grid whose cell centres these are."""
-    spacing = tuple(float(axis[-1] - axis[0]) / (len(axis) - 1) for axis in (x, y))
-    return Grid(shape=(len(x), len(y)), spacing=(jnp.asarray(spacing[0]), jnp.asarray(spacing[1])))
+def _grid(arrays: dict[str, np.ndarray]) -> Grid:
+    """The grid whose cell centres are x and y."""
+    axes = arrays["x"], arrays["y"]
+    if PERIODIC in arrays:
+        dx, dy = arrays[SPACING]
+        wraps = bool(arrays[PERIODIC][0]), bool(arrays[PERIODIC][1])
+    else:
+        dx, dy = (float(axis[-1] - axis[0]) / (len(axis) - 1) for axis in axes)
+        wraps = False, False
+    return Grid((len(axes[0]), len(axes[1])), (jnp.asarray(dx), jnp.asarray(dy)), wraps)
 
 
 def _format(path: Path, formats: dict[str, Any]) -> Any:
@@ -221,6 +246,9 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
             ordered = file.transpose(..., "x", "y")
             arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
             kind = str(file.attrs.get(KIND, ""))
+            arrays |= {
+                name: np.asarray(file.attrs[name]) for name in (PERIODIC, SPACING) if name in file.attrs
+            }
     except Exception as error:  # what the libraries below raise for broken bytes has no common base
         if isinstance(error, OSError) and error.errno:
             raise

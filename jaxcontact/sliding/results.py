@@ -6,7 +6,7 @@ from jax import Array
 from jaxcontact._pytree import pytree
 from jaxcontact._status import Status
 from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory, Readable
+from jaxcontact.results import ContactHistory, Readable, radius_of
 
 
 def friction(force: Array, load: Array) -> Array:
@@ -105,8 +105,8 @@ class SteadySliding(Readable):
 
     @property
     def contact_radius(self) -> Array:
-        """sqrt(contact_area/pi) [m]."""
-        return jnp.sqrt(self.contact_area / jnp.pi)
+        """sqrt(contact_area/pi) [m]; in plane strain half the width of the contact."""
+        return radius_of(self.contact_area, self.grid)
 
     @property
     def converged(self) -> Array:

@@ -67,6 +67,9 @@ def slide(
     With friction the traction mu p, along the velocity on the body, sinks the surface too and moves the pressure; see
     ``slide_steady``.
 
+    On a grid that is periodic along both axes nothing leaves: a step may be of any length, and the indenter comes upon
+    the tracks of others like it. In plane strain the velocity is one number.
+
     Args:
         velocity: of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             times, linear between them; +x has its leading edge, and the higher pressure, on the +x side. It
