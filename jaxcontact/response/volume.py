@@ -21,7 +21,7 @@ from jaxcontact.spectrum import Spectrum, parallel_creep
 
 def nu_at_first(material: Material) -> Array:
     """Poisson's ratio of the first, elastic response, ()."""
-    return material.poisson_ratio(material.spectrum().instantaneous)
+    return material.nu_at(material.spectrum().instantaneous)
 
 
 def surface_creep(material: Material) -> Spectrum:
