@@ -31,6 +31,13 @@ def surface_creep(material: Material) -> Spectrum:
     return _with_springs(material.spectrum(), 0.5, 1.5, 3.0 * material.bulk_modulus)
 
 
+def surface_parts(material: Material) -> tuple[Array, Spectrum]:
+    """A share and a creep whose product is ``surface_creep``: with a constant nu, 1 - nu and the material's own."""
+    if material.bulk_modulus is None:
+        return 1.0 - nu_at_first(material), material.spectrum()
+    return jnp.ones(()), surface_creep(material)
+
+
 def bed_creep(material: Material) -> Spectrum:
     """Of a layer in uniaxial strain, per thickness."""
     if material.bulk_modulus is None:
