@@ -60,7 +60,10 @@ class Options:
 
 @pytree
 class Experiment:
-    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range."""
+    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
+
+    thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: they stay as they are.
+    """
 
     body: LayeredHalfSpace
     indenter: Indenter
@@ -72,6 +75,7 @@ class Experiment:
     kernels: Kernels | None
     valid: Array | None
     options: Options = static()
+    thicknesses: Array | None = None
 
     @classmethod
     def of(

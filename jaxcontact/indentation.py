@@ -6,15 +6,19 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
+from jaxcontact import _checks
 from jaxcontact._experiment import Experiment, Plan, Save, fine_steps, fine_values, reported
+from jaxcontact._pytree import replace
 from jaxcontact.controls import Control
 from jaxcontact.grid import Grid
+from jaxcontact.history.growing import GrowingMemory, GrowthStep
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indenters import Indenter
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.layers import LayeredHalfSpace, body_at_first
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.results import ContactHistory
 
@@ -46,7 +50,8 @@ def indent(
     integral second order in time.
 
     Args:
-        body: a ``LayeredHalfSpace``, SI units.
+        body: a ``LayeredHalfSpace``, SI units; a ``Layer`` may have a thickness (nt,) over the times, which costs
+            kernels at each step and takes no ``kernels``: ``history.growing``.
         indenter: ``Sphere``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
             between times.
@@ -83,10 +88,15 @@ def indent(
         >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
         '1.92 um'
     """
+    body, thicknesses, thick = body_at_first(body, np.size(times))
     experiment = Experiment.of(
         body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
         kernels=kernels, save=save, substeps=substeps, correspondence=correspondence, checkpoint=checkpoint,
     )  # fmt: skip
+    if thicknesses is not None:
+        plain = kernels is None and correspondence == "exact"
+        _checks.require(plain, 'layer thickness over times: expected no kernels and correspondence="exact"')
+        experiment = replace(experiment.also(thick), thicknesses=thicknesses)
     result, errors = _run(experiment.with_kernels())
     return reported(result, errors, experiment.valid)
 
@@ -106,7 +116,19 @@ def planned(experiment: Experiment) -> Plan:
     if experiment.options.correspondence == "quasi-elastic":
         return _superposed(experiment)
     kernels = experiment.ready_kernels
+    if experiment.thicknesses is not None:
+        memory = GrowingMemory(experiment.body, experiment.indenter, experiment.grid, kernels)
+        return experiment.plan(memory, _growth(experiment, dt), kernels.scale, kernels.errors)
     return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors)
+
+
+def _growth(experiment: Experiment, dt: Array) -> GrowthStep:
+    """The inner steps, (nt, substeps), with the thicknesses in the middle of each."""
+    assert experiment.thicknesses is not None
+    fine = jax.vmap(lambda h: fine_values(h, experiment.options.substeps), 1, 2)(experiment.thicknesses)
+    ends = fine.reshape(dt.size, -1)
+    middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
+    return GrowthStep(dt, middle.reshape(fine.shape))
 
 
 def _superposed(experiment: Experiment) -> Plan:

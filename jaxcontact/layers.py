@@ -1,7 +1,7 @@
 """A body: layers, perfectly bonded, on a half-space."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,7 +19,8 @@ class Layer:
 
     Args:
         material: any material.
-        thickness: h [m] > 0, a number.
+        thickness: h [m] > 0, a number; in ``indent`` also (nt,) over its times, linear between them: a film that
+            grows or wears, alike everywhere (``history.growing`` says what is assumed).
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
@@ -82,6 +83,11 @@ class LayeredHalfSpace:
             part for layer in self.layers for part in (layer.cut() if isinstance(layer, Graded) else [layer])
         )
 
+    def with_thicknesses(self, thicknesses: Array) -> Self:
+        """The body with other thicknesses (layers,) [m] of its layers, none of them graded."""
+        pairs = zip(self.sublayers(), thicknesses, strict=True)
+        return replace(self, layers=tuple(replace(layer, thickness=h) for layer, h in pairs))
+
 
 def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
     """The body with its layers as a tuple of ``Layer``, and whether its values are in their ranges.
@@ -106,6 +112,35 @@ def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
     return replace(body, layers=layers), valid
 
 
+def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace, Array | None, Verdict]:
+    """The body as it is at the first of ``count`` times, its thicknesses over them (count, layers), and if they are > 0.
+
+    None: they stay as they are. Whatever else may be wrong with the body, ``checked_body`` says.
+    """
+    layers = (
+        body.layers if isinstance(body, LayeredHalfSpace) and isinstance(body.layers, list | tuple) else ()
+    )
+    moving = [layer for layer in layers if isinstance(layer, Layer) and np.ndim(layer.thickness) == 1]
+    if not moving:
+        return body, None, True
+    valid: Verdict = True
+    for layer in moving:
+        shape = np.shape(layer.thickness)
+        _checks.require(
+            shape == (count,),
+            f"layer thickness [m]: expected a number or shape ({count},) as times, got {shape}",
+        )
+        valid = valid & _checks.positive("layer thickness [m]", layer.thickness)
+    first = lambda layer: replace(layer, thickness=jnp.asarray(layer.thickness, float)[0])
+    at_first = replace(body, layers=tuple(first(a) if any(a is b for b in moving) else a for a in layers))
+    over_times = [
+        jnp.broadcast_to(jnp.asarray(part.thickness, float), (count,))
+        for layer in layers
+        for part in (layer.cut() if isinstance(layer, Graded) else [layer])
+    ]
+    return at_first, jnp.stack(over_times, 1), valid
+
+
 def _check_layer(layer: Layer | Graded) -> Verdict:
     """All but the material."""
     _checks.require(
@@ -113,7 +148,10 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
         f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
     )
     shape = np.shape(layer.thickness)
-    _checks.require(shape == (), f"layer thickness [m]: expected a number, got shape {shape}")
+    _checks.require(
+        shape == (),
+        f"layer thickness [m]: expected a number, got shape {shape}; over times it is for a Layer in indent alone",
+    )
     if isinstance(layer, Graded):
         kind = type(layer.profile).__name__
         _checks.require(callable(layer.profile), f"Graded profile: expected a function of depth, got {kind}")

@@ -49,7 +49,7 @@ class Material(abc.ABC):
     def spectrum(self) -> Spectrum:
         """The material's canonical form."""
 
-    def poisson_ratio(self, compliance: Array) -> Array:
+    def nu_at(self, compliance: Array) -> Array:
         """nu where the shear compliance is j [1/Pa], real, or complex at a frequency: nu(s) of the module."""
         if self.bulk_modulus is None:
             return jnp.asarray(self.nu, float)

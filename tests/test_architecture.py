@@ -77,6 +77,7 @@ LAYERS = {
     "history.memory": 1,
     "history.march": 6,
     "history.recursive": 12,
+    "history.growing": 12,
     "history.superposition": 12,
     "sliding.observables": 2,
     "history.moving": 14,

@@ -81,6 +81,24 @@ PYTHON = {
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
         r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",
     ),
+    "a thickness over other times": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
+        r"layer thickness \[m\]: expected a number or shape \(2,\) as times, got \(3,\)",
+    ),
+    "a thickness that vanishes": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 0.0])], STEEL)),
+        r"layer thickness \[m\]: expected > 0",
+    ),
+    "the quasi-elastic way for a film that grows": (
+        lambda: indent(
+            body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL), correspondence="quasi-elastic"
+        ),
+        r"layer thickness over times: expected no kernels",
+    ),
+    "a film that grows under what slides": (
+        lambda: steady(1.0, body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL)),
+        r"layer thickness \[m\]: expected a number, got shape \(2,\); over times it is for a Layer in indent",
+    ),
     "a material for a profile": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(FILM, 1e-7)], STEEL)),
         r"Graded profile: expected a function of depth, got Burgers",

@@ -24,7 +24,7 @@ class Separable:
         lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)].
 
     rates: lambda_k [1/s], (K,), zero for a flow without limit; terms: C_0 and M shapes S_m, (M + 1, n); mix:
-    (M, K). The first shape is that of the film on a rigid base (of a half-space: one), with the fluidities of
+    (M, K). The first shape is that of the film on a rigid base (of a half-space: a number), with the fluidities of
     ``Response.film_creep`` in mix[0]. error: the largest relative error of the
     sum of products, over wavenumbers and times, ().
     """

@@ -10,7 +10,7 @@ from jaxcontact._pytree import pytree
 from jaxcontact.materials import KelvinVoigt, Material
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.images import Images
-from jaxcontact.response.volume import surface_creep
+from jaxcontact.response.volume import surface_creep, surface_parts
 from jaxcontact.spectrum import Spectrum
 
 
@@ -34,9 +34,9 @@ class HalfSpace(Response):
 
     def separate(self, nodes: int) -> Separable:
         """Exact, for any ``nodes``."""
-        creep = surface_creep(self.material)
+        share, creep = surface_parts(self.material)
         rates, fluidities = own_creep(creep)
-        terms = jnp.stack([creep.instantaneous, jnp.ones(())])[:, None]
+        terms = share * jnp.stack([creep.instantaneous, jnp.ones(())])[:, None]
         return Separable(rates, terms, fluidities[None], jnp.zeros(()))
 
     def expand(self, values: Array) -> Images:
@@ -77,7 +77,7 @@ class HalfSpace(Response):
 
     def film_creep(self) -> Spectrum:
         """That of the half-space."""
-        return surface_creep(self.material)
+        return surface_parts(self.material)[1]
 
     def on_rigid_base(self) -> Array:
         """Zero: there is no film."""

@@ -157,7 +157,7 @@ def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Arr
 
 def _poissons(materials: list[Material], compliances: Array) -> Array:
     """Poisson's ratios at the shear compliances (layers + 1, ...): (layers + 1,), where none depends on them."""
-    each = [solid.poisson_ratio(j) for solid, j in zip(materials, compliances, strict=True)]
+    each = [solid.nu_at(j) for solid, j in zip(materials, compliances, strict=True)]
     return jnp.stack(jnp.broadcast_arrays(*each))
 
 

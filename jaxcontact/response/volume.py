@@ -21,7 +21,7 @@ from jaxcontact.spectrum import Spectrum, parallel_creep
 
 def nu_at_first(material: Material) -> Array:
     """Poisson's ratio of the first, elastic response, ()."""
-    return material.poisson_ratio(material.spectrum().instantaneous)
+    return material.nu_at(material.spectrum().instantaneous)
 
 
 def surface_creep(material: Material) -> Spectrum:
@@ -29,6 +29,13 @@ def surface_creep(material: Material) -> Spectrum:
     if material.bulk_modulus is None:
         return _scaled(material.spectrum(), 1.0 - nu_at_first(material))
     return _with_springs(material.spectrum(), 0.5, 1.5, 3.0 * material.bulk_modulus)
+
+
+def surface_parts(material: Material) -> tuple[Array, Spectrum]:
+    """A share and a creep whose product is ``surface_creep``: with a constant nu, 1 - nu and the material's own."""
+    if material.bulk_modulus is None:
+        return 1.0 - nu_at_first(material), material.spectrum()
+    return jnp.ones(()), surface_creep(material)
 
 
 def bed_creep(material: Material) -> Spectrum:
