@@ -342,6 +342,10 @@ PYTHON = {
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
         r"depths \[m\]: expected >= 0",
     ),
+    "friction in plane strain": (
+        lambda: steady(1.0, on_steel(), grid=LINE, friction=0.3),
+        r"friction: expected None on a periodic grid or in plane strain",
+    ),
     "friction over the plane in sliding": (
         lambda: steady(1.0, friction=np.full((8, 8), 0.3)),
         r"friction: expected a number, got shape \(8, 8\)",
