@@ -93,16 +93,13 @@ def test_similar_solids_do_not_feel_it():
     np.testing.assert_allclose(rubbed, plain, atol=1e-8 * float(np.max(plain)))
 
 
-FILM = jc.LayeredHalfSpace([jc.Layer(RUBBER, 100e-6)], jc.Elastic(2e6, 0.3))
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("body", [jc.LayeredHalfSpace([], RUBBER), FILM], ids=["half-space", "film"])
-def test_a_long_slide_with_friction_becomes_the_steady_one(body):
+def test_a_long_slide_with_friction_becomes_the_steady_one():
+    body = jc.LayeredHalfSpace([jc.Layer(RUBBER, 100e-6)], jc.Elastic(2e6, 0.3))
     given = {"grid": GRID, "friction": MU}
     ball, load = jc.Sphere(RADIUS), jc.Load(LOAD / 3)
     steady = jc.slide_steady(body, ball, load, velocity=SPEED, **given)
-    times = np.linspace(0.0, 1.6, 81)
+    times = np.linspace(0.0, 1.2, 41)
     run = jc.slide(body, ball, load, times, velocity=SPEED, save="last", **given)
     plain = jc.slide_steady(body, ball, load, velocity=SPEED, grid=GRID)
     moved = float(steady.pressure_centre[0] - plain.pressure_centre[0])
