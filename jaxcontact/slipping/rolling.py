@@ -155,7 +155,7 @@ def _compiled(
     }
     in_si = scale.to_si(**numbers)
     power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
-    result = SteadyRolling(grid=experiment.grid, velocity=velocity, power=power, **in_si)
+    result = SteadyRolling(grid=experiment.grid, velocity=vector, power=power, **in_si)
     return result, kernels.normal.errors
 
 
