@@ -37,6 +37,8 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "stored_energy": (TIME, "J", "energy stored in the body"),
     "traction": (VECTOR_MAP, "Pa", "tangential traction on the body"),
     "slip": (VECTOR_MAP, "m", "slip of the body over the indenter since the time before"),
+    "slip_ratio": (VECTOR_MAP, "1", "slip velocity of the body over the indenter, over the speed"),
+    "creepage": (VECTOR, "1", "slip velocity of the indenter over the body, as rigid bodies, over the speed"),
     "stick": (MAP, "1", "in contact without slip"),
     "tangential_load": (VECTOR, "N", "tangential load on the indenter"),
     "tangential_displacement": (VECTOR, "m", "tangential displacement of the indenter"),

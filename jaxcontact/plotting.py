@@ -11,13 +11,14 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from jaxcontact.results import ContactHistory
+from jaxcontact.slipping.results import ShearHistory
 
 COLOURS = "viridis"
-MOST_LINES = 40
+MOST_LINES, MOST_ARROWS = 40, 24
 GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
 PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
@@ -193,7 +194,7 @@ def history_figure(history: ContactHistory) -> Figure:
 
 
 def overview(history: ContactHistory) -> Figure:
-    """Pressure profiles over the panels of ``history_figure``: ``ContactHistory.plot``.
+    """Pressure profiles over the panels of ``history_figure``.
 
     Without the fields of all times (``save="last"``) there is one profile, that of the last.
     """
@@ -210,6 +211,68 @@ def overview(history: ContactHistory) -> Figure:
         against_time(ax, history.times, course.values, course.name, course.scales)
     figure.suptitle(held, fontsize="medium")
     return figure
+
+
+def stick_and_slip(ax: Axes, history: ShearHistory) -> Axes:
+    """A map of where the contact of the last time sticks and slips, with arrows of the slip of the body in its step."""
+    x, y = (np.asarray(axis) for axis in history.grid.axes())
+    unit, name = scale_of(x, LENGTHS)
+    last = lambda field, ndim: np.asarray(field)[-1] if np.ndim(field) > ndim else np.asarray(field)
+    touching, stick, slip = last(history.pressure, 2) > 0.0, last(history.stick, 2), last(history.slip, 3)
+    state = np.where(touching, np.where(stick, 2.0, 1.0), 0.0)
+    colours = ListedColormap(["white", colormaps[COLOURS](0.75), colormaps[COLOURS](0.2)])
+    mesh = ax.pcolormesh(x / unit, y / unit, state.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
+    bar = ax.figure.colorbar(mesh, ax=ax, ticks=[0, 1, 2], shrink=0.8, pad=0.02)
+    bar.ax.set_yticklabels(["open", "slips", "sticks"])
+    some = np.zeros_like(touching)
+    some[:: -(-len(x) // MOST_ARROWS), :: -(-len(y) // MOST_ARROWS)] = True
+    i, j = np.nonzero(some & touching & ~stick & np.any(slip != 0.0, 0))
+    ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
+    ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", aspect="equal")
+    return ax
+
+
+def tractions_on_the_axis(ax: Axes, history: ShearHistory) -> Axes:
+    """Pressure and tangential tractions of the last time along x, on the row of cells nearest to y = 0."""
+    x, middle = np.asarray(history.grid.axes()[0]), history.grid.shape[1] // 2
+    pressure = np.asarray(history.pressure)[..., middle].reshape(-1, x.size)[-1]
+    traction = np.asarray(history.traction)[..., middle].reshape(-1, 2, x.size)[-1]
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
+    for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
+        ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"on the body [{p_name}]")
+    ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
+    ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
+    """Tangential load against displacement, along the direction in which the load was largest."""
+    load, place = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
+    largest = load[np.argmax(np.sum(load**2, 1))]
+    along = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
+    (f_unit, f_name), (x_unit, x_name) = scale_of(load, LOADS), scale_of(place, LENGTHS)
+    ax.plot(place @ along / x_unit, load @ along / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
+    ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def shear_figure(history: ShearHistory) -> Figure:
+    """Stick and slip, tractions along the axis, and the loop of load and displacement."""
+    figure = Figure(figsize=(13.0, 3.8), layout="constrained")
+    axes = figure.subplots(1, 3)
+    stick_and_slip(axes[0], history)
+    tractions_on_the_axis(axes[1], history)
+    tangential_loop(axes[2], history)
+    return figure
+
+
+def figure_of(history: ContactHistory) -> Figure:
+    """What ``plot`` of a history shows."""
+    return shear_figure(history) if isinstance(history, ShearHistory) else overview(history)
 
 
 def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:

@@ -123,10 +123,11 @@ class ContactHistory(Readable):
         return table(arrays_of(self))
 
     def plot(self) -> Any:
-        """A figure with pressure profiles, approach, load and contact radius over time."""
+        """A figure with pressure profiles, approach, load and contact radius over time; of what is sheared, one with stick
+        and slip, tractions and the tangential loop."""
         from jaxcontact import plotting
 
-        return plotting.overview(self)
+        return plotting.figure_of(self)
 
 
 def radius_of(area: Array, grid: Grid) -> Array:

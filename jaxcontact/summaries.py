@@ -11,7 +11,7 @@ from jaxcontact._pytree import is_concrete
 from jaxcontact._status import Status
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-ROWS = {  # what a summary shows of a result that has it: name of the field, unit
+ROWS = {  # what a summary shows of a result that has it: name of the field, or of its component, unit
     "approach": "m",
     "load": "N",
     "peak_pressure": "Pa",
@@ -19,6 +19,11 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, uni
     "film_strain": "",
     "tangential_force": "N",
     "friction_coefficient": "",
+    "coulomb_force": "N",
+    "tangential_load_x": "N",
+    "tangential_load_y": "N",
+    "tangential_displacement_x": "m",
+    "tangential_displacement_y": "m",
     "power": "W",
     "dissipated": "J",
 }
@@ -71,12 +76,20 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     if hasattr(result, "times") and not values.ndim:  # of the last time alone, with save="last"
         picked = {"first": None, "last": values}
     cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
-    return [f"{field.replace('_', ' '):20s}" + "".join(f"{cell:>14s}" for cell in cells)]
+    name = field.replace("_", " ").replace("displacement", "shift")  # of a column's width
+    return [f"{name:20s}" + "".join(f"{cell:>14s}" for cell in cells)]
 
 
 def _values(result: Any, field: str) -> np.ndarray | None:
     if field == "peak_pressure":
         return np.max(np.asarray(result.pressure), axis=(-2, -1))
+    vector = field.removesuffix("_x").removesuffix("_y")
+    if vector != field:
+        return (
+            np.asarray(getattr(result, vector))[..., "xy".index(field[-1])]
+            if hasattr(result, vector)
+            else None
+        )
     return np.asarray(getattr(result, field)) if hasattr(result, field) else None
 
 

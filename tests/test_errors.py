@@ -362,7 +362,10 @@ PYTHON = {
         lambda: roll(control=jc.Load([1.0])),
         r"Load: expected one number in the steady",
     ),
-    "rolling in two directions": (lambda: roll(velocity=(1.0, 0.0)), r"velocity: expected a number, along x"),
+    "rolling in three directions": (
+        lambda: roll(velocity=np.ones(3)),
+        r"velocity: expected a number or shape",
+    ),
     "rolling at rest": (lambda: roll(velocity=0.0), r"velocity \[m/s\] \(its size\): expected > 0"),
     "rolling by displacement": (
         lambda: roll(creepage=jc.TangentialDisplacement((1e-6, 0.0))),

@@ -70,6 +70,19 @@ def test_rolling_back_is_rolling_forwards_seen_in_a_mirror():
 
 
 @pytest.mark.slow
+def test_rolling_along_y_and_askew():
+    """Along y it is rolling along x with the axes exchanged; askew the force is Kalker's, along the creepage."""
+    one = MU * LOAD / (4.12 * G * A**2)
+    along_x, along_y = rolled(one, 0.0, velocity=(1.0, 0.0)), rolled(0.0, one, velocity=(0.0, 2.0))
+    turned = np.swapaxes(np.asarray(along_x.traction)[::-1], 1, 2)
+    np.testing.assert_allclose(along_y.traction, turned, atol=1e-5 * np.max(turned))
+    assert float(along_y.power) == pytest.approx(2.0 * float(along_x.power), rel=1e-5)
+    askew = rolled(0.6e-4, 0.8e-4, friction=100.0, velocity=(0.6, 0.8))
+    force = np.asarray(askew.tangential_load) / (1e-4 * G * A**2)
+    np.testing.assert_allclose(force, 4.12 * np.array([0.6, 0.8]), rtol=0.05)
+
+
+@pytest.mark.slow
 def test_rolling_with_the_force_that_a_creepage_takes():
     one = MU * LOAD / (4.12 * G * A**2)
     force = jc.TangentialLoad(rolled(one, 0.0).tangential_load)

@@ -1,4 +1,4 @@
-"""Sliding with friction: the law of contact, with the surface put together from Boussinesq's and Cerruti's solutions."""
+"""Sliding and fretting with friction, with the surface put together from Boussinesq's and Cerruti's solutions."""
 
 import jax
 import numpy as np
@@ -25,14 +25,16 @@ def over_cell(antiderivative, x, y, d):
     )
 
 
+def pressed(x, y):
+    """d^2/dx dy of it is 1/r."""
+    return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+
+
 def sunk(x, y, p, direction):
     """G times the sinking of a half-space at (x, y) under the pressure p and the traction MU p along a direction.
 
     Boussinesq: (1 - nu)/(2 pi r); Cerruti: (1 - 2 nu)/(4 pi) x/r^2 (K. L. Johnson, Contact Mechanics, sections 3.2, 3.6).
     """
-
-    def pressed(x, y):
-        return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
 
     def dragged(x, y):
         return y * np.log(np.hypot(x, y)) + x * np.arctan(y / x)
@@ -93,16 +95,13 @@ def test_similar_solids_do_not_feel_it():
     np.testing.assert_allclose(rubbed, plain, atol=1e-8 * float(np.max(plain)))
 
 
-FILM = jc.LayeredHalfSpace([jc.Layer(RUBBER, 100e-6)], jc.Elastic(2e6, 0.3))
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("body", [jc.LayeredHalfSpace([], RUBBER), FILM], ids=["half-space", "film"])
-def test_a_long_slide_with_friction_becomes_the_steady_one(body):
+def test_a_long_slide_with_friction_becomes_the_steady_one():
+    body = jc.LayeredHalfSpace([jc.Layer(RUBBER, 100e-6)], jc.Elastic(2e6, 0.3))
     given = {"grid": GRID, "friction": MU}
     ball, load = jc.Sphere(RADIUS), jc.Load(LOAD / 3)
     steady = jc.slide_steady(body, ball, load, velocity=SPEED, **given)
-    times = np.linspace(0.0, 1.6, 81)
+    times = np.linspace(0.0, 1.2, 41)
     run = jc.slide(body, ball, load, times, velocity=SPEED, save="last", **given)
     plain = jc.slide_steady(body, ball, load, velocity=SPEED, grid=GRID)
     moved = float(steady.pressure_centre[0] - plain.pressure_centre[0])
@@ -125,3 +124,38 @@ def test_derivatives_to_friction_and_speed():
         step = 1e-4 * at[argument] * np.eye(2)[argument]
         difference = (centre(*(at + step)) - centre(*(at - step))) / (2 * np.sum(step))
         assert float(slope) == pytest.approx(float(difference), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_cycle_of_fretting_loses_what_friction_and_dashpots_take():
+    """A body that creeps, nu = 0: its dashpots' share from the tractions alone, with Cerruti's kernel J/(2 pi r)."""
+    rubber, per_cycle = jc.StandardLinearSolid(G1=1e6, G2=0.5e6, eta2=0.1e6, nu=0.0), 40
+    tau = rubber.eta2 / rubber.G2
+    phase = 2 * np.pi * np.arange(3 * per_cycle + 1) / per_cycle
+    times = np.append(0.0, 3.0 + phase / (2 * np.pi))
+    push = np.zeros((times.size, 2))
+    push[1:, 0] = 0.6 * MU * LOAD / 3 * np.sin(phase)
+    run = jc.shear(
+        jc.LayeredHalfSpace([], rubber), jc.Sphere(RADIUS), jc.Load(LOAD / 3), jc.TangentialLoad(push), times,
+        friction=MU, grid=GRID, coupled=False,
+    )  # fmt: skip
+    q = np.asarray(run.traction)[:, 0]
+    assert np.max(np.abs(np.asarray(run.traction)[:, 1])) < 1e-9 * np.max(q)
+    touching = np.asarray(run.pressure[-1]) > 0
+    q, dt = q[1:, touching], np.diff(times[1:])
+    crept, taken = np.zeros_like(q[0]), []
+    x, y = (np.broadcast_to(np.asarray(a), touching.shape)[touching] for a in GRID.coordinates())
+    d = float(GRID.spacing[0])
+    inverse_distance = over_cell(pressed, x[:, None] - x, y[:, None] - y, d) / (2 * np.pi) / rubber.G2
+    for before, after, step in zip(q, q[1:], dt, strict=False):
+        middle = (crept + step / (2 * tau) * (before + after) / 2) / (1 + step / (2 * tau))
+        rate = 2 * (middle - crept) / step
+        taken.append(tau * rate @ inverse_distance @ rate * step * d**2)
+        crept = crept + rate * step
+    last = slice(-per_cycle - 1, None)
+    load, place = np.asarray(run.tangential_load)[last, 0], np.asarray(run.tangential_displacement)[last, 0]
+    work = np.sum((load[1:] + load[:-1]) / 2 * np.diff(place))
+    friction, dashpots = float(run.dissipated[-1] - run.dissipated[-1 - per_cycle]), sum(taken[-per_cycle:])
+    print(f"work {work:.6g} J = friction {friction:.6g} + dashpots {dashpots:.6g}")
+    assert min(friction, dashpots) > 0.02 * work
+    assert friction + dashpots == pytest.approx(work, rel=5e-3)

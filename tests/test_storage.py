@@ -31,11 +31,11 @@ def made_up(kind, last=False, grid=GRID):
         if field.name in labels.NOT_STORED:
             continue
         dims = labels.FIELDS[field.name][0]
-        if kind is jc.SteadySliding or (last and "x" in dims):
+        if kind in storage.STEADY or (last and "x" in dims):
             dims = tuple(name for name in dims if name != "time")
         shape = tuple(sizes[name] for name in dims)
         values[field.name] = 1e-6 * (i + np.arange(np.prod(shape, dtype=int)).reshape(shape))
-    saved = {} if kind is jc.SteadySliding else {"saved": None}
+    saved = {} if kind in storage.STEADY else {"saved": None}
     return kind(**values, **saved, grid=grid)
 
 
@@ -47,7 +47,7 @@ def assert_same(a, b):
 
 
 @pytest.mark.parametrize("ending", [".npz", ".nc"])
-@pytest.mark.parametrize("kind", [jc.ContactHistory, jc.SlidingHistory, jc.SteadySliding])
+@pytest.mark.parametrize("kind", [jc.ContactHistory, jc.SlidingHistory, *storage.STEADY])
 def test_what_is_saved_comes_back(kind, ending, tmp_path):
     if ending == ".nc":
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")

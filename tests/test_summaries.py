@@ -38,6 +38,31 @@ def test_a_notebook_shows_text_and_a_picture(history):
     assert html.startswith("<pre>ContactHistory") and "data:image/png;base64,iVBOR" in html
 
 
+def test_what_is_sheared_shows_where_it_slips_and_its_loop(history):
+    """Traction along x alone; the half x < 0 of the contact slips back; the load in mN over the shift in µm is as given."""
+    p = np.asarray(history.pressure)
+    back = (p > 0.0) & (np.asarray(GRID.axes()[0]) < 0.0)[:, None]
+    none = np.zeros_like(p)
+    ways = np.array([[1.0, 0.0], [3.0, 0.0], [-4.0, 0.0]])
+    sheared = jc.ShearHistory(
+        **vars(history), traction=np.stack([0.5 * p, none], 1), slip=np.stack([-1e-6 * back, none], 1),
+        stick=(p > 0.0) & ~back, tangential_load=1e-3 * ways, tangential_displacement=1e-6 * ways,
+        dissipated=np.zeros(3),
+    )  # fmt: skip
+    assert re.search(r"tangential load x +1 mN +-4 mN +-4 mN\n", sheared.summary())
+    assert re.search(r"tangential shift x +1 µm +-4 µm +-4 µm\n", sheared.summary())
+    left, middle, right = sheared.plot().axes[:3]
+    drawn = left.collections[0].get_array().reshape(p.shape[1:]).T
+    np.testing.assert_array_equal(drawn, np.where(back[-1], 1, np.where(p[-1] > 0.0, 2, 0)))
+    arrows = left.collections[1]
+    assert arrows.U.size > 10 and np.all(arrows.U < 0.0) and np.all(arrows.X < 0.0)
+    pressed, along_x, along_y = (line.get_ydata() for line in middle.lines)
+    np.testing.assert_allclose(pressed, p[-1, :, 16] / 1e3)
+    np.testing.assert_allclose(along_x, pressed / 2)
+    np.testing.assert_array_equal(along_y, 0.0)
+    np.testing.assert_allclose(right.lines[0].get_xydata(), np.repeat(-ways[:, :1], 2, 1))
+
+
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [

@@ -17,11 +17,12 @@ from jaxcontact.grid import Grid
 from jaxcontact.labels import FIELDS, arrays_of, dataset, status_names, stored_fields
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
-from jaxcontact.slipping.results import ShearHistory
+from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
-Result = ContactHistory | SteadySliding
+Result = ContactHistory | SteadySliding | SteadyRolling
+STEADY = (SteadySliding, SteadyRolling)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, SteadySliding)
+    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *STEADY)
 }
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
@@ -32,8 +33,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all.
 
     Args:
-        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory`` or ``SteadySliding``; what a ``save``
-            function kept is left out.
+        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding`` or ``SteadyRolling``; what a
+            ``save`` function kept is left out.
         path: with the ending ``.npz`` or ``.nc``.
         case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
             of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
@@ -98,7 +99,7 @@ def load(path: str | Path) -> Any:
         _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    saved = {} if cls is SteadySliding else {"saved": None}
+    saved = {} if cls in STEADY else {"saved": None}
     return cls(**{name: arrays[name] for name in stored_fields(cls)}, **saved, grid=_grid(arrays))
 
 
@@ -114,7 +115,7 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     for name in ("x", "y"):
         _check_axis(name, arrays[name], alone=wraps and name == "y")
     sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
-    if cls is not SteadySliding:
+    if cls not in STEADY:
         sizes["time"] = _count_of_times(arrays["times"])
     for name in names:
         accepted = _shapes(name, sizes)

@@ -33,9 +33,10 @@ class ShearHistory(ContactHistory):
 
 @pytree
 class SteadyRolling(Readable):
-    """Steady rolling along x, in the frame of the indenter, SI units.
+    """Steady rolling, in the frame of the indenter, SI units.
 
-    velocity [m/s]; profile, displacement (normal) [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on the body;
+    velocity (2,) [m/s]; profile, displacement (normal) [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa]
+    on the body;
     slip_ratio (2, nx, ny): slip velocity of the body over the indenter, over |v|, opposite to the traction, zero off
     contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): slip velocity of the indenter over the body as
     rigid bodies, over |v|, given or found; power [W] lost to friction: tangential_load times creepage times |v|;

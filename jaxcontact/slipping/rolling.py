@@ -12,7 +12,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._experiment import Experiment, reported
-from jaxcontact._pytree import as_float64
+from jaxcontact._pytree import as_float64, is_concrete
 from jaxcontact._status import Status
 from jaxcontact.contact.partial_slip import Round, SlipProblem, solve
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
@@ -44,7 +44,7 @@ def roll_steady(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 2000,
 ) -> SteadyRolling:
-    """The contact of an indenter that has rolled for ever along x, with creepage or a tangential force.
+    """The contact of an indenter that has rolled for ever in one direction, with creepage or a tangential force.
 
         slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
@@ -52,13 +52,15 @@ def roll_steady(
     through the contact from its leading edge, where it enters without traction. What is solved is a rolling start, cell
     by cell, until tractions change no more: u(x) less what it was a cell ahead is the slip over one cell, as in F. F. W.
     Kalker's transient contact, and each step is a partial-slip problem of ``shear``. The error is of first order in
-    the cell. There is no derivative through the start; ``shear`` has one.
+    the cell; askew to the axes u is taken a cell ahead between its neighbours. There is no derivative through the start;
+    ``shear`` has one.
 
     Args:
         body: a ``LayeredHalfSpace`` of elastic materials.
         indenter, grid: as in ``indent``.
         control: ``Load`` or ``Approach`` with a single value.
-        velocity: of the indenter over the body, along x [m/s], not zero; for elastic bodies its sign counts alone.
+        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); for elastic bodies its
+            direction counts alone.
         creepage: (xi_x, xi_y), slip velocity of the indenter over the body (as rigid bodies) over |v|; or a
             ``TangentialLoad`` with one vector, for the creepage that it takes.
         friction, coupled, tolerance, max_iterations: as in ``shear``, for each step of the start.
@@ -99,8 +101,9 @@ def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
         shape == (), f"{type(control).__name__}: expected one number in the steady state, got shape {shape}"
     )
     shape = np.shape(velocity)
-    _checks.require(shape == (), f"velocity: expected a number, along x, got shape {shape}")
-    valid = _checks.positive("velocity [m/s] (its size)", abs(velocity))
+    _checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    largest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
+    valid = _checks.positive("velocity [m/s] (its size)", largest)
     if isinstance(creepage, TangentialControl):
         _checks.require(
             isinstance(creepage, TangentialLoad),
@@ -128,37 +131,45 @@ def _compiled(
     memory, no_time = TractionMemory(kernels), jnp.zeros(())
     rest = memory.predict(memory.start(shape), jnp.zeros((3, *shape)), no_time)
     profile = experiment.indenter.profile(experiment.grid) / scale.length
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    speed, spacing = jnp.sqrt(jnp.sum(vector**2)), jnp.stack(experiment.grid.spacing)
+    way = jnp.min(spacing) / spacing[0]  # rolled in a step [cells along x]
     problem = SlipProblem(
         operator=rest.operator,
         gap=profile,
         drift=jnp.zeros((2, *shape)),
         coefficient=jnp.broadcast_to(friction, shape),
         target=experiment.target(scale),
-        tangential_target=scale.from_si("tangential_load", value).reshape(2) if forced else value,
+        tangential_target=scale.from_si("tangential_load", value).reshape(2) if forced else way * value,
         lowest=jnp.min(profile),
         load_controlled=experiment.load_controlled,
         tangential_load_controlled=forced,
         coupled=coupled,
     )
-    rolled = _rolled(problem, velocity, experiment.tolerance, experiment.max_iterations)
+    rolled = _rolled(
+        problem, way * spacing[0] / spacing * vector / speed, experiment.tolerance, experiment.max_iterations
+    )
     strain = memory.film_strain(rest.fields, rolled.found.normal.pressure, no_time)
-    numbers = _numbers(problem, rolled, experiment.tolerance) | {"film_strain": strain, "profile": profile}
+    numbers = _numbers(problem, rolled, way, experiment.tolerance) | {
+        "film_strain": strain,
+        "profile": profile,
+    }
     in_si = scale.to_si(**numbers)
-    power = jnp.abs(velocity) * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
-    result = SteadyRolling(grid=experiment.grid, velocity=velocity, power=power, **in_si)
+    power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
+    result = SteadyRolling(grid=experiment.grid, velocity=vector, power=power, **in_si)
     return result, kernels.normal.errors
 
 
 _run = jax.jit(_compiled, static_argnames=("forced", "coupled"))
 
 
-def _rolled(problem: SlipProblem, velocity: Array, tolerance: Array, limit: Array) -> _Rolled:
+def _rolled(problem: SlipProblem, cell: Array, tolerance: Array, limit: Array) -> _Rolled:
     """Cell by cell from rest until nothing changes."""
     shape = problem.gap.shape
 
     def further(state: _Rolled) -> _Rolled:
         p, q = state.found.normal.pressure, state.found.tangential.traction
-        step = _with_drift(problem, -ahead(state.moved, velocity))
+        step = _with_drift(problem, -ahead(state.moved, cell))
         found = solve(step, p, q, tolerance, limit)
         moved = found.tangential.displacement
         if problem.coupled:
@@ -172,7 +183,7 @@ def _rolled(problem: SlipProblem, velocity: Array, tolerance: Array, limit: Arra
     moved = first.tangential.displacement
     if problem.coupled:
         moved = moved + problem.operator.drawn(first.normal.pressure)
-    going = lambda state: (state.change > STEADY) & (state.cells < FARTHEST * shape[0])
+    going = lambda state: (state.change > STEADY) & (state.cells < FARTHEST * max(shape))
     start = _Rolled(first, moved, jnp.ones(()), jnp.zeros((), int))
     return jax.lax.while_loop(going, further, start)
 
@@ -181,14 +192,23 @@ def _with_drift(problem: SlipProblem, drift: Array) -> SlipProblem:
     return SlipProblem(**{**vars(problem), "drift": drift})
 
 
-def ahead(field: Array, velocity: Array) -> Array:
-    """A field (2, nx, ny) a cell further along the motion, at the grid's end as on its last cell."""
-    forwards = jnp.concatenate([field[:, 1:], field[:, -1:]], 1)
-    backwards = jnp.concatenate([field[:, :1], field[:, :-1]], 1)
-    return jnp.where(velocity > 0.0, forwards, backwards)
+def ahead(field: Array, step: Array) -> Array:
+    """A field (2, nx, ny) a step further, (2,) of at most a cell each way; linear between cells, and at the grid's end as
+    on its last cell."""
+    for axis, way in ((1, step[0]), (2, step[1])):
+        field = field + jnp.abs(way) * (_next(field, axis, way > 0.0) - field)
+    return field
 
 
-def _numbers(problem: SlipProblem, rolled: _Rolled, tolerance: Array) -> dict[str, Array]:
+def _next(field: Array, axis: int, forwards: Array) -> Array:
+    """Of the neighbours along an axis, at the grid's end of the last cells."""
+    first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
+    later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
+    earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
+    return jnp.where(forwards, later, earlier)
+
+
+def _numbers(problem: SlipProblem, rolled: _Rolled, way: Array, tolerance: Array) -> dict[str, Array]:
     """All that is shown, scaled, by the names of the result."""
     pressed, sheared = rolled.found.normal, rolled.found.tangential
     status = status_of(problem.pressed(sheared.traction), pressed, tolerance)
@@ -203,10 +223,10 @@ def _numbers(problem: SlipProblem, rolled: _Rolled, tolerance: Array) -> dict[st
     return contact_outcome(pressed) | {
         "displacement": pressed.displacement + sunk,
         "traction": sheared.traction,
-        "slip_ratio": sheared.slip,
+        "slip_ratio": sheared.slip / way,
         "stick": sheared.stick,
         "tangential_load": jnp.sum(sheared.traction, (1, 2)),
-        "creepage": sheared.shift,
+        "creepage": sheared.shift / way,
         "error": jnp.maximum(pressed.error, sheared.error),
         "iterations": rolled.found.taken,
         "status": status,
