@@ -38,7 +38,7 @@ def test_an_elastic_film_that_grows_under_a_held_load_moves_nothing():
     grown = np.where(np.arange(NT) < 5, GROWING, GROWING[5])
     grows, thick = (approach(h, load, indenter=PUNCH, eta=1e30) for h in (grown, np.full(NT, GROWING[5])))
     np.testing.assert_allclose(grows[:6], grows[0], rtol=1e-9)
-    assert float(grows[0]) < 0.9 * float(thick[0])
+    assert float(grows[0]) < 0.95 * float(thick[0])
     np.testing.assert_allclose(grows[6:] - grows[0], thick[6:] - thick[0], rtol=1e-7)
 
 

@@ -1,5 +1,6 @@
 """Contact on several layers and on substrates that creep, against axisymmetric solutions from interface conditions."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -149,3 +150,24 @@ def test_a_case_file_lists_its_layers_from_the_top_down(tmp_path):
     assert case.body == jc.LayeredHalfSpace(layers, jc.Maxwell(1e10, 1e14))
     path.write_text(case_text(case))
     assert read_case(path).body == case.body
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
+def test_derivatives_by_every_parameter_of_every_solid():
+    """Reverse mode against central differences: two layers that creep on a half-space that creeps, pressed for 600 s."""
+    solids = [jc.Maxwell(2e9, 4e12, 0.3), jc.StandardLinearSolid(1e9, 1e9, 3e11, 0.45), SOFT]
+    body = body_of(solids, np.array([20e-6, 30e-6]))
+    leaves, structure = jax.tree.flatten(body)
+    grid, times = jc.Grid.square(16, 3.6 * A), jnp.array([0.0, 300.0, 600.0])
+
+    @jax.jit
+    def approach(logs):
+        moved = jax.tree.unflatten(structure, [a * jnp.exp(q) for a, q in zip(leaves, logs, strict=True)])
+        run = jc.indent(moved, BALL, jc.Load(0.5), times, grid=grid, tolerance=1e-12, save="last")
+        return jnp.log(run.approach[-1])
+
+    ours, step = jax.jit(jax.grad(approach))(jnp.zeros(len(leaves))), 1e-3
+    central = [(approach(step * e) - approach(-step * e)) / (2 * step) for e in jnp.eye(len(leaves))]
+    np.testing.assert_allclose(ours, central, rtol=2e-3, atol=2e-5)
+    assert np.all(np.abs(ours) > 1e-4)
