@@ -61,7 +61,7 @@ def test_maxwell_half_space_creep_of_table_3():
     assert error < 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_papers_film_as_half_space_with_uniform_and_geometric_times(film):
     """The same figure over 7200 s in 150 steps: 0.6 %, nearly all of it space (the spike at the rim).
 
@@ -291,7 +291,7 @@ def test_substeps_save_and_kernels_change_nothing_but_the_cost(body, ball):
     assert peaks.saved.shape == (4,)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_extreme_approaches_of_figure_12(body, ball, film, steel):
     """50 um: Hertz on steel in 1 %; 0.01 nm: the radius stays, the pressure falls as the film relaxes.
 
@@ -320,7 +320,7 @@ def test_extreme_approaches_of_figure_12(body, ball, film, steel):
     assert 50.0 < expected < 62.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_gap_of_many_runs_is_zero_in_contact_in_each():
     """Whatever axes vmap has put before, with the fields of all times or of the last."""
     grid, times, body = jc.Grid.square(16, 2.2e-3), jnp.array([0.0, 300.0]), jc.LayeredHalfSpace([], MAXWELL)

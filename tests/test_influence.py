@@ -94,7 +94,7 @@ def test_a_layer_far_thicker_than_the_grid_is_a_half_space_of_its_own(steel, fil
     np.testing.assert_allclose(thick, coefficients(jc.LayeredHalfSpace([], film), grid), rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("t", [0.0, 7200.0])
 def test_the_papers_procedure_converges_to_ours(body, t):
     """Eqs. (7)-(10): the central coefficient's error falls with AL, the far field's with chi."""
