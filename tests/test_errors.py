@@ -513,6 +513,11 @@ FILES = {
     "not TOML": ("[grid]", "[grid", r"not TOML: "),
     "a typo": ("thickness", "thicknes", r'layer.thicknes: unknown key; did you mean "thickness"\?'),
     "a typo in a section": ("[grid]", "[gird]", r'\[gird\]: unknown key; did you mean "grid"\?'),
+    "both laws of volume": (
+        "thickness",
+        "nu = 0.3\nbulk_modulus = 1e9\nthickness",
+        r"layer.nu: found both nu and bulk_modulus; accepted: one of them",
+    ),
     "text for a number": ("10.0", '"ten"', r'control.load: found "ten", accepted: a number > 0'),
     "a missing key": (
         "thickness = 150e-9",

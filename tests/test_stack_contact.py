@@ -119,6 +119,7 @@ CASE = """
 material = "maxwell"
 G = 1e9
 eta = 1e12
+bulk_modulus = 5e9
 thickness = 50e-9
 [[layer]]
 material = "elastic"
@@ -146,7 +147,7 @@ def test_a_case_file_lists_its_layers_from_the_top_down(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     case = read_case(path)
-    layers = [jc.Layer(jc.Maxwell(1e9, 1e12), 50e-9), jc.Layer(jc.Elastic(2e9), 100e-9)]
+    layers = [jc.Layer(jc.Maxwell(1e9, 1e12, bulk_modulus=5e9), 50e-9), jc.Layer(jc.Elastic(2e9), 100e-9)]
     assert case.body == jc.LayeredHalfSpace(layers, jc.Maxwell(1e10, 1e14))
     path.write_text(case_text(case))
     assert read_case(path).body == case.body

@@ -138,6 +138,8 @@ def _as_float(value: Any) -> Any:
 
 def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
     chosen, values = _choose(where, table, "material", own, MATERIALS)
+    if "nu" in values and "bulk_modulus" in values:
+        raise CaseError(f"{where}.nu: found both nu and bulk_modulus; accepted: one of them")
     if chosen is not materials.Elastic:
         return _same_length(where, chosen(**values))
     if ("G" in values) == ("E" in values):

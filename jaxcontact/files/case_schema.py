@@ -100,16 +100,17 @@ TABLES = Accept(
 G = Key(POSITIVE, "shear modulus [Pa]", required=True)
 ETA = Key(POSITIVE, "viscosity [Pa s]", required=True)
 NU = Key(POISSON, "Poisson's ratio", default=0.3)
+VOLUME = {"nu": NU, "bulk_modulus": Key(POSITIVE, "elastic bulk modulus [Pa], in place of nu")}
 
 MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
     "elastic": (
         materials.Elastic,
         {"G": Key(POSITIVE, "shear modulus [Pa]"), "E": Key(POSITIVE, "Young's modulus [Pa]"), "nu": NU},
     ),
-    "maxwell": (materials.Maxwell, {"G": G, "eta": ETA, "nu": NU}),
-    "kelvin-voigt": (materials.KelvinVoigt, {"G": G, "eta": ETA, "nu": NU}),
-    "standard-linear-solid": (materials.StandardLinearSolid, {"G1": G, "G2": G, "eta2": ETA, "nu": NU}),
-    "burgers": (materials.Burgers, {"G1": G, "G2": G, "eta1": ETA, "eta2": ETA, "nu": NU}),
+    "maxwell": (materials.Maxwell, {"G": G, "eta": ETA} | VOLUME),
+    "kelvin-voigt": (materials.KelvinVoigt, {"G": G, "eta": ETA} | VOLUME),
+    "standard-linear-solid": (materials.StandardLinearSolid, {"G1": G, "G2": G, "eta2": ETA} | VOLUME),
+    "burgers": (materials.Burgers, {"G1": G, "G2": G, "eta1": ETA, "eta2": ETA} | VOLUME),
     "prony": (
         materials.Prony,
         {
@@ -117,8 +118,8 @@ MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
             "J": Key(NOT_NEGATIVE_LIST, "delayed compliances [1/Pa]", required=True),
             "tau": Key(POSITIVE_LIST, "retardation times [s]", required=True),
             "fluidity": Key(NOT_NEGATIVE, "rate of flow [1/(Pa s)]", default=0.0),
-            "nu": NU,
-        },
+        }
+        | VOLUME,
     ),
 }
 

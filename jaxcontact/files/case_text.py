@@ -45,7 +45,10 @@ def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]]:
 
 def _solid(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
     """The values and keys of a layer or the substrate."""
-    return _filled(table, MATERIALS[table["material"]][1] | keys)
+    own = MATERIALS[table["material"]][1] | keys
+    return _filled(
+        table, {name: key for name, key in own.items() if name != "nu" or "bulk_modulus" not in table}
+    )
 
 
 def _elastic_keys() -> dict[str, Key]:
