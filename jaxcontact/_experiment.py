@@ -135,6 +135,11 @@ class Experiment:
         return isinstance(self.control, Load)
 
     @property
+    def duration(self) -> Array:
+        """From the first time to the last [s]."""
+        return self.times[-1] - self.times[0]
+
+    @property
     def edges(self) -> tuple[bool, bool]:
         """Whether contact at the sides of the grid across x, and across y, would go on beyond it."""
         along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)

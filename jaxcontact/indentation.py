@@ -118,8 +118,10 @@ def planned(experiment: Experiment) -> Plan:
     kernels = experiment.ready_kernels
     if experiment.thicknesses is not None:
         memory = GrowingMemory(experiment.body, experiment.indenter, experiment.grid, kernels)
-        return experiment.plan(memory, _growth(experiment, dt), kernels.scale, kernels.errors)
-    return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors)
+        return experiment.plan(
+            memory, _growth(experiment, dt), kernels.scale, kernels.errors(experiment.duration)
+        )
+    return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors(experiment.duration))
 
 
 def _growth(experiment: Experiment, dt: Array) -> GrowthStep:

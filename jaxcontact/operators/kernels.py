@@ -20,7 +20,7 @@ from jaxcontact.operators.free_space import FreeSpaceFamily
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
 from jaxcontact.response.coefficients import influence_coefficients
-from jaxcontact.response.images import Images, image_error
+from jaxcontact.response.images import Images, image_errors
 from jaxcontact.response.line_coefficients import line_coefficients
 from jaxcontact.response.periodic import periodic_coefficients, periodic_response
 from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
@@ -49,9 +49,9 @@ class Kernels:
     """What a body, an indenter and a grid come to; made by ``jaxcontact.kernels``, taken as ``kernels=``.
 
     family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
-    separation_error: relative error of sharing the rates between wavenumbers, (); image_error: relative error of the
-    images between the wavenumbers where they are fitted, (); at_zero: the S_m at wavenumber zero, (M,); grid: that of
-    the operators; nodes: see ``kernels``.
+    separation_error: relative error of sharing the rates between wavenumbers, (); image_errors: relative errors of the
+    images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
+    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``.
     """
 
     family: FreeSpaceFamily
@@ -60,15 +60,21 @@ class Kernels:
     film: Film | None
     scale: Scale
     separation_error: Array
-    image_error: Array
+    image_errors: Array
     at_zero: Array
     grid: Grid
     nodes: int = static()
 
     @property
-    def errors(self) -> Errors:
-        """What a run on them is told to be off by."""
-        return Errors(self.separation_error, self.image_error)
+    def image_error(self) -> Array:
+        """The largest of ``image_errors``, ()."""
+        return jnp.max(self.image_errors[:, 1])
+
+    def errors(self, duration: Array | float = jnp.inf) -> Errors:
+        """What a run of a duration [s] on them is told to be off by."""
+        times, errors = self.image_errors.T
+        within = times <= jnp.maximum(duration, jnp.min(times))
+        return Errors(self.separation_error, jnp.max(jnp.where(within, errors, 0.0)))
 
 
 @pytree
@@ -153,11 +159,11 @@ def scale_of(response: Response, indenter: Indenter, grid: Grid) -> Scale:
 
 
 class Expansion(NamedTuple):
-    """What no grid enters: the response as a sum of products, its images (M + 1, J + 1), and their error, ()."""
+    """What no grid enters: the response as a sum of products, its images (M + 1, J + 1), and their errors, (t, 2)."""
 
     separable: Separable
     images: Images
-    error: Array
+    errors: Array
 
 
 def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
@@ -165,14 +171,14 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     response = response_of(body)
     separable = response.separate(nodes)
     images = _images(response, separable)
-    return Expansion(separable, images, _image_error(response, separable, images))
+    return Expansion(separable, images, _image_errors(response, separable, images))
 
 
 def assembled(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, expansion: Expansion, nodes: int
 ) -> Kernels:
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
-    response, (separable, images, error) = response_of(body), expansion
+    response, (separable, images, errors) = response_of(body), expansion
     scale = scale_of(response, indenter, grid)
     images = Images(images.depths, images.heights.at[0].add(indenter.compliance()))
     scaled = Images(images.depths, (images.heights / scale.length).at[0].divide(scale.compliance))
@@ -183,7 +189,7 @@ def assembled(
         weights = jnp.append(response.film_creep().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
     at_zero = separable.terms[1:, 0]
-    return Kernels(family, separable.rates, mix, film, scale, separable.error, error, at_zero, grid, nodes)
+    return Kernels(family, separable.rates, mix, film, scale, separable.error, errors, at_zero, grid, nodes)
 
 
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
@@ -218,12 +224,13 @@ def _images(response: Response, separable: Separable) -> Images:
     return Images(images.depths, swapped(images.heights))
 
 
-def _image_error(response: Response, separable: Separable, images: Images) -> Array:
-    """At times spread around every rate."""
+def _image_errors(response: Response, separable: Separable, images: Images) -> Array:
+    """At times spread around every rate, (t, 2): time and error."""
     response, separable, images = jax.lax.stop_gradient((response, separable, images))
-    times, wavenumbers = check_times(separable.rates)[:, None], response.wavenumbers()
-    exact = products(separable, separable.terms, times)
-    return image_error(products(separable, images.at(wavenumbers), times), exact)
+    times, wavenumbers = check_times(separable.rates), response.wavenumbers()
+    exact = products(separable, separable.terms, times[:, None])
+    fitted = products(separable, images.at(wavenumbers), times[:, None])
+    return jnp.stack([times, image_errors(fitted, exact)], -1)
 
 
 def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
@@ -242,7 +249,7 @@ def _quasi_elastic_error(response: Response) -> Array:
     response = jax.lax.stop_gradient(response)
     times, wavenumbers = check_times(response.surface().spectrum().rates)[:, None], response.wavenumbers()
     values = response.quasi_elastic(wavenumbers, times, times)
-    return image_error(response.expand(values).at(wavenumbers), values)
+    return jnp.max(image_errors(response.expand(values).at(wavenumbers), values))
 
 
 def image_weights(

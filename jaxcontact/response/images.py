@@ -102,10 +102,10 @@ def fit_images(values: Array, ladder: Ladder) -> Images:
     return Images(ladder.depths, heights)
 
 
-def image_error(fitted: Array, values: Array) -> Array:
-    """Largest error relative to the response at the wavenumbers that were not fitted, (); zero where there are none.
+def image_errors(fitted: Array, values: Array) -> Array:
+    """Largest errors relative to the response at the wavenumbers that were not fitted, (...); zero where there are none.
 
     fitted and values: (..., n) at the wavenumbers of a ladder.
     """
     off = fitted[..., 2:-1:2] / values[..., 2:-1:2] - 1.0
-    return jnp.max(jnp.abs(off), initial=0.0)
+    return jnp.max(jnp.abs(off), -1, initial=0.0)

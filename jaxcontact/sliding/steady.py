@@ -146,7 +146,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     total = jnp.sum(solution.pressure)
     fields = _fields(wake, symbols, problem, solution) | _rubs(rubbed, friction, total)
     fields["approach_drift"] += wake.drift(total)
-    return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors
+    return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors()
 
 
 def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:

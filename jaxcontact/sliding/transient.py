@@ -139,7 +139,7 @@ def planned(experiment: Experiment, velocity: Array, friction: Array | None) -> 
     if friction is not None:
         rubbing = rub(experiment.body, experiment.indenter, grid, scale, friction)
     memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
-    return experiment.plan(memory, motion, scale, kernels.errors)
+    return experiment.plan(memory, motion, scale, kernels.errors(experiment.duration))
 
 
 def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:

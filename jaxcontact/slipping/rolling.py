@@ -157,7 +157,7 @@ def _compiled(
     in_si = scale.to_si(**numbers)
     power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
     result = SteadyRolling(grid=experiment.grid, velocity=vector, power=power, **in_si)
-    return result, kernels.normal.errors
+    return result, kernels.normal.errors()
 
 
 _run = jax.jit(_compiled, static_argnames=("forced", "coupled"))

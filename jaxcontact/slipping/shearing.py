@@ -113,7 +113,7 @@ def _compiled(
     fields = outcomes.fields or last
     in_si = scale.to_si(profile=setup.profile, **fields, **outcomes.numbers)
     history = ShearHistory(times=experiment.times, grid=experiment.grid, saved=None, **in_si)
-    return history, kernels.normal.errors
+    return history, kernels.normal.errors(experiment.duration)
 
 
 _run = jax.jit(_compiled, static_argnames=("coupled",))
