@@ -211,3 +211,13 @@ def test_creeping_film_under_a_punch_that_sticks_relaxes_to_the_film_of_its_long
         elastic = pushed(jc.Elastic(G, 0.3), times[:1])
         np.testing.assert_allclose(ours, elastic.tangential_displacement[0], rtol=1e-6)
     assert np.all(np.diff(shift, axis=0) > 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:1 of 1 steps")
+def test_sheared_heights_end_with_their_grid_and_a_ball_does_not():
+    body, grid = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25)), jc.Grid.square(12, 12e-6)
+    push = jc.TangentialLoad((1e-3, 0.0))
+    for indenter, status in ((jc.HeightField(np.zeros(grid.shape)), 0), (jc.Sphere(1.0), jc.Status.AT_EDGE)):
+        history = jc.shear(body, indenter, jc.Load(0.1), push, [0.0], friction=0.3, grid=grid, coupled=False)
+        assert history.pressure[0, 0, 6] > 0.0 and history.status[0] == status

@@ -30,6 +30,7 @@ class ShearSetup:
     load_controlled: bool = static()
     tangential_load_controlled: bool = static()
     coupled: bool = static()
+    edges: tuple[bool, bool] = static()  # as in ``status_of``
 
 
 class ShearStep(NamedTuple):
@@ -134,7 +135,7 @@ def _load(setup: ShearSetup, problem: SlipProblem, traction: Array) -> Array:
 
 def _status(setup: ShearSetup, problem: SlipProblem, found: Round) -> Array:
     """That of the normal contact, unless the tangential one has none, or was not found."""
-    status = status_of(problem.pressed(found.tangential.traction), found.normal, setup.tolerance)
+    status = status_of(problem.pressed(found.tangential.traction), found.normal, setup.tolerance, setup.edges)
     missed = (found.tangential.error > setup.tolerance) & (status != Status.NOT_CONVERGED)
     status = jnp.where(missed, int(Status.NOT_CONVERGED), status)
     if not setup.tangential_load_controlled:

@@ -136,6 +136,7 @@ def _setup(
         load_controlled=experiment.load_controlled,
         tangential_load_controlled=isinstance(tangential, TangentialLoad),
         coupled=coupled,
+        edges=experiment.edges,
     )
 
 
