@@ -47,6 +47,7 @@ def replaced(case, references):
     return dataclasses.replace(case, references=references, simulate=lambda n: simulated(case.name))
 
 
+@pytest.mark.slow
 def test_exit_status_and_files(tmp_path, capsys):
     name = "approach/approach0 at E1/E2 = 0.5"
     sound = {**figure_4.REFERENCES}

@@ -262,6 +262,7 @@ def test_two_equal_calls_trace_once():
     assert _run._cache_size() == before
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_vmap_equals_the_loop():
     grid = square(3.0)

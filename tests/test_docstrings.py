@@ -30,6 +30,7 @@ GIVEN = [  # what users are given, and do not make
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
     *(fitting.ModulusFit, fitting.PronyFit, fitting.Propagated),
 ]
+DEAR = ("sensitivity", "compare", "shear", "roll_steady", "subsurface", "slide", "slide_steady")  # to compile
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -57,7 +58,11 @@ def test_public_docstrings_name_every_argument_and_what_comes_back(thing):
     assert "\nExample:\n" in doc
 
 
-@pytest.mark.parametrize("thing", PUBLIC, ids=lambda thing: thing.__name__)
+@pytest.mark.parametrize(
+    "thing",
+    [pytest.param(thing, marks=[pytest.mark.slow] * (thing.__name__ in DEAR)) for thing in PUBLIC],
+    ids=lambda thing: thing.__name__,
+)
 def test_examples_run(thing):
     names = {"jc": jc, "fitting": fitting, "np": np}
     tests = doctest.DocTestFinder(recurse=False).find(thing, thing.__name__, globs=names)

@@ -125,6 +125,7 @@ def test_intervals_cover_the_truth():
         assert np.all(np.isfinite(high)) and np.all(low > 0)
 
 
+@pytest.mark.slow
 def test_two_hours_do_not_determine_the_flow():
     t, J = curves(7200.0)
     fit = fitting.fit_creep_batch(t, J, weights="relative", intervals=True)
@@ -381,6 +382,7 @@ def test_bad_options_are_named(options, word):
         fitting.fit_creep(fitting.CreepData(t=t, J=J), **options)
 
 
+@pytest.mark.slow
 def test_interval_ends_do_not_hang_on_rounding():
     """The data changed in their last digit: at 1e5 points the ends moved by 1e-8 to 3e-5, with the order of sums."""
     t, J = noisy(40000.0, 1, n=100000)

@@ -121,6 +121,7 @@ def test_approach_of_lee_and_radok_under_a_growing_load():
     np.testing.assert_allclose(result.approach[1:], a**2 / 3.5e-3, rtol=1.5e-3)
 
 
+@pytest.mark.slow
 def test_relaxation_of_a_half_space_keeps_its_contact_and_follows_the_modulus():
     body, times = jc.LayeredHalfSpace([], MAXWELL), np.array([0.0, 0.3, 1.0, 2.0])
     result = quietly(body, BALL, jc.Approach(3e-6), times, grid=jc.Grid.square(64, 260e-6), substeps=8)

@@ -108,6 +108,7 @@ def test_quasi_elastic_error_for_the_papers_film(body, steel, film):
     assert 3e-3 < worst(film.G1 / 0.93) < 3e-2
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 @pytest.mark.parametrize(
     ("ratio", "nodes", "bound"), [(0.0093, 1, 1e-7), (0.0093, 3, 1e-12), (0.93, 3, 1e-4), (0.93, 6, 2e-7)]

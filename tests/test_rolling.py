@@ -34,6 +34,7 @@ def test_without_slip_the_force_is_kalkers(direction, coefficient):
     np.testing.assert_allclose(force, coefficient * np.array(direction), atol=0.015 * coefficient)
 
 
+@pytest.mark.slow
 def test_the_force_saturates_as_vermeulen_and_johnson_measured():
     """F/(mu W) = 1 - (1 - C xi G a^2/(3 mu W))^3, which is within 5 % (K. L. Johnson, Contact Mechanics, Eq. 8.47)."""
     one = MU * LOAD / (4.12 * G * A**2)

@@ -125,6 +125,7 @@ def law_of_friction(history, mu):
     return too_large, turned, crept
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*cells across")
 def test_coupled_compression_obeys_the_law_of_friction():
     assert max(law_of_friction(compressed(), 0.2986)) < 1e-6

@@ -51,6 +51,7 @@ def corner(x, y, body, alpha, weights):
     return total / (2.0 * np.pi)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "cells"), [(0.01, 0.2), (1e4, 0.2), (1e4, 5.0), (1e6, 5.0)])
 def test_coefficients_by_numerical_hankel_integrals(ratio, cells):
     """Of the cell itself, its neighbour and a distant one, for films of a fifth of a cell and of five."""

@@ -99,6 +99,7 @@ def test_equilibrium_and_hookes_law_by_differences(solid, at):
     assert np.max(np.abs(hooke - there)) < 0.01 * np.max(np.abs(there))
 
 
+@pytest.mark.slow
 def test_tractions_on_the_surface_and_across_the_interface():
     """sigma_iz is minus the traction on the surface; it and the displacement go through the interface unbroken."""
     tractions, inside = smooth()
@@ -126,6 +127,7 @@ def growing(s):
     return times, np.exp(s * (times - times[-1]))
 
 
+@pytest.mark.slow
 def test_a_wave_of_growing_tractions_meets_an_elastic_body(s=0.5):
     """Of all that reaches a depth in the film or the substrate, both of which creep."""
     body = jc.LayeredHalfSpace([jc.Layer(FILM, H)], BASE)
