@@ -87,7 +87,7 @@ def subsurface(
         pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``; (nt, nx, ny) with times.
         traction: (2, nx, ny) [Pa] on the body, or (nt, 2, nx, ny), as in ``ShearHistory.traction``; None: none.
         depths: (nz,) [m] >= 0.
-        times: (nt,) [s], as in ``indent``: the tractions step on at the first.
+        times: (nt,) [s], as in ``indent``: the tractions step on at the first. Solids that creep then have a nu.
 
     Returns:
         ``InteriorFields``, at the last time; nan where jit or vmap brought a value outside its range.
@@ -107,6 +107,7 @@ def subsurface(
     body, valid = checked_body(body)
     check_not_periodic(grid, "subsurface")
     valid = valid & check_grid(grid) & _check_fields(grid, pressure, traction, times) & _check_depths(depths)
+    _check_volume(body, times)
     valid = valid & _check_stiff_at_first(body, times)
     body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
     if not is_concrete(valid):
@@ -144,6 +145,15 @@ def _check_stiff_at_first(body: LayeredHalfSpace, times: Any) -> Verdict:
     if times is not None and (not is_concrete(times) or (np.size(times) > 1 and times[-1] > times[-2])):
         return True
     return _checks.positive("compliance [1/Pa] of every solid at first", spectra(body).instantaneous)
+
+
+def _check_volume(body: LayeredHalfSpace, times: Any) -> None:
+    """After a history Poisson's ratio below the surface is a number."""
+    moving = [s for s in solids(body) if creeps(s) and s.bulk_modulus is not None]
+    _checks.require(
+        times is None or not moving,
+        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio moves with time",
+    )
 
 
 def _check_depths(depths: Any) -> Verdict:

@@ -322,6 +322,12 @@ PYTHON = {
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), np.full((2, 8, 8), np.inf), depths=[0.0]),
         r"traction \[Pa\]: expected finite",
     ),
+    "depths of a solid that keeps its volume after a history": (
+        lambda: jc.subsurface(
+            on(jc.Maxwell(1e9, 1e12, bulk_modulus=1e9)), GRID, np.ones((2, 8, 8)), depths=[0.0], times=TIMES
+        ),
+        r"times: expected None with a bulk modulus in a solid that creeps",
+    ),
     "pressure without times": (
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0], times=TIMES),
         r"pressure: expected shape \(2, 8, 8\), got \(8, 8\)",
