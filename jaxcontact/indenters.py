@@ -55,6 +55,10 @@ def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
     _checks.require(
         isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
     )
+    _checks.require(
+        isinstance(indenter, Cylinder | HeightField) or not grid.plane_strain,
+        f"indenter: expected a Cylinder or a HeightField in plane strain, got {type(indenter).__name__}",
+    )
     valid = indenter.check(grid)
     if indenter.material is None:
         return valid
@@ -130,6 +134,8 @@ class Cylinder(Indenter):
     def check(self, grid: Grid) -> Verdict:
         valid = _checks.positive("cylinder radius [m]", self.radius)
         valid = valid & _checks.positive("cylinder length [m]", self.length)
+        if grid.plane_strain:
+            valid = valid & _spans(self.length, grid.width[1])
         return valid & _covers_a_cell("cylinder length [m]", self.length, self.profile(grid), grid)
 
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
@@ -209,6 +215,18 @@ class HeightField(Indenter):
 
 def _far(grid: Grid) -> Any:
     return OUT_OF_REACH * grid.width[0]
+
+
+def _spans(length: Any, width: Any) -> Verdict:
+    """In plane strain a roller has no end: it is at least as long as the cell is wide."""
+    spans = jnp.asarray(length) >= jnp.asarray(width) * (1.0 - 1e-9)
+    if not is_concrete(spans):
+        return spans
+    _checks.require(
+        bool(spans),
+        f"cylinder length [m]: expected at least the width {float(width):g} of plane strain, got {float(length):g}",
+    )
+    return True
 
 
 def _covers_a_cell(name: str, value: Any, profile: Array, grid: Grid) -> Verdict:

@@ -25,7 +25,7 @@ FLOWS = jc.LayeredHalfSpace([], FILM)
 BALL, LOAD, TIMES, GRID = jc.Sphere(9.5e-3), jc.Load(60.0), np.array([0.0, 1.0]), jc.Grid.square(8, 600e-6)
 PERIODIC = jc.Grid(GRID.shape, GRID.spacing, periodic=True)
 LINE = jc.Grid((8, 1), GRID.spacing, periodic=(False, True))
-STEEL_BALL = jc.Sphere(9.5e-3, STEEL)
+STEEL_BALL, ROLLER = jc.Sphere(9.5e-3, STEEL), jc.Cylinder(9.5e-3, length=1e-3)
 KERNELS = jc.Burgers  # never looked at
 
 
@@ -37,8 +37,8 @@ def slide(velocity, control=LOAD, times=TIMES, **keywords):
     return jc.slide(BODY, BALL, control, times, velocity=velocity, grid=GRID, **keywords)
 
 
-def steady(velocity, body=BODY, control=LOAD, **keywords):
-    return jc.slide_steady(body, BALL, control, velocity=velocity, **{"grid": GRID} | keywords)
+def steady(velocity, body=BODY, control=LOAD, indenter=BALL, **keywords):
+    return jc.slide_steady(body, indenter, control, velocity=velocity, **{"grid": GRID} | keywords)
 
 
 def on_steel():
@@ -348,8 +348,16 @@ PYTHON = {
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
         r"depths \[m\]: expected >= 0",
     ),
+    "a ball in plane strain": (
+        lambda: indent(grid=LINE),
+        r"indenter: expected a Cylinder or a HeightField in plane strain, got Sphere",
+    ),
+    "a roller that ends within a cell of plane strain": (
+        lambda: indent(indenter=jc.Cylinder(9.5e-3, length=1e-6), grid=LINE),
+        r"cylinder length \[m\]: expected at least the width 7.5e-05 of plane strain, got 1e-06",
+    ),
     "friction in plane strain": (
-        lambda: steady(1.0, on_steel(), grid=LINE, friction=0.3),
+        lambda: steady(1.0, on_steel(), indenter=ROLLER, grid=LINE, friction=0.3),
         r"friction: expected None on a periodic grid or in plane strain",
     ),
     "friction over the plane in sliding": (
@@ -437,11 +445,11 @@ PYTHON = {
         r"Approach \[m\]: expected less than .* on a periodic grid, the mean gap at first touch, got 1:",
     ),
     "a velocity across a line": (
-        lambda: steady((1.0, 0.0), grid=LINE),
+        lambda: steady((1.0, 0.0), indenter=ROLLER, grid=LINE),
         r"velocity: expected one number, along x, in plane strain, got shape \(2,\)",
     ),
     "a half-space that flows under a line": (
-        lambda: steady(1.0, body=FLOWS, grid=LINE),
+        lambda: steady(1.0, body=FLOWS, indenter=ROLLER, grid=LINE),
         r"body: expected one that does not flow without limit, on this grid",
     ),
     "friction on a periodic grid": (
