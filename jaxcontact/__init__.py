@@ -1,7 +1,7 @@
 """jaxcontact: differentiable time-dependent contact with a viscoelastic layered half-space.
 
 Importing it switches jax to float64: the kernels span some sixteen decades, and float32 would
-lose the film under the substrate.
+lose the film under the substrate. On a CPU it also makes jax run one program at a time, when it is called.
 """
 
 import os
@@ -13,6 +13,9 @@ os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 import jax
 
 jax.config.update("jax_enable_x64", True)
+# Programs that jax starts ahead of being asked for their results share its threads with the transforms inside them:
+# on two cores some were seen to wait for each other for ever, and all run slower for it.
+jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 from jaxcontact import _installed_jax  # noqa: E402
 
