@@ -13,8 +13,8 @@ os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 import jax
 
 jax.config.update("jax_enable_x64", True)
-# Programs that jax starts ahead of being asked for their results share its threads with the transforms inside them:
-# on two cores some were seen to wait for each other for ever, and all run slower for it.
+# Programs that jax starts ahead of being asked for their results share its threads with the transforms inside them,
+# and all run slower for it.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 from jaxcontact import _installed_jax  # noqa: E402
