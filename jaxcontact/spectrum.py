@@ -25,6 +25,8 @@ from jax import Array
 from jaxcontact._exponential import mean_decay
 from jaxcontact._pytree import pytree
 
+HALVINGS = 100  # of an interval between rates: a root is known to 1e-30 of it
+
 
 @pytree
 class Spectrum:
@@ -90,22 +92,37 @@ def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Ar
 
 
 def _roots(spectrum: Spectrum, total: Array) -> Array:
-    """The rho_k, as eigenvalues of diag(1/tau) + v v^T/total; Newton steps carry the derivatives."""
+    """The rho_k by halving the intervals between the rates, where they lie; Newton steps carry the derivatives."""
     rates, weights = spectrum.rates, spectrum.amplitudes * spectrum.rates
     if spectrum.fluidity is not None:
         rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
         weights = jnp.append(spectrum.fluidity, weights)
     if rates.shape[0] == 0:
         return jnp.zeros((*total.shape[:-1], 0))
-    v = jnp.sqrt(jax.lax.stop_gradient(weights))
-    matrix = jnp.diag(jax.lax.stop_gradient(rates)) + v[:, None] * v / jax.lax.stop_gradient(total)[..., None]
-    rho = jnp.maximum(jax.lax.stop_gradient(jnp.linalg.eigvalsh(matrix)), 0.0)
+    rho = _halved(*jax.lax.stop_gradient((rates, weights, total)))
     for _ in range(2):
         value, slope = jax.jvp(
             lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),)
         )
         rho = rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
     return rho
+
+
+def _halved(rates: Array, weights: Array, total: Array) -> Array:
+    """Zeros of total + sum_i weights_i/(r_i - rho), which rises between the r_i; an end where it has none."""
+    top = rates[-1:] + jnp.sum(weights) / total
+    high = jnp.concatenate([jnp.broadcast_to(rates[1:], (*top.shape[:-1], rates.size - 1)), top], -1)
+    low = jnp.broadcast_to(rates, high.shape)
+
+    def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+        low, high = ends
+        middle = (low + high) / 2.0
+        gap = rates - middle[..., None]
+        below = total + jnp.sum(weights / jnp.where(gap == 0.0, jnp.inf, gap), -1) < 0.0
+        return jnp.where(below, middle, low), jnp.where(below, high, middle)
+
+    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, high))
+    return (low + high) / 2.0
 
 
 def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:

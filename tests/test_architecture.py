@@ -33,6 +33,7 @@ LAYERS = {
     "materials": 2,
     "layers": 3,
     # wavenumber and time
+    "response.linear_fit": 0,
     "response.images": 1,
     "response.coefficients": 3,
     "response.line_coefficients": 3,

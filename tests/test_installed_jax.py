@@ -1,6 +1,7 @@
 """The jax that is installed computes what it says and comes to an end; a release known not to is named on import."""
 
 import importlib
+import re
 import tomllib
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from tolerances import APPROACH
 
 import jaxcontact
 from jaxcontact._installed_jax import FAULTS
+from jaxcontact.operators.kernels import expansion
 
 pytestmark = pytest.mark.versions
 RIGHT = "pip install 'jax>=0.7,!=0.10.2,!=0.11.1', as pyproject.toml says"
@@ -41,6 +43,19 @@ def test_a_large_run_comes_to_its_end(body, ball):
     run = jaxcontact.indent(body, ball, jaxcontact.Load(60.0), times, grid=grid, save="last")
     assert float(run.approach[-1]) == pytest.approx(3.35542e-6, rel=APPROACH)
     assert bool(jnp.all(run.converged))
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_many_films_in_one_program_decompose_one_matrix_at_a_time(steel, film, layers):
+    """Two batches of decompositions at once wait for each other for ever on two cores (see ``response.linear_fit``)."""
+
+    def images(thickness):
+        body = jaxcontact.LayeredHalfSpace([jaxcontact.Layer(film, thickness)] * layers, substrate=steel)
+        return expansion(body, 1).images
+
+    program = jax.jit(jax.vmap(images)).lower(jnp.geomspace(1e-8, 1e-7, 4)).compile().as_text()
+    shapes = re.findall(r"= \(?f64\[([0-9,]*)\][^=]*custom-call\([^\n]*lapack_", program)
+    assert shapes and all(len(shape.split(",")) <= 2 for shape in shapes)
 
 
 @pytest.mark.parametrize("version", FAULTS)

@@ -1,15 +1,18 @@
 """Materials: creep and relaxation are two faces of one law."""
 
 import operator
+from itertools import pairwise
 
 import jax
 import jax.numpy as jnp
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from tolerances import ROUND_OFF
 
 import jaxcontact as jc
+from jaxcontact.spectrum import Spectrum, relaxation_modes
 
 pytestmark = pytest.mark.versions
 
@@ -117,6 +120,22 @@ def test_equal_times_are_one_branch_and_an_empty_branch_is_none():
     k = jnp.array([0.1, 1.0, 8.0])[:, None]
     pairs = [jc.normal_response(film(m), k, t) for m in (twice, once)]
     np.testing.assert_allclose(*pairs, rtol=ROUND_OFF)
+
+
+def test_rates_of_relaxation_over_fifteen_decades():
+    """Against the roots in 60 digits; eigenvalues of a matrix would miss the small ones by parts of the largest."""
+    rates, weights = [0.0, 1e-9, 3e-4, 3.1e-4, 1e6], [1e-8, 1e-9, 1e-4, 1e-12, 1e7]  # amplitude over time
+    spectrum = Spectrum(1.0, jnp.array(weights[1:]) / jnp.array(rates[1:]), jnp.array(rates[1:]), weights[0])
+    ours, _ = relaxation_modes(spectrum)
+    with mp.workdps(60):
+        rates, weights = ([mp.mpf(v) for v in a] for a in (rates, weights))
+        f = lambda rho: 1 + mp.fsum(w / (r - rho) for r, w in zip(rates, weights, strict=True))
+        ends = [*rates, rates[-1] + mp.fsum(weights)]
+        between = [
+            (a + (b - a) * mp.mpf(10) ** -40, b - (b - a) * mp.mpf(10) ** -40) for a, b in pairwise(ends)
+        ]
+        exact = [float(mp.findroot(f, ends, solver="bisect", maxsteps=300, verify=False)) for ends in between]
+    np.testing.assert_allclose(ours, exact, rtol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("name", MATERIALS)

@@ -40,15 +40,8 @@ def test_a_notebook_teaches_in_words(path):
     assert words > 150
 
 
-# known fault: one vmapped program of notebook 4 never returns on two cores, all threads of XLA waiting
-HANGS = "4_gradients"
-
-
-@pytest.mark.parametrize(
-    "path",
-    [pytest.param(p, marks=pytest.mark.long if p.stem == HANGS else pytest.mark.slow) for p in NOTEBOOKS],
-    ids=lambda path: path.stem,
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_from_clean(path, tmp_path):
     """Time is printed, not tested: it depends on who else is at work. Each is meant to take under 60 s."""
     pytest.importorskip("nbconvert", reason="notebooks are the extra jaxcontact[notebooks]")

@@ -15,13 +15,12 @@ h G^(1/3), and its resistance to stretching is felt up to h G. Measured, largest
 over all wavenumbers and times, films that creep fourfold: 3e-9 for G up to 10, 1e-7 at 1e3, 1e-6 at 1e6.
 """
 
-import math
-
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
+from jaxcontact.response.linear_fit import decomposed
 
 IMAGES = 64
 NODES = 501
@@ -92,12 +91,8 @@ def fit_images(values: Array, ladder: Ladder) -> Images:
     at_nodes, at_steps = ladder.at_nodes[::2], ladder.at_steps
     last, first = values[..., :1], values[..., -1:]
     matrix = relative[:, 1:-1] * at_steps / at_nodes[:, None]
-    q, r = jnp.linalg.qr(jnp.concatenate([matrix, DAMPING * jnp.eye(at_steps.size)]))
     rest = (values[..., 1:-1:2] - first * relative[:, 0] - last * relative[:, -1]) / at_nodes
-    rows = (rest @ q[: at_nodes.size]).reshape(math.prod(rest.shape[:-1]), at_steps.size)
-    between = (
-        jax.scipy.linalg.solve_triangular(r, rows.T).T.reshape(*rest.shape[:-1], at_steps.size) * at_steps
-    )
+    between = decomposed(matrix).damped(rest, DAMPING) * at_steps
     heights = jnp.concatenate([first, between, last], -1)
     return Images(ladder.depths, heights)
 

@@ -27,6 +27,7 @@ from jaxcontact.grid import Grid
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.response.interior import Transfer, depths_of_interfaces
 from jaxcontact.response.interior_time import Lags, recall
+from jaxcontact.response.linear_fit import decomposed
 from jaxcontact.response.tangential_coefficients import of_image, on_surface
 
 IMAGES, NODES = 64, 500
@@ -82,8 +83,7 @@ def bury(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> Buried:
     scale = jax.lax.stop_gradient(jnp.where(scale > 0.0, scale, 1.0))
     own = nodes * z * jnp.exp(-nodes * z)
     columns = jnp.concatenate([jnp.exp(-nodes[:, None] * depths), own[:, None]], 1)
-    u, s, vt = jnp.linalg.svd(jax.lax.stop_gradient(columns), full_matrices=False)
-    found = scale * (jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * ((recalled.kernels / scale) @ u) @ vt)
+    found = scale * decomposed(columns).truncated(recalled.kernels / scale, CUTOFF)
     return Buried(depths, found[..., :-1], found[..., -1], recalled.shares)
 
 

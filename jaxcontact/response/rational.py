@@ -47,6 +47,7 @@ from jaxcontact._pytree import replace
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.materials import Material
 from jaxcontact.response.base import Separable
+from jaxcontact.response.linear_fit import decomposed
 from jaxcontact.response.separable import products
 from jaxcontact.response.stack import Spectra, compliances, scaled_response, solids, spectra, step
 from jaxcontact.response.volume import film_compliance, film_creep, film_shape
@@ -196,11 +197,11 @@ def pivots(matrix: Array, count: int) -> Array:
 
 def least_squares(matrix: Array, target: Array) -> Array:
     """The least-squares solution; each of the two steps of refinement carries one order of derivatives."""
-    fixed = jax.lax.stop_gradient(matrix)
-    inverse = jax.lax.stop_gradient(jnp.linalg.pinv(fixed, rtol=CUTOFF))
-    solution = inverse @ target
+    singular = decomposed(matrix)
+    change = lambda rest: singular.truncated(rest.T, CUTOFF).T
+    solution = change(target)
     for _ in range(2):
-        solution = solution + inverse @ (target - matrix @ solution)
+        solution = solution + change(target - matrix @ solution)
     return solution
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from jax import Array
 
 from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.response.linear_fit import decomposed
 from jaxcontact.response.stack import solids
 from jaxcontact.response.tangential_coefficients import TangentialImages
 
@@ -64,8 +65,6 @@ def fit_images(body: LayeredHalfSpace, values: Array) -> TangentialImages:
     x = wavenumbers * total
     rows = jnp.ones(x.size).at[-1].set(HELD) / (ratio + x / (1.0 + x))
     exponent = jnp.minimum(wavenumbers[:, None] * depths, 700.0)
-    matrix = jax.lax.stop_gradient(jnp.expm1(-exponent) * rows[:, None])
-    u, s, vt = jnp.linalg.svd(matrix, full_matrices=False)
     target = (values[..., 1:] - values[..., :1]) * rows
-    weights = jnp.where(s > CUTOFF * s[0], 1.0 / s, 0.0) * (target @ u) @ vt
+    weights = decomposed(jnp.expm1(-exponent) * rows[:, None]).truncated(target, CUTOFF)
     return TangentialImages(jnp.append(0.0, depths), jnp.concatenate([values[..., :1], weights], -1))
