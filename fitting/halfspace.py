@@ -20,10 +20,11 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from fitting._exponential import phi1
 from fitting.coordinates import Coordinates
 from fitting.history import columns, recursion
 from fitting.structure import Compliances
+from jaxcontact import spectrum
+from jaxcontact._exponential import phi1
 
 BISECTIONS = 24
 
@@ -75,30 +76,12 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
 
 
 def relaxation_modes(c: Compliances, extra: Array) -> tuple[Array, Array]:
-    """G(t) = sum_m weights_m exp(-rates_m t) of J + extra, (k + 1,) and (k + 1,).
-
-    With j0 = spring + extra, s^2 J(s) = j0 prod_m (s + rate_m)/prod_i (s + 1/tau_i), so that
-    weight_m = prod_i (1/tau_i - rate_m)/(j0 prod_(l != m) (rate_l - rate_m)), which has no singularity where
-    a j_i or the flow is zero. The rates are eigenvalues of a symmetric matrix, which are well conditioned;
-    Newton steps on the polynomial carry their derivatives, which those lack at zero.
-    """
-    j0, k, q = c.spring + extra, c.rates, c.retarded * c.rates
-    fixed_j0, fixed_k, fixed_q = jax.lax.stop_gradient((j0, jnp.append(0.0, k), jnp.append(c.flow, q)))
-    root = jnp.sqrt(fixed_q)
-    rates = jnp.linalg.eigvalsh(jnp.diag(fixed_k) + root[:, None] * root / fixed_j0)
-    for _ in range(2):
-        gaps = k - rates[:, None]
-        value = (c.flow - j0 * rates) * jnp.prod(gaps, -1) - rates * (_leaving_out(gaps) @ q)
-        slope = fixed_j0 * jnp.diagonal(_leaving_out(rates - rates[:, None]))
-        rates = rates + value / jax.lax.stop_gradient(slope)
-    weights = jnp.prod(k - rates[:, None], -1) / jnp.diagonal(_leaving_out(rates - rates[:, None]))
-    return weights / j0, rates
-
-
-def _leaving_out(factors: Array) -> Array:
-    """Products along the rows of (m, k) with each factor left out in turn, (m, k)."""
-    k = factors.shape[-1]
-    return jnp.prod(jnp.where(jnp.eye(k, dtype=bool), 1.0, factors[:, None, :]), -1)
+    """G(t) = sum_m weights_m exp(-rates_m t) of J + extra, (k + 1,) and (k + 1,)."""
+    order = jnp.argsort(c.rates)
+    rates, weights = spectrum.relaxation_modes(
+        spectrum.Spectrum(c.spring, c.retarded[order], c.rates[order], c.flow), extra
+    )
+    return weights, rates
 
 
 def _highest(y: Array) -> Array:

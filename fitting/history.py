@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting._exponential import phi2
+from jaxcontact._exponential import ramps
 
 
 class Step(NamedTuple):
@@ -51,7 +51,7 @@ def _delayed(basis: History, tau: Array) -> Array:
     """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
     ratio = basis.gap[:, None] / tau
     held = basis.start[:, None] * -jnp.expm1(-ratio)
-    ramp = (basis.slope * basis.gap)[:, None] * ratio * phi2(ratio)
+    ramp = (basis.slope * basis.gap)[:, None] * ratio * ramps(ratio)[2]
     return recursion(jnp.exp(-ratio), held + ramp)
 
 

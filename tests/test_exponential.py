@@ -33,13 +33,15 @@ def test_integrals_of_the_exponential(z):
         np.testing.assert_array_less(np.abs(np.asarray(ours) - theirs) / size, GOOD)
 
 
-def test_their_slopes_are_finite_and_right_at_zero():
-    """d phi1/dz = -1/2, d psi/dz = -1/3, d phi2/dz = -1/6; also through the change of form at 0.1."""
-    assert jax.grad(phi1)(0.0) == -0.5
-    slopes = jax.jacfwd(lambda z: jnp.stack(ramps(z)))(0.0)
-    np.testing.assert_allclose(slopes, [-1.0, -1 / 3, -1 / 6], rtol=1e-15)
-    below, above = (jax.jacfwd(lambda z: jnp.stack(ramps(z)))(0.1 + d) for d in (-1e-12, 1e-12))
-    np.testing.assert_allclose(below, above, rtol=1e-11)
+def test_their_slopes_are_right_at_zero_and_on_both_sides_of_the_change_of_form():
+    """d/dz of int_0^1 w(s) exp(-z s) ds = -int_0^1 s w(s) exp(-z s) ds, in 40 digits."""
+    weights = (lambda s: 1, lambda s: s, lambda s: 1 - s)
+    found = jax.jacfwd(lambda z: jnp.stack([phi1(z), *ramps(z)[1:]]))
+    for z in (0.0, 1e-12, 1e-3, 0.0999, 0.1, 0.3, 1.0, 30.0):
+        with mp.workdps(40):
+            exact = [float(-mp.quad(lambda s, w=w, z=z: s * w(s) * mp.exp(-z * s), [0, 1])) for w in weights]
+        np.testing.assert_allclose(found(z), exact, rtol=1e-12)
+    assert jax.grad(lambda z: ramps(z)[0])(0.0) == -1.0
 
 
 def test_mean_decay_over_an_interval_and_at_an_instant():
