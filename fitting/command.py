@@ -73,7 +73,8 @@ def _add_indentation(press: Any) -> None:
     press.add_argument("--radius", type=float, metavar="R", help="of the ball [m]")
     press.add_argument("--ball-modulus", type=float, metavar="E", help="Young's modulus [Pa]; rigid without")
     press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
-    press.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of the material (0.3)")
+    press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
+    press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
     press.add_argument("--control", default="load", metavar="C", help="load or depth: what is given (load)")
     press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
     press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
@@ -204,9 +205,11 @@ def _indentation(options: argparse.Namespace) -> int:
     if options.layer is not None:
         substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
         extra |= {"layer": options.layer, "substrate": substrate}
+    nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
     with flags.about(options.file):
         found = fit_indentation(
-            data, options.model, indenter=jc.Sphere(options.radius, ball or None), nu=options.nu,
+            data, options.model, indenter=jc.Sphere(options.radius, ball or None),
+            nu=nu, bulk_modulus=options.bulk_modulus,
             control=options.control, **flags.weighting(options, False), **flags.known(options), **extra,
         )  # fmt: skip
     return _finish(options, found)

@@ -15,7 +15,7 @@ from fitting import creep_search, evidence, padding, report
 from fitting.creep_search import Optimum, Scaled
 from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings, plain
-from fitting.structure import Structure, limits, resolve
+from fitting.structure import Structure, Volume, limits, resolve
 from fitting.uncertainty import covariance, linear_sd, log_covariance
 from fitting.unsupported import Supported, keep_all, leave_out
 from fitting.varpro import PLACES, TauSearch
@@ -133,7 +133,7 @@ def _fit(data: CreepData, structure: Structure, options: dict, choose: Callable[
     ends, spread = profile(data.t[-1:]), quality.spread(known)
     found = _estimate(structure, scaled, best, ends, spread)
     return CreepFit(
-        **findings(structure, table, level, options["nu"], quality, found), data=data, weights=label,
+        **findings(structure, table, level, Volume("nu", options["nu"]), quality, found), data=data, weights=label,
         duration=scaled.time, curve=(name, unit, t[on], measured[on]), options=options, kept=kept,
         notes=(*data.notes, *_said(data, kept, label, weight, quality.noise)),
         combinations=_combinations(scaled, best, ends, spread),

@@ -132,7 +132,7 @@ def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Ar
     def rows(tau: Array) -> Array:
         base = jnp.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
         slope = jnp.stack([jnp.array([0.0, 1 / tau, 0]), jnp.array([0.0, 1 / tau, 1.0])])
-        return jnp.concatenate([base, slope, columns(Step(times), jnp.reshape(tau, 1))])
+        return jnp.concatenate([base, slope, columns(Step(times), jnp.reshape(1.0 / tau, 1))])
 
     ends, reach = varpro.extents(problem, optimum.tau, optimum.cost, level, rows)
     return _opened(ends, reach, problem)

@@ -12,7 +12,7 @@ import numpy as np
 from fitting import halfspace, nonlinear, padding
 from fitting.halfspace import Curve
 from fitting.history import merge
-from fitting.nonlinear import Best, Objective
+from fitting.nonlinear import Best, Objective, moved
 from fitting.press import Found, Medium, Press, spread_starts, start
 
 FALL = 0.02  # share of the greatest depth by which a depth may fall before the contact counts as shrinking
@@ -31,7 +31,8 @@ def search(press: Press, rise: float | None) -> Found:
     low = nonlinear.minimise_from(coarse, [first, *others])
     best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
     best = best._replace(starts=low.starts, agreed=low.agreed)
-    notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best)
+    curve = _curve(press, whole, knots, values)
+    notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
     return Found(press, best, objective, notes, moves, Medium())
 
 
@@ -53,7 +54,7 @@ def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarr
     t, load, depth = (padding.repeated(y[points]) for y in (press.t, press.load, press.depth))
     basis = merge(t, padding.repeated(knots), padding.repeated(values))
     weights = padding.without_weight(press.weights[points])
-    return Curve(t, load, depth, weights, basis, press.extra, int(np.argmax(depth)))
+    return Curve(t, load, depth, weights, basis, press.extra, press.bulk, int(np.argmax(depth)))
 
 
 def _some(press: Press) -> np.ndarray:
@@ -87,12 +88,15 @@ def _starts(
     return first, spread_starts(press, power, weights, basis)
 
 
-def _moves(press: Press, best: Best, name: str) -> np.ndarray:
-    """Change of the coordinates with nu: on a half-space every compliance goes with 1/(1 - nu)."""
-    if name != "nu":
+def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
+    """Change of the coordinates with what is held: with nu every compliance goes with 1/(1 - nu)."""
+    if name != press.volume.name:
         raise ValueError(f"spread: a half-space has no {name}")
     space = press.space
-    return np.where(space.logarithmic, 1.0, best.theta) * space.material / (1.0 - press.nu)
+    if name == "nu":
+        return np.where(space.logarithmic, 1.0, best.theta) * space.material / press.volume.share
+    slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
+    return moved(best, space.free, slope * press.unit)
 
 
 def _notes(best: Best, press: Press, kind: str) -> tuple[str, ...]:

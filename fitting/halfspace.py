@@ -3,7 +3,7 @@
 While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438)
 
     depth^(3/2) = 3/(8 sqrt(R)) int [(1 - nu) J(t - s) + A] dP(s),
-    P = 8 sqrt(R)/(3 (1 - nu)) int G(t - s) d(depth^(3/2)),
+    P = 8 sqrt(R)/(3 (1 - nu)) int G(t - s) d(depth^(3/2))                (and so with a bulk modulus: ``surface``),
 
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
@@ -31,7 +31,7 @@ BISECTIONS = 24
 
 class Curve(NamedTuple):
     """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball,
-    over 1 - nu.
+    over 1 - nu; bulk: the bulk modulus, or None for a constant nu.
 
     top: index of the greatest depth, from which on the contact may shrink.
     """
@@ -42,29 +42,30 @@ class Curve(NamedTuple):
     weights: Array
     basis: Any
     extra: Array
+    bulk: Array | None
     top: Array
 
 
 def depth_residual(point: Coordinates, curve: Curve) -> Array:
     """Weighted depth of the model less that measured, (n,); the load is given."""
-    spring, retarded, flow, rates = point.compliances()
+    spring, retarded, flow, rates = surface(point.compliances(), curve.bulk)
     x = jnp.concatenate([jnp.stack([spring + curve.extra]), retarded, jnp.stack([flow])])
     # an integral at or below zero: not in contact yet; the slope of the root stays finite
-    total = columns(curve.basis, 1.0 / rates) @ x
+    total = columns(curve.basis, rates) @ x
     depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (2.0 / 3.0), 0.0)
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
 def load_residual(point: Coordinates, curve: Curve) -> Array:
     """Weighted load of the model less that measured, (n,); the depth is given and the contact grows."""
-    weights, rates = relaxation_modes(point.compliances(), curve.extra)
+    weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
     power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** 1.5
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
 def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     """As ``load_residual``, for one maximum of the depth: after it the integral ends at t1(t)."""
-    weights, rates = relaxation_modes(point.compliances(), curve.extra)
+    weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
     rising = jnp.arange(curve.t.size) <= curve.top
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
     depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
@@ -75,13 +76,28 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     return curve.weights * ((decay * ended) @ weights - curve.load)
 
 
+def surface(c: Compliances, bulk: Array | None) -> Compliances:
+    """J of the surface: with a bulk modulus K the transform of 2 (1 - nu) J is J + 3/(G + 3 K) (``response.volume``)."""
+    if bulk is None:
+        return c
+    start, retarded, rates = spectrum.parallel_creep(_spectrum(c), 3.0 * bulk)
+    return Compliances(
+        c.spring + 3.0 * start,
+        jnp.concatenate([c.retarded, 3.0 * retarded]),
+        c.flow,
+        jnp.concatenate([c.rates, rates]),
+    )
+
+
 def relaxation_modes(c: Compliances, extra: Array) -> tuple[Array, Array]:
     """G(t) = sum_m weights_m exp(-rates_m t) of J + extra, (k + 1,) and (k + 1,)."""
-    order = jnp.argsort(c.rates)
-    rates, weights = spectrum.relaxation_modes(
-        spectrum.Spectrum(c.spring, c.retarded[order], c.rates[order], c.flow), extra
-    )
+    rates, weights = spectrum.relaxation_modes(_spectrum(c), extra)
     return weights, rates
+
+
+def _spectrum(c: Compliances) -> spectrum.Spectrum:
+    order = jnp.argsort(c.rates)
+    return spectrum.Spectrum(c.spring, c.retarded[order], c.rates[order], c.flow)
 
 
 def _highest(y: Array) -> Array:
@@ -156,3 +172,9 @@ def slopes(point: Coordinates, free: Array, curve: Curve, kind: str) -> Array:
     """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
     some = lambda x: MODELS[kind](point.moved(free, x), curve)
     return jax.jacfwd(some)(point.vector()[free])
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def bulk_slope(point: Coordinates, curve: Curve, kind: str) -> Array:
+    """That of the weighted residuals (n,) with the bulk modulus."""
+    return jax.jacfwd(lambda bulk: MODELS[kind](point, curve._replace(bulk=bulk)))(jnp.asarray(curve.bulk))

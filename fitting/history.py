@@ -38,18 +38,18 @@ class History(NamedTuple):
     pick: Array
 
 
-def columns(basis: Step | History, tau: Array) -> Array:
-    """[E, D(tau_1) .. D(tau_k), F], (n, k + 2), for tau (k,)."""
+def columns(basis: Step | History, rates: Array) -> Array:
+    """[E, D(tau_1) .. D(tau_k), F], (n, k + 2), for rates 1/tau (k,)."""
     if isinstance(basis, Step):
         t = jnp.asarray(basis.t)[:, None]
-        return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t / tau), t], -1)
-    whole = [basis.stress[:, None], _delayed(basis, tau), basis.integral[:, None]]
+        return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t * rates), t], -1)
+    whole = [basis.stress[:, None], _delayed(basis, rates), basis.integral[:, None]]
     return jnp.concatenate(whole, -1)[basis.pick]
 
 
-def _delayed(basis: History, tau: Array) -> Array:
+def _delayed(basis: History, rates: Array) -> Array:
     """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
-    ratio = basis.gap[:, None] / tau
+    ratio = basis.gap[:, None] * rates
     held = basis.start[:, None] * -jnp.expm1(-ratio)
     ramp = (basis.slope * basis.gap)[:, None] * ratio * ramps(ratio)[2]
     return recursion(jnp.exp(-ratio), held + ramp)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,10 @@ from fitting import evidence, half_space_search, layered_search, nonlinear, repo
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
 from fitting.estimating import estimate, inside_box
+from fitting.layered import Coating
 from fitting.press import Found, Medium, prepare
 from fitting.result import Fit, findings, plain
-from fitting.structure import limits, structure_of
+from fitting.structure import Volume, limits, structure_of
 from fitting.weights import without_noise
 
 
@@ -23,7 +25,7 @@ class IndentationFit(Fit):
 
     Attributes:
         control: "load" or "depth", what drove the model.
-        nu, indenter, film: what the moduli are conditional on.
+        nu or bulk_modulus [Pa] (the other is None), indenter, film: what the moduli are conditional on.
         nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
         kept: (n,) bool, the points fitted, which ``fitted`` and ``residuals`` are of.
         runs: (forward, gradient) evaluations of the model.
@@ -32,7 +34,8 @@ class IndentationFit(Fit):
     """
 
     indenter: Any
-    nu: float
+    nu: float | None
+    bulk_modulus: float | None
     control: str
     film: Medium
     nuisances: dict[str, tuple[float, float, float]]
@@ -48,6 +51,7 @@ class IndentationFit(Fit):
             "control": self.control,
             "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
             "indenter_radius_m": float(self.indenter.radius), "poisson_ratio": self.nu,
+            "bulk_modulus_Pa": self.bulk_modulus,
             "film_thickness_m": plain(self.film.thickness),
             "bias_over_standard_error": dict(self.film.bias),
             "starts": self.starts[0], "starts_agreed": self.starts[1],
@@ -69,12 +73,13 @@ class IndentationFit(Fit):
         film, runs = self.film, f"{self.runs[0]} forward and {self.runs[1]} gradient runs"
         sought, agreed = self.starts
         spent = f"  {agreed} of {sought} starts came to this minimum; {runs} in {self.seconds:.3g} s"
+        volume = Volume.of(self.nu, self.bulk_modulus)
         if film.thickness is None:
-            return [f"  the moduli are conditional on nu = {self.nu:g} and a half-space", spent]
+            return [f"  the moduli are conditional on {volume} and a half-space", spent]
         bias = ", ".join(f"{name} {value:.2g}" for name, value in film.bias.items())
         n, m = film.grid.shape
         return [
-            f"  the moduli are conditional on thickness = {film.thickness:.4g} m and nu = {self.nu:g}, "
+            f"  the moduli are conditional on thickness = {film.thickness:.4g} m and {volume}, "
             "from which a wide contact cannot tell them apart",
             f"  grid {n} x {m}; discretisation bias over standard error: {bias}",
             spent,
@@ -86,7 +91,8 @@ def fit_indentation(
     model: type | str = jc.Burgers,
     *,
     indenter: Any,
-    nu: float,
+    nu: float | None = None,
+    bulk_modulus: float | None = None,
     tau: Any = None,
     control: str = "load",
     weights: str | None = "absolute",
@@ -98,6 +104,7 @@ def fit_indentation(
     machine_compliance: float | str = 0.0,
     rise: float | None = None,
     layer: float | None = None,
+    layers: Sequence[Any] | None = None,
     substrate: Any = None,
     grid: Any = None,
     level: float = 0.95,
@@ -112,7 +119,8 @@ def fit_indentation(
         data: the curve, n points.
         model: a material class or its name.
         indenter: a ``jc.Sphere``, elastic or rigid.
-        nu: Poisson's ratio of the material, held.
+        nu: Poisson's ratio of the material, held; or
+        bulk_modulus: [Pa], held, of an elastic response in volume, while the shear creeps.
         tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
         control: what drives the model and is not fitted: "load", under which the contact must grow, or "depth".
         weights: "absolute" (one error for all points) or "relative".
@@ -125,8 +133,10 @@ def fit_indentation(
         rise: put a load that rises linearly for so long [s] and is then held in place of the measured one,
             for comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is the step); later
             points are fitted.
-        layer: thickness [m] of a film.
-        substrate: ``jc.Elastic`` under the film.
+        layer: thickness [m] of a film of the material.
+        layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
+            ``jc.Layer`` and ``jc.Graded`` above and below it.
+        substrate: the known material under it, elastic or not.
         grid: ``jc.Grid`` for the film; else one is chosen so that what discretisation does to the
             parameters is below a fifth of their standard errors.
         level: of the intervals.
@@ -150,14 +160,15 @@ def fit_indentation(
     structure = structure_of(model, tau)
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
-    press = prepare(data, structure, table, indenter, nu, control, weights, sigma, nuisances, rise)
+    volume = Volume.of(nu, bulk_modulus)
+    press = prepare(data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise)
     evidence.check(level, int(press.kept.sum()), press.space.free.size)
-    if layer is None and substrate is None and grid is None:
+    if all(given is None for given in (layer, layers, substrate, grid)):
         found = half_space_search.search(press, rise)
     elif rise is not None:
         raise ValueError(f"rise: expected None with a layer, got {rise!r}")
     else:
-        found = layered_search.search(press, layer, substrate, grid)
+        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid)
     return _gather(found, level, started)
 
 
@@ -174,9 +185,9 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
     material = estimate(space, best, found.moves, ends, quality.spread(known))
     return IndentationFit(
-        **findings(space.structure, press.table, level, press.nu, quality, material), data=press.data,
+        **findings(space.structure, press.table, level, press.volume, quality, material), data=press.data,
         weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
-        indenter=press.indenter, nu=press.nu, control=press.control, film=found.medium,
+        indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
         nuisances=_nuisances(space, best.theta, ends), kept=on,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
         curve=(*press.response, press.data.t[on], measured),

@@ -1,6 +1,9 @@
 """A ball on a viscoelastic film on an elastic substrate: the contact solver itself is the forward model."""
 
+from __future__ import annotations
+
 import functools
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -15,6 +18,38 @@ from fitting.press import Press
 TIMES = 96  # march times where there are more samples
 
 
+class Coating(NamedTuple):
+    """What is pressed: known layers above that of the material sought, its thickness [m], those below, substrate."""
+
+    above: tuple[Any, ...]
+    thickness: Any
+    below: tuple[Any, ...]
+    substrate: Any
+
+    @classmethod
+    def of(cls, layer: Any, layers: Sequence[Any] | None, substrate: Any) -> Coating:
+        """From the arguments of ``fit_indentation``; ValueError unless a solver can take it."""
+        if (layer is None) == (layers is None):
+            raise ValueError(f"layers: expected it or layer, one of the two, got {layers!r} and {layer!r}")
+        rows = [layer] if layers is None else list(layers)
+        sought = [i for i, row in enumerate(rows) if not isinstance(row, jc.Layer | jc.Graded)]
+        if len(sought) != 1:
+            raise ValueError(f"layers: expected one thickness [m] and any Layer beside it, got {layers!r}")
+        thickness = rows[sought[0]]
+        if not (isinstance(thickness, int | float | np.number) and np.isfinite(thickness) and thickness > 0):
+            raise ValueError(f"layer: expected a thickness > 0 m, got {thickness!r}")
+        if not hasattr(substrate, "creep"):
+            raise ValueError(f"substrate: expected a material under a layer, got {type(substrate).__name__}")
+        found = cls(tuple(rows[: sought[0]]), float(thickness), tuple(rows[sought[0] + 1 :]), substrate)
+        jc.normal_response(found.body(substrate), 1.0)  # complains of what is known
+        return found
+
+    def body(self, material: Any) -> Any:
+        """With the material sought in its place."""
+        layers = [*self.above, jc.Layer(material, self.thickness), *self.below]
+        return jc.LayeredHalfSpace(layers, self.substrate)
+
+
 class FilmTest(NamedTuple):
     """What the solver needs beside the coordinates, SI but for what is scaled; units undo the scaling.
 
@@ -23,9 +58,8 @@ class FilmTest(NamedTuple):
     """
 
     indenter: Any
-    thickness: Array
-    substrate: Any
-    nu: Array
+    coating: Coating
+    volume: dict[str, Array]
     grid: jc.Grid
     times: Array
     drive: Any
@@ -48,13 +82,13 @@ class Mesh(NamedTuple):
     fine: int = 1
 
 
-def scene(press: Press, layer: float, substrate: Any, mesh: Mesh) -> FilmTest:
+def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
     """The solver's inputs on a mesh."""
     t, grid = march_times(press.t, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
     kind, driven = (jc.Load, press.load) if press.control == "load" else (jc.Approach, press.depth)
     drive = kind(np.interp(t, press.t, driven))
     numbers = FilmTest(
-        press.indenter, layer, substrate, press.nu, grid, t, drive, press.t, press.load, press.measured,
+        press.indenter, coating, press.volume.keyword, grid, t, drive, press.t, press.load, press.measured,
         press.weights, np.zeros(press.t.size), press.duration, press.load_unit, press.depth_unit, press.unit,
     )  # fmt: skip
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
@@ -73,10 +107,10 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
     """Scaled depth (or load) at the samples (n,), status and contact radius [m] of the march."""
     c = point.compliances()
     material = jc.Prony(
-        J0=c.spring * film.unit, J=c.retarded * film.unit, tau=film.duration / c.rates, nu=film.nu,
-        fluidity=c.flow * film.unit / film.duration,
+        J0=c.spring * film.unit, J=c.retarded * film.unit, tau=film.duration / c.rates,
+        fluidity=c.flow * film.unit / film.duration, **film.volume,
     )  # fmt: skip
-    body = jc.LayeredHalfSpace([jc.Layer(material, film.thickness)], film.substrate)
+    body = film.coating.body(material)
     offset, drive = point.offset(film.t, film.load), film.drive
     by_load = isinstance(drive, jc.Load)
     if by_load:
@@ -106,16 +140,21 @@ def slopes(point: Coordinates, free: Array, film: FilmTest) -> Array:
 
 @functools.partial(jax.jit, static_argnames="name")
 def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
-    """Of the weighted response, (n,), with nu or thickness."""
-    some = lambda x: film.weights * respond(point, film._replace(**{name: x}))[0]
-    return jax.jacfwd(some)(getattr(film, name))
+    """Of the weighted response, (n,), with nu, bulk modulus or thickness."""
+
+    def some(thickness: Array, volume: dict[str, Array]) -> Array:
+        changed = film._replace(coating=film.coating._replace(thickness=thickness), volume=volume)
+        return film.weights * respond(point, changed)[0]
+
+    held = film.coating.thickness, film.volume
+    return jax.jacfwd(some, 0)(*held) if name == "thickness" else jax.jacfwd(some, 1)(*held)[name]
 
 
 @jax.jit
 def elastic(
-    J: Array, nu: Array, indenter: Any, thickness: Array, substrate: Any, load: Array, grid: Any
+    J: Array, volume: dict[str, Array], indenter: Any, coating: Coating, load: Array, grid: Any
 ) -> Array:
     """Approach and contact radius [m] on an elastic film of compliance J [1/Pa]."""
-    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1.0 / J, nu), thickness)], substrate)
+    body = coating.body(jc.Elastic(1.0 / J, **volume))
     run = jc.indent(body, indenter, jc.Load(load), jnp.zeros(1), grid=grid, save="last")
     return jnp.stack([run.approach[0], run.contact_radius[0]])

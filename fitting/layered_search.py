@@ -17,8 +17,8 @@ import numpy as np
 import jaxcontact as jc
 from fitting import layered
 from fitting.history import merge
-from fitting.layered import FilmTest, Mesh
-from fitting.nonlinear import Best, Objective, minimise
+from fitting.layered import Coating, FilmTest, Mesh
+from fitting.nonlinear import Best, Objective, minimise, moved
 from fitting.press import Found, Medium, Press, start
 from fitting.uncertainty import inverse
 
@@ -35,12 +35,13 @@ Scene = Callable[[Mesh], FilmTest]
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 
-def search(press: Press, layer: float, substrate: Any, grid: Any) -> Found:
+def search(press: Press, coating: Coating, grid: Any) -> Found:
     """Minimise on meshes of doubled fineness until the bias left is small beside the noise."""
-    _check(press, layer, substrate)
+    if press.space.structure.model is jc.KelvinVoigt:
+        raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
     press = press._replace(space=dataclasses.replace(press.space, least=LEAST))
-    scene = functools.partial(layered.scene, press, layer, substrate)
-    theta, radius = _start(press, layer, substrate)
+    scene = functools.partial(layered.scene, press, coating)
+    theta, radius = _start(press, coating)
     chosen, runs = grid is None, np.zeros(2, int)
     mesh = Mesh(CELLS, 2.0 * MARGIN * radius) if chosen else Mesh(grid.shape[0], float(grid.width[0]))
     while True:
@@ -56,23 +57,15 @@ def search(press: Press, layer: float, substrate: Any, grid: Any) -> Found:
     objective.residual_runs += int(runs[0])
     objective.jacobian_runs += int(runs[1])
     named = {press.space.names[i]: float(bias[i]) for i in press.space.free}
-    medium = Medium(layer, substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), named)
+    medium = Medium(
+        coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), named
+    )
     return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
 
 
-def _check(press: Press, layer: float, substrate: Any) -> None:
-    """ValueError unless there is a film that can be solved."""
-    if not (isinstance(layer, int | float | np.number) and np.isfinite(layer) and layer > 0):
-        raise ValueError(f"layer: expected a thickness > 0 m, got {layer!r}")
-    if not isinstance(substrate, jc.Elastic):
-        raise ValueError(f"substrate: expected Elastic under a layer, got {type(substrate).__name__}")
-    if press.space.structure.model is jc.KelvinVoigt:
-        raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
-
-
-def _start(press: Press, layer: float, substrate: Any) -> tuple[np.ndarray, float]:
+def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
     """Coordinates to start from, and the largest contact radius [m] there."""
-    depth, radius = _elastic(press, layer, substrate)
+    depth, radius = _elastic(press, coating)
     on = press.kept & (press.load > 0.3)
     scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-2.0 / 3.0), depth[0])
     J = np.exp(np.interp(scaled, depth, RANGE))
@@ -83,11 +76,11 @@ def _start(press: Press, layer: float, substrate: Any) -> tuple[np.ndarray, floa
     return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
 
 
-def _elastic(press: Press, layer: float, substrate: Any) -> tuple[np.ndarray, np.ndarray]:
+def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
     """Scaled depth and contact radius [m] under the largest load over elastic films of ``RANGE``."""
     width = 2.4 * np.sqrt(1.5 * float(press.indenter.radius) * press.depth_unit)
     grid = jc.Grid.square(n=START_CELLS, width=width)
-    film = press.nu, press.indenter, layer, substrate, press.load_unit, grid
+    film = press.volume.keyword, press.indenter, coating, press.load_unit, grid
     rows = [layered.elastic(np.exp(x) * press.unit, *film) for x in RANGE]
     depth, radius = np.array(rows).T
     return np.maximum.accumulate(depth / press.depth_unit), radius
@@ -131,11 +124,9 @@ def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -
 
 
 def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
-    """d theta/d nuisance = -(J^T J)^-1 J^T dr/d nuisance at the optimum, (m,)."""
-    change = np.zeros(best.theta.size)
-    slope = np.asarray(layered.nuisance_slope(press.space.point(best.theta), film, name))
-    change[press.space.free] = -inverse(best.jacobian) @ (best.jacobian.T @ slope)
-    return change
+    """d theta/d nuisance at the optimum, (m,)."""
+    slope = layered.nuisance_slope(press.space.point(best.theta), film, name)
+    return moved(best, press.space.free, np.asarray(slope))
 
 
 def _standard_errors(best: Best, press: Press) -> np.ndarray:

@@ -26,7 +26,7 @@ from fitting.halfspace import relaxation_modes
 from fitting.modulus_data import OscillationData, RelaxationData
 from fitting.nonlinear import Objective
 from fitting.result import Fit, findings
-from fitting.structure import Structure, limits, structure_of
+from fitting.structure import Structure, Volume, limits, structure_of
 from fitting.weights import choose_weights, without_noise
 
 STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  # tau over the duration, share
@@ -184,7 +184,7 @@ def _fit(
     still = lambda name: np.zeros(best.theta.size)
     found = estimate(space, best, still, ends, quality.spread(known))
     return ModulusFit(
-        **findings(structure, table, level, nu, quality, found), data=data, weights=label, curve=curve,
+        **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label, curve=curve,
         duration=duration, notes=data.notes, starts=(best.starts, best.agreed),
     )  # fmt: skip
 

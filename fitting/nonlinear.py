@@ -68,6 +68,13 @@ class Best(NamedTuple):
     agreed: int = 1
 
 
+def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """d theta/d x = -(J^T J)^-1 J^T dr/dx at the optimum, (m,), from the slope (n,) of the residuals."""
+    change = np.zeros(best.theta.size)
+    change[free] = -inverse(best.jacobian) @ (best.jacobian.T @ slope)
+    return change
+
+
 def minimise(objective: Objective, start: np.ndarray) -> Best:
     """The least squares in the box from ``start``."""
     return _fit(objective, start, objective.free, objective.floor)

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.structure import Structure, of_material
+from fitting.structure import Structure, Volume, of_material
 
 SHORTEST, LONGEST = 0.02, 100.0  # durations tried, over tau
 TRIED, HALVINGS = 40, 20
@@ -133,7 +133,7 @@ def _jacobian(u: Array, t: Array, hold: Array, law: Structure) -> tuple[Array, A
     """Response (n,) to a stress of one, taken off after ``hold``, and its Jacobian in log parameters."""
 
     def response(u: Array) -> Array:
-        creep = law.material(dict(zip(law.where, jnp.exp(u), strict=True)), 0.0).creep
+        creep = law.material(dict(zip(law.where, jnp.exp(u), strict=True)), Volume("nu", 0.0)).creep
         return creep(t) - jnp.where(t >= hold, creep(jnp.maximum(t - hold, 0.0)), 0.0)
 
     return response(u), jax.jacfwd(response)(u)

@@ -16,7 +16,7 @@ from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
 from fitting.history import columns
 from fitting.nonlinear import Best, Objective
-from fitting.structure import Structure
+from fitting.structure import Structure, Volume
 from fitting.weights import choose_weights
 
 AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number and of all
@@ -35,7 +35,7 @@ class Press(NamedTuple):
 
     data: IndentationData
     indenter: Any
-    nu: float
+    volume: Volume
     control: str
     t: np.ndarray
     load: np.ndarray
@@ -54,7 +54,12 @@ class Press(NamedTuple):
     @property
     def extra(self) -> float:
         """Scaled compliance that an elastic ball adds to J."""
-        return float(self.indenter.compliance()) / (1.0 - self.nu) / self.unit
+        return float(self.indenter.compliance()) / self.volume.share / self.unit
+
+    @property
+    def bulk(self) -> float | None:
+        """Scaled bulk modulus, None for a constant nu."""
+        return self.volume.value * self.unit if self.volume.name == "bulk_modulus" else None
 
     @property
     def known(self) -> bool:
@@ -83,11 +88,11 @@ class Press(NamedTuple):
 
 
 def prepare(
-    data: IndentationData, structure: Structure, table: dict, indenter: Any, nu: float, control: str,
+    data: IndentationData, structure: Structure, table: dict, indenter: Any, volume: Volume, control: str,
     weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None,
 ) -> Press:  # fmt: skip
     """Check and scale; ValueError with expected and got."""
-    _check(data, indenter, nu, control, rise)
+    _check(data, indenter, control, rise)
     t = data.t - data.t[0]
     kept = (data.load > 0) & (data.depth > 0) & (t >= (rise or 0.0))
     if kept.sum() < 5:
@@ -97,7 +102,7 @@ def prepare(
     notes = [] if kept.all() else [f"{(~kept).sum()} points before contact or during the rise not fitted"]
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     # J that a scaled compliance of one stands for
-    unit = 8.0 * np.sqrt(float(indenter.radius)) * d**1.5 / (3.0 * (1.0 - nu) * P)
+    unit = 8.0 * np.sqrt(float(indenter.radius)) * d**1.5 / (3.0 * volume.share * P)
     response = data.depth if control == "load" else data.load
     weight, label = _weights(t, response, kept, weights, sigma)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
@@ -108,20 +113,18 @@ def prepare(
         )
     _check_contact(data, kept)
     return Press(
-        data, indenter, nu, control, t / T, data.load / P, data.depth / d, kept,
+        data, indenter, volume, control, t / T, data.load / P, data.depth / d, kept,
         weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
     )  # fmt: skip
 
 
-def _check(data: IndentationData, indenter: Any, nu: float, control: str, rise: float | None) -> None:
+def _check(data: IndentationData, indenter: Any, control: str, rise: float | None) -> None:
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     if not isinstance(indenter, jc.Sphere):
         raise ValueError(f"indenter: expected a Sphere, got {type(indenter).__name__}")
     if not float(indenter.radius) > 0:
         raise ValueError(f"indenter: expected a radius > 0, got {indenter.radius}")
-    if not -1.0 < nu <= 0.5:
-        raise ValueError(f"nu: expected -1 < nu <= 0.5, got {nu}")
     if control not in ("load", "depth"):
         raise ValueError(f'control: expected "load" or "depth", got {control!r}')
     if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
@@ -180,7 +183,7 @@ def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: f
         _, x, tau, _ = varpro.solve(_search(press, y, weights, basis))
         found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
     else:
-        A = weights[:, None] * np.asarray(columns(basis, space.structure.tau / press.duration))
+        A = weights[:, None] * np.asarray(columns(basis, press.duration / space.structure.tau))
         low, high = box.T
         found = optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
     return space.near(found, least)

@@ -15,7 +15,7 @@ from fitting import evidence, history, nonlinear
 from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
 from fitting.result import Estimate, Fit, findings
-from fitting.structure import limits, series
+from fitting.structure import Volume, limits, series
 from fitting.uncertainty import covariance, log_covariance
 from fitting.weights import without_noise
 
@@ -63,7 +63,8 @@ def fit_prony(
     weight, label = fit_weights(data, weights, sigma)
     p, known = len(places), label == "sigma"
     evidence.check(level, data.t.size, p)
-    whole = weight[:, None] * np.asarray(history.columns(_basis(data), structure.tau))[:, places]
+    assert structure.tau is not None
+    whole = weight[:, None] * np.asarray(history.columns(_basis(data), 1.0 / structure.tau))[:, places]
     scale = 1.0 / np.linalg.norm(whole, axis=0)
     A, y = whole * scale, weight * data.response
     objective = nonlinear.Objective(
@@ -77,7 +78,7 @@ def fit_prony(
     quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known, J, data.t)
     found = _estimate(structure.size, places, best.theta * scale, ends, whole, quality.spread(known))
     return PronyFit(
-        **findings(structure, table, level, nu, quality, found), data=data, weights=label,
+        **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label,
         duration=float(data.t[-1]), notes=data.notes, curve=measured_curve(data),
     )  # fmt: skip
 

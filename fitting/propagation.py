@@ -18,6 +18,7 @@ from jax import Array
 from scipy import stats
 
 from fitting.result import Fit
+from fitting.structure import Volume
 
 LEAST = 1e-9  # share of the largest compliance: an infinite parameter has no slope, this has
 
@@ -50,8 +51,9 @@ def propagate(
     Args:
         fit: what ``fit_creep``, ``fit_prony`` or ``fit_indentation`` returned.
         f: a differentiable function of a material, to a number or an array.
-        spread: {"nu": sd} varies Poisson's ratio about the fit's; {"thickness": sd} [m] also gives f the
-            film's thickness as its second argument, about that of the fit, or (value, sd) where the fit has none.
+        spread: {"nu": sd}, or {"bulk_modulus": sd} [Pa] of a fit with one, varies it about the fit's;
+            {"thickness": sd} [m] also gives f the film's thickness as its second argument, about that of the fit,
+            or (value, sd) where the fit has none.
 
     Returns:
         Value, standard deviation and band, in the shape and unit of f's result.
@@ -71,10 +73,11 @@ def propagate(
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
     spread, structure = spread or {}, fit.structure
     values, sds = _spread(fit, spread)
+    held = "nu" if "nu" in values else "bulk_modulus"
     thick = "thickness" in spread
 
     def result(p: Array, q: dict[str, Array]) -> Array:
-        material = structure.material(structure.parameters(p), q["nu"])
+        material = structure.material(structure.parameters(p), Volume(held, q[held]))
         return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
 
     start = jnp.asarray(_off_zero(fit))
@@ -111,10 +114,11 @@ def _off_zero(fit: Fit) -> np.ndarray:
 
 
 def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:
-    """Values of nu and thickness, and the standard deviations given."""
-    film = getattr(fit, "film", None)
-    known = {"nu": float(fit.material.nu), "thickness": film.thickness if film else None}
-    values, sds = {"nu": jnp.asarray(known["nu"])}, {}
+    """Values of nu (or the bulk modulus) and thickness, and the standard deviations given."""
+    film, material = getattr(fit, "film", None), fit.material
+    held = "nu" if material.bulk_modulus is None else "bulk_modulus"
+    known = {held: float(getattr(material, held)), "thickness": film.thickness if film else None}
+    values, sds = {held: jnp.asarray(known[held])}, {}
     for name, given in spread.items():
         if name not in known:
             raise ValueError(f"spread: expected keys among {list(known)}, got {name!r}")

@@ -13,7 +13,7 @@ from scipy import stats
 
 from fitting import fit_picture, report
 from fitting.evidence import Evidence, identified
-from fitting.structure import Compliances, Structure
+from fitting.structure import Compliances, Structure, Volume
 from fitting.uncertainty import LogCovariance
 
 
@@ -199,7 +199,7 @@ def plain(value: Any) -> Any:
 
 
 def findings(
-    structure: Structure, table: dict, level: float, nu: float, evidence: Evidence, found: Estimate
+    structure: Structure, table: dict, level: float, volume: Volume, evidence: Evidence, found: Estimate
 ) -> dict[str, Any]:
     """The fields of a ``Fit`` that follow from an estimate and its evidence."""
     values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
@@ -209,7 +209,7 @@ def findings(
     sd = dict.fromkeys(values, math.inf)
     sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
     return evidence._asdict() | {
-        "structure": structure, "level": level, "material": structure.material(values, nu), "values": values,
+        "structure": structure, "level": level, "material": structure.material(values, volume), "values": values,
         "intervals": intervals, "identified": identified(intervals, table, level, evidence.refused), "fixed": fixed,
         "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
         "condition": log.condition, "weakest_sd": log.weakest_sd,

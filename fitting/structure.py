@@ -7,6 +7,8 @@ times are given. Moduli and viscosities are reciprocals of compliances, so that 
 ordinary zero; the parameters of ``jc.Prony`` are compliances themselves.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import math
 from typing import Any, NamedTuple
@@ -30,6 +32,40 @@ class Compliances(NamedTuple):
         """J(t) [1/Pa], t [s] of any shape."""
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.retarded
         return self.spring + delayed + self.flow * t
+
+
+class Volume(NamedTuple):
+    """What is held of the response in volume: name "nu" or "bulk_modulus", and its value, () [Pa]."""
+
+    name: str
+    value: Any
+
+    @classmethod
+    def of(cls, nu: float | None, bulk_modulus: float | None) -> Volume:
+        """ValueError unless it is one of the two, within its range."""
+        if (nu is None) == (bulk_modulus is None):
+            raise ValueError(
+                f"nu: expected it or bulk_modulus, one of the two, got nu={nu}, bulk_modulus={bulk_modulus}"
+            )
+        if nu is not None and not -1.0 < nu <= 0.5:
+            raise ValueError(f"nu: expected -1 < nu <= 0.5, got {nu}")
+        if bulk_modulus is not None and not 0.0 < bulk_modulus < math.inf:
+            raise ValueError(f"bulk_modulus: expected a number > 0 Pa, got {bulk_modulus}")
+        return cls("bulk_modulus", bulk_modulus) if nu is None else cls("nu", nu)
+
+    @property
+    def keyword(self) -> dict[str, Any]:
+        """As a material takes it: the other is None."""
+        return {"nu": None, "bulk_modulus": None, self.name: self.value}
+
+    @property
+    def share(self) -> Any:
+        """1 - nu; with a bulk modulus that of a solid that keeps its volume."""
+        return 1.0 - self.value if self.name == "nu" else 0.5
+
+    def __str__(self) -> str:
+        unit = "" if self.name == "nu" else " Pa"
+        return f"{self.name} = {self.value:.4g}{unit}"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -84,13 +120,17 @@ class Structure:
         own = (lambda c: c) if self.tau is not None else reciprocal
         return {name: own(compliances[place]) for name, place in self.where.items()}
 
-    def material(self, values: dict[str, Any], nu: Any) -> Any:
+    def material(self, values: dict[str, Any], volume: Volume) -> Any:
         """The material with these parameters; those of a series that are not among them are zero."""
         if self.tau is None:
-            return self.model(**values, nu=nu)
+            return self.model(**values, **volume.keyword)
         J = jnp.stack([jnp.asarray(values[f"J{i + 1}"]) for i in range(self.branches)])
         return jc.Prony(
-            J0=values.get("J0", 0.0), J=J, tau=self.tau, nu=nu, fluidity=values.get("fluidity", 0.0)
+            J0=values.get("J0", 0.0),
+            J=J,
+            tau=self.tau,
+            fluidity=values.get("fluidity", 0.0),
+            **volume.keyword,
         )
 
     def box(self, table: dict[str, tuple[float, float]]) -> np.ndarray:

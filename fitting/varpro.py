@@ -113,7 +113,7 @@ class Faces(NamedTuple):
 
 def weighted_columns(problem: TauSearch, tau: Array) -> Array:
     """[E, D(tau), F] times the weights, (n, 3)."""
-    return columns(problem.basis, jnp.reshape(tau, 1)) * jnp.asarray(problem.weights)[:, None]
+    return columns(problem.basis, jnp.reshape(1.0 / tau, 1)) * jnp.asarray(problem.weights)[:, None]
 
 
 def box(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
@@ -143,7 +143,7 @@ def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
     The squared weights stand apart from the products of columns: over many curves on one time grid
     the products are formed once and the sums are one matrix product.
     """
-    C, square = columns(problem.basis, jnp.reshape(tau, 1)), problem.weights**2
+    C, square = columns(problem.basis, jnp.reshape(1.0 / tau, 1)), problem.weights**2
     sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
     left = problem.data - C @ problem.origin
     pull = square * left

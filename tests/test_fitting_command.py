@@ -91,6 +91,7 @@ def test_indentation_writes_what_it_says(tmp_path, capsys):
         ([], "--radius"),
         (["--radius", "-1"], "radius"),
         (["--radius", "0.01", "--nu", "0.7"], "nu"),
+        (["--radius", "0.01", "--nu", "0.3", "--bulk-modulus", "1e6"], "one of the two"),
         (["--radius", "0.01", "--layer", "1e-6"], "--substrate-modulus"),
         (["--radius", "0.01", "--layer", "-1", "--substrate-modulus", "2e11"], "layer"),
         (["--radius", "0.01", "--ball-modulus", "-5"], "--ball-modulus"),

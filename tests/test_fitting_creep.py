@@ -213,7 +213,7 @@ def test_delayed_column_of_a_stress_history():
     values = np.array([2.0, 4.0, 4.0, 7.0, 6.0, 0.0])
     t = np.array([0.5, 1.0, 2.0, 4.0, 5.0, 7.3, 9.0, 12.0])
     tau = 1.7
-    E, D, F = np.asarray(columns(merge(t, knots, values), np.array([tau]))).T
+    E, D, F = np.asarray(columns(merge(t, knots, values), 1.0 / np.array([tau]))).T
 
     def sigma(s):
         if s < 1 or s >= 9:

@@ -70,6 +70,19 @@ def test_noisy_hold_is_fitted_within_its_intervals(name):
         assert bias < 0.2, key
 
 
+@pytest.mark.slow
+def test_a_film_between_known_layers():
+    """The oracle's film in three parts, of which the middle one is sought."""
+    thickness, sigma = CASES["h/a 0.5"][0], 0.005 * approach("h/a 0.5")
+    known = jc.Layer(jc.Burgers(**TRUTH, nu=0.3), thickness / 4)
+    layers, fixed = [known, thickness / 2, known], {"G2": TRUTH["G2"], "eta1": TRUTH["eta1"]}
+    found = fitting.fit_indentation(
+        hold("h/a 0.5", 0.0), indenter=BALL, nu=0.3, layers=layers, substrate=STEEL, sigma=sigma, fixed=fixed
+    )
+    for key in ("G1", "eta2"):
+        assert abs(np.log(found.values[key] / TRUTH[key])) < 0.2 * found.sd_log[key], key
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [
@@ -77,7 +90,10 @@ def test_noisy_hold_is_fitted_within_its_intervals(name):
         ({"layer": 1e-6}, "substrate"),
         ({"substrate": STEEL}, "layer"),
         ({"layer": 1e-6, "substrate": STEEL, "rise": 1.0}, "rise"),
-        ({"layer": 1e-6, "substrate": jc.Maxwell(1e9, 1e12)}, "Elastic"),
+        ({"layer": 1e-6, "substrate": 210e9}, "substrate: expected a material .*, got float"),
+        ({"layer": 1e-6, "layers": [1e-6], "substrate": STEEL}, "layers: expected it or layer"),
+        ({"layers": [1e-6, 2e-6], "substrate": STEEL}, "layers: expected one thickness"),
+        ({"layers": [1e-6, jc.Layer(STEEL, -1e-6)], "substrate": STEEL}, "thickness"),
     ],
 )
 def test_bad_films_are_named(options, word):
