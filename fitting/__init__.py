@@ -15,6 +15,7 @@ from fitting.modulus import fit_oscillation as fit_oscillation
 from fitting.modulus import fit_relaxation as fit_relaxation
 from fitting.modulus_data import OscillationData as OscillationData
 from fitting.modulus_data import RelaxationData as RelaxationData
+from fitting.modulus_reader import read_oscillation as read_oscillation
 from fitting.modulus_reader import read_relaxation as read_relaxation
 from fitting.planning import Design as Design
 from fitting.planning import design as design
@@ -49,5 +50,6 @@ __all__ = [
     "propagate",
     "read_creep",
     "read_indentation",
+    "read_oscillation",
     "read_relaxation",
 ]

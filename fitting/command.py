@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, prony, compare and batch.
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare and batch.
 
 Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
 line, for the command line to show; what it says of options it says of flags.
@@ -17,8 +17,8 @@ import jaxcontact as jc
 from fitting import flags
 from fitting.creep import compare, fit_creep
 from fitting.indentation import fit_indentation
-from fitting.modulus import fit_relaxation
-from fitting.modulus_reader import read_relaxation
+from fitting.modulus import fit_oscillation, fit_relaxation
+from fitting.modulus_reader import read_oscillation, read_relaxation
 from fitting.prony import fit_prony
 from fitting.readers import read_creep, read_indentation
 
@@ -58,6 +58,14 @@ def add_parser(kinds: Any) -> None:
     flags.add_model(relaxation)
     flags.add_test(relaxation, "t, modulus")
     relaxation.set_defaults(command=_relaxation)
+    oscillation = kinds.add_parser("oscillation", help="storage and loss modulus over frequency")
+    flags.add_file(oscillation)
+    flags.add_model(oscillation)
+    errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
+    flags.add_common(oscillation, "relative", errors, "omega, storage, loss")
+    flags.add_volume(oscillation)
+    flags.add_segment(oscillation, "a sweep of several, by name or position from 0; repeat to join")
+    oscillation.set_defaults(command=_oscillation)
 
 
 def _add_indentation(press: Any) -> None:
@@ -106,14 +114,30 @@ def _prony(options: argparse.Namespace) -> int:
 def _relaxation(options: argparse.Namespace) -> int:
     """Read, fit, write."""
     _check_directory(options)
-    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
-    segment = options.segment and [flags.place(one) for one in options.segment]
-    data = flags.read(read_relaxation, options.file, options, start=options.start, segment=segment, **tensile)
-    nu = options.nu if options.tension is None else options.tension
+    data, nu = _modulus(read_relaxation, options, start=options.start)
     given = flags.weighting(options, False) | flags.known(options)
     with flags.about(options.file):
         found = fit_relaxation(data, options.model, nu=nu, **given)
     return _finish(options, found)
+
+
+def _oscillation(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    _check_directory(options)
+    data, nu = _modulus(read_oscillation, options)
+    with flags.about(options.file):
+        found = fit_oscillation(
+            data, options.model, nu=nu, **flags.weighting(options, False), **flags.known(options)
+        )
+    return _finish(options, found)
+
+
+def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
+    """The data, and Poisson's ratio."""
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
+    segment = options.segment and [flags.place(one) for one in options.segment]
+    data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
+    return data, options.nu if options.tension is None else options.tension
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -269,8 +293,8 @@ def _write(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 def _curve(fit: Any, path: Path) -> None:
-    """Time, data, fit and weighted residual of every fitted point."""
+    """Time or frequency, data, fit and weighted residual of every fitted point."""
     name, unit, t, measured = fit.curve
-    header = f"t [s],{name} [{unit}],fitted [{unit}],weighted residual"
+    header = "{} [{}]".format(*fit.abscissa) + f",{name} [{unit}],fitted [{unit}],weighted residual"
     columns = np.column_stack([t, measured, fit.fitted, fit.residuals])
     np.savetxt(path, columns, delimiter=",", header=header, comments="")

@@ -71,12 +71,17 @@ def add_test(parser: Any, kinds: str) -> None:
     """How a curve over time is read and weighted."""
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
     add_common(parser, "estimated", errors, kinds)
-    parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
-    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
+    add_volume(parser)
     parser.add_argument(
         "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
     )
     add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+
+
+def add_volume(parser: Any) -> None:
+    """What is known of the volume."""
+    parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
+    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
 
 
 def add_creep(parser: Any) -> None:

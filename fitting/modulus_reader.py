@@ -1,16 +1,18 @@
-"""Reader of relaxation tests, in the steps of ``readers.py``."""
+"""Readers of relaxation and oscillation tests, in the steps of ``readers.py``."""
 
 import os
+import re
 from collections.abc import Sequence
 
 from fitting.files import mending, onset
 from fitting.files.columns import Series, Wanted
 from fitting.files.table import read_table
-from fitting.modulus_data import RelaxationData
-from fitting.readers import TIME, build, checked_options, curves_of, once
+from fitting.modulus_data import OscillationData, RelaxationData
+from fitting.readers import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
 
-MODULUS = Wanted("modulus", ("relaxation modulus",))
-TENSILE = ("e(t)", "tensile")  # how such a column's name begins
+OMEGA = Wanted("omega", ("angular frequency", "frequency"))
+LOSS = Wanted("loss", ("loss modulus", "tensile loss modulus"))
+TENSILE = ("e(t)", "e'", 'e"', "tensile")  # how such a column's name begins
 
 
 def read_relaxation(
@@ -60,10 +62,65 @@ def read_relaxation(
     return build(table.path, RelaxationData, **fields)
 
 
+def read_oscillation(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    convention: str = "G", nu: float | None = None, segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> OscillationData:  # fmt: skip
+    """Read a frequency sweep: storage and loss modulus, G' and G'' or E' and E''.
+
+    Args:
+        path: a text file.
+        columns: where the header does not say it: {"omega": header or position from 0, "storage": ..., "loss": ...}.
+        units: {"omega": "Hz", "storage": "kPa"}; they take precedence over the header. A column of frequencies
+            without rad/s or Hz is read only with its unit.
+        convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
+        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
+        segment: the sweep of a file with several (temperatures, say), by name or position from 0; several are joined.
+        window: (begin, end) [rad/s], None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The moduli in SI over angular frequency, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
+        >>> rows = "".join(f"{f},{2 * f},{f}\\n" for f in range(1, 7))
+        >>> _ = file.write_text("Frequency [Hz],G' [kPa],G'' [kPa]\\n" + rows)
+        >>> data = fitting.read_oscillation(file)
+        >>> print(round(data.omega[0], 3), data.storage[0], data.loss[0])
+        6.283 2000.0 1000.0
+    """
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("omega", "storage", "loss"))
+    parts = curves_of(table, (OMEGA, STORAGE, LOSS), columns, units)
+    taken = mending.choose(table.path, "segment", parts, segment)
+    _check_frequency(table.path, taken, units)
+    convention, taken = _tension(table.path, taken, convention, nu)
+    taken = mending.complete(table.path, mending.window(taken, window), positive=("omega",))
+    fields = taken.values | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
+    return build(table.path, OscillationData, **fields)
+
+
+def _check_frequency(path: str, taken: Series, units: dict) -> None:
+    """ValueError where it could be in rad/s as well as in Hz."""
+    column = taken.columns["omega"]
+    said = "omega" in units or re.search("rad|hz", column.unit or "", re.IGNORECASE)
+    if column.name == "frequency" and not said:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected a frequency in rad/s or Hz, got neither: give"
+            " units={'omega': 'Hz'} or 'rad/s'"
+        )
+
+
 def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
     """The convention that the column declares; tension never passes for shear."""
-    column = taken.columns["modulus"]
-    if not column.shown.lower().startswith(TENSILE):
+    column = next((c for c in taken.columns.values() if c.shown.lower().startswith(TENSILE)), None)
+    if column is None:
         return convention, taken
     if nu is None:
         raise ValueError(

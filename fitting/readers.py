@@ -28,7 +28,8 @@ TIME = Wanted("t", ("step time", "time"))
 COMPLIANCE = Wanted("J", ("compliance", "tensile compliance"))
 STRAIN = Wanted("strain", ("strain", "tensile strain"))
 STRESS = Wanted("stress", ("stress", "tensile stress"))
-MODULUS = Wanted("J", ("relaxation modulus",))
+MODULUS = Wanted("modulus", ("relaxation modulus",))
+STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 CLOCK = Wanted("t", ("time", "step time"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth",))
@@ -205,11 +206,14 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     """Compliance where a block has it, else strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
     if some(COMPLIANCE) or not some(STRAIN):
-        if not some(COMPLIANCE) and some(MODULUS):
-            raise ValueError(
-                f"{table.path}: expected a creep compliance or strain and stress, got a relaxation modulus: "
-                "read_relaxation reads it"
-            )
+        for other, what, reader in (
+            (MODULUS, "a relaxation modulus", "read_relaxation"),
+            (STORAGE, "a storage modulus", "read_oscillation"),
+        ):
+            if not some(COMPLIANCE) and some(other):
+                raise ValueError(
+                    f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
+                )
         return TIME, COMPLIANCE
     alone = stress is not None or _fact(STRESS_FACT, table.blocks[0].before) is not None
     if not some(STRAIN, STRESS) and not alone and "strain" not in columns:

@@ -1,5 +1,6 @@
 """Units of a column: their spellings and the factor to SI, one table for each quantity."""
 
+import math
 import re
 
 PREFIX = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9, "p": 1e-12, "h": 1e2}
@@ -19,6 +20,10 @@ TIME = {
     "hr": 3600.0, "hrs": 3600.0, "hour": 3600.0, "hours": 3600.0,
     "Std": 3600.0, "Stunde": 3600.0, "Stunden": 3600.0,
     "day": 86400.0, "days": 86400.0, "Tag": 86400.0, "Tage": 86400.0, "week": 604800.0, "weeks": 604800.0,
+}  # fmt: skip
+FREQUENCY = {
+    "rad/s": 1.0, "1/s": 1.0, **{unit: 2.0 * math.pi * PREFIX[unit[:-2]] for unit in ("Hz", "mHz", "kHz", "MHz")},
+    "rad/sec": 1.0, "1/sec": 1.0,
 }  # fmt: skip
 FORCE = {
     **_prefixed("N", "munpkM"), "kgf": KILOPOND, "kp": KILOPOND, "gf": 1e-3 * KILOPOND,
@@ -44,8 +49,24 @@ COMPLIANCE = {
     **{f"{area}/{force}": AREA[area] / FORCE[force] for force in FORCE for area in AREA},
     "%/Pa": 1e-2, "%/kPa": 1e-5, "%/MPa": 1e-8,
 }  # fmt: skip
-KINDS = {"t": TIME, "J": COMPLIANCE, "strain": STRAIN, "stress": STRESS, "load": FORCE, "depth": LENGTH}
-SHOWN = {"t": 5, "load": 6, "depth": 6, "stress": 5, "J": 5, "strain": 3}  # canonical ones come first
+KINDS = {
+    "t": TIME,
+    "omega": FREQUENCY,
+    "J": COMPLIANCE,
+    "strain": STRAIN,
+    "stress": STRESS,
+    "load": FORCE,
+    "depth": LENGTH,
+}
+SHOWN = {
+    "t": 5,
+    "omega": 4,
+    "load": 6,
+    "depth": 6,
+    "stress": 5,
+    "J": 5,
+    "strain": 3,
+}  # canonical ones come first
 SIGNS = str.maketrans(
     {"µ": "u", "μ": "u", "ε": "e", "²": "2", "·": ".", "⋅": ".", "⁻": "-", "¹": "1", "−": "-"}
 )
@@ -59,11 +80,11 @@ def factor(kind: str, text: str) -> float:
     "MPA", which is mPa or MPa.
 
     Args:
-        kind: of ``KINDS``: "t", "J", "strain", "stress", "load" or "depth".
+        kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load" or "depth".
         text: the unit as written.
 
     Returns:
-        The number that takes a value to s, 1/Pa, 1, Pa, N or m.
+        The number that takes a value to s, rad/s, 1/Pa, 1, Pa, N or m.
 
     Raises:
         KeyError: the text is no unit of that kind.

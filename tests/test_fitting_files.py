@@ -149,7 +149,7 @@ REFUSED = {
         table("t [s],y [1/Pa]", T, J), ["nu"], {"columns": {"J": "y [1/Pa]"}, "convention": "D"}),
     "relaxation": (table("t [s],G(t) [Pa]", T, 1 / J), ["relaxation modulus"], {}),
     "tensile relaxation": (table("t [s],E(t) [MPa]", T, 1 / J), ["relaxation modulus"], {}),
-    "oscillation": (table("Frequency [Hz],G' [Pa],G'' [Pa]", T, 1 / J, 0.1 / J), ["'t'", "columns="], {}),
+    "oscillation": (table("Frequency [Hz],G' [Pa],G'' [Pa]", T, 1 / J, 0.1 / J), ["storage modulus: read_oscillation"], {}),
     "commas for two things": (
         table("t [s],J [1/MPa]", T, 1e6 * J, form="{:.3f}", comma=True), ["expected 2 columns, got 4"], {}),
     "both marks possible": (

@@ -153,3 +153,63 @@ def test_a_relaxation_test_from_the_shell(tmp_path, capsys):
     assert summary["verdict"] == "stands" and (out / "fit.png").exists()
     with pytest.raises(ValueError, match="read_relaxation"):
         fitting.read_creep(path)
+
+
+def sweep_of(heading, *columns, under="", sep="\t"):
+    rows = "".join(sep.join(f"{value:.9g}" for value in row) + "\n" for row in zip(*columns, strict=True))
+    return f"{heading}\n{under}{rows}"
+
+
+F, W, G = OMEGA / (2 * np.pi), OMEGA, dynamic(OMEGA, **TRUTH)
+SWEEPS = {
+    "Hz and kPa": sweep_of("Frequency [Hz],G' [kPa],G'' [kPa]", F, G.real / 1e3, G.imag / 1e3, sep=","),
+    "TRIOS": sweep_of(
+        "Angular frequency,Step time,Temperature,Storage modulus,Loss modulus,Tan(delta)", W, W, 0 * W + 25, G.real,
+        G.imag, G.imag / G.real, under="rad/s,s,°C,Pa,Pa,\n", sep=","),
+    "RepTate": "T=25;Mw=94.9;\n" + sweep_of("w\tG'\tG''", W, G.real, G.imag, under="[rad/s]\t[Pa]\t[Pa]\n"),
+    "Anton Paar": sweep_of(
+        "Point No.\tFrequency\tStorage Modulus\tLoss Modulus\tComplex Viscosity", np.arange(W.size), F, G.real / 1e6,
+        G.imag / 1e6, W, under="\t[Hz]\t[MPa]\t[MPa]\t[mPa·s]\n"),
+    "German": sweep_of("Kreisfrequenz [1/s];Speichermodul [Pa];Verlustmodul [Pa]", W, G.real, G.imag, sep=";"),
+    "marks of a printer, falling": sweep_of("omega [rad/s]\tG′ [Pa]\tG″ [Pa]", W[::-1], G.real[::-1], G.imag[::-1]),
+    "tension": sweep_of("Frequency (Hz)\tE' (Pa)\tE'' (Pa)", F, 2.8 * G.real, 2.8 * G.imag),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_a_frequency_sweep_is_read_as_it_was_written(name, tmp_path):
+    path = tmp_path / "sweep.txt"
+    path.write_text(SWEEPS[name])
+    data = fitting.read_oscillation(path, nu=0.4 if name == "tension" else None)
+    np.testing.assert_allclose(data.omega, OMEGA, rtol=1e-8)
+    np.testing.assert_allclose(data.shear, G, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        (sweep_of("Frequency\tG' [Pa]\tG'' [Pa]", F, G.real, G.imag), "'Hz'.* or 'rad/s'"),
+        (sweep_of("Frequency [1/s]\tG' [Pa]\tG'' [Pa]", F, G.real, G.imag), "'Hz'.* or 'rad/s'"),
+        (SWEEPS["tension"], "nu="),
+        (SWEEPS["RepTate"] + SWEEPS["RepTate"].partition("[Pa]\n")[2], "segment="),
+        (sweep_of("w [rad/s]\tG' [Pa]", W, G.real), "'loss'"),
+    ],
+)
+def test_a_sweep_that_could_mean_two_things_is_refused(text, word, tmp_path):
+    path = tmp_path / "sweep.txt"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=word):
+        fitting.read_oscillation(path)
+
+
+def test_a_frequency_sweep_from_the_shell(tmp_path):
+    path, out = tmp_path / "sweep.csv", tmp_path / "out"
+    path.write_text(SWEEPS["Hz and kPa"])
+    assert main(["fit", "oscillation", str(path), "-o", str(out)]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    for name, value in TRUTH.items():
+        unit = "Pa_s" if name.startswith("eta") else "Pa"
+        assert summary["parameters"][f"{name}_{unit}"] == pytest.approx(value, rel=1e-5)
+    assert (out / "curve.csv").read_text().startswith("omega [rad/s]")
+    with pytest.raises(ValueError, match="read_oscillation"):
+        fitting.read_creep(path)

@@ -26,7 +26,7 @@ InteriorFields subsurface SteadyRolling roll_steady self_affine
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
 Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
-fit_relaxation propagate read_creep read_indentation read_relaxation
+fit_relaxation propagate read_creep read_indentation read_oscillation read_relaxation
 """
 
 

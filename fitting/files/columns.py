@@ -10,7 +10,7 @@ from fitting.files.cells import is_missing, number
 from fitting.files.names import KINDS, Heading, read_heading
 from fitting.files.table import Block, Row, Table
 
-SI = {"t": "s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m"}
+SI = {"t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m"}
 LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; beyond it a number without a unit was not in SI
 FOOTER = 3  # lines of words after the numbers that may be left out, or a tenth of the rows
 
@@ -23,7 +23,8 @@ class Wanted(NamedTuple):
 
 
 class Column(NamedTuple):
-    """place: from 0; label: as shown; name: the kind of its name, None if unknown; shown: its plain name."""
+    """place: from 0; label: as shown; name: the kind of its name, None if unknown; shown: its plain name; unit: as written,
+    None without one."""
 
     place: int
     label: str
@@ -31,6 +32,7 @@ class Column(NamedTuple):
     shown: str
     factor: float
     notes: tuple[str, ...]
+    unit: str | None
 
 
 class Series(NamedTuple):
@@ -49,6 +51,11 @@ class Series(NamedTuple):
     marks: tuple[str, ...]
     notes: tuple[str, ...]
     zero: float = 0.0
+
+    @property
+    def clock(self) -> np.ndarray:
+        """What the columns are over, the first of them, (n,)."""
+        return next(iter(self.values.values()))
 
     def pick(self, rows: Any) -> "Series":
         """Some of the rows."""
@@ -94,13 +101,13 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
     quantity = KINDS[wanted.names[0]]
     if text is None:
         notes = (*notes, f"{label}: no unit, taken as {SI[quantity]}")
-        return Column(place, label, kind, heading.name, 1.0, notes)
+        return Column(place, label, kind, heading.name, 1.0, notes, None)
     try:
         factor = unit_table.factor(quantity, str(text))
     except KeyError:
         accepted = unit_table.accepted(quantity)
         fail(table.path, line, label, f"expected a unit among {accepted}; got {text!r}")
-    return Column(place, label, kind, heading.name, factor, notes)
+    return Column(place, label, kind, heading.name, factor, notes, str(text))
 
 
 def _place(
@@ -156,7 +163,7 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
     Raises:
         ValueError: a cell that should be a number and is none, with its line and column.
     """
-    rows, notes = _body(table, block, found["t"])
+    rows, notes = _body(table, block, next(iter(found.values())))
     values = {
         key: np.array([_cell(table, block, row, column) for row in rows]) for key, column in found.items()
     }

@@ -13,8 +13,12 @@ Segment = int | str | Sequence[int | str] | None
 
 
 def runs(series: Series) -> list[Series]:
-    """The series cut where its clock starts again: long runs of increasing times over the same range."""
-    t = series.values["t"]
+    """The series cut where its clock starts again: long runs of increasing times over the same range.
+
+    Frequencies may as well fall in each run.
+    """
+    t = series.clock
+    t = -t if np.sum(np.diff(t) < 0) > 0.5 * t.size else t
     known = np.flatnonzero(np.isfinite(t))
     back = known[1:][np.diff(t[known]) < 0]
     if not back.size:
@@ -74,14 +78,14 @@ def join(parts: list[Series]) -> Series:
 
 
 def window(series: Series, limits: tuple[float | None, float | None] | None) -> Series:
-    """Rows with times from limits[0] to limits[1], in seconds of the file's clock; None is no limit."""
+    """Rows from limits[0] to limits[1], in seconds of the file's clock (or rad/s); None is no limit."""
     if limits is None:
         return series
     begin, end = limits
     low, high = -np.inf if begin is None else begin, np.inf if end is None else end
     if not low < high:
         raise ValueError(f"window: expected (begin, end) with begin < end, got {limits!r}")
-    t = series.values["t"] + series.zero
+    t = series.clock + series.zero
     keep = ~((t < low) | (t > high))
     return series.pick(keep).say(f"window {limits}: {keep.sum()} of {t.size} points taken")
 

@@ -25,6 +25,12 @@ NAMES = {
     " flexuralstress zugspannung normalspannung",
     "relaxation modulus": "g(t) e(t) relaxationmodulus shearrelaxationmodulus relaxationsmodul kriechmodul"
     " creepmodulus",
+    "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz",
+    "frequency": "ν freq frequency testfrequency frequenz prüffrequenz",
+    "storage modulus": "g' storagemodulus shearstoragemodulus speichermodul speicherschubmodul",
+    "loss modulus": "g'' g\" lossmodulus shearlossmodulus verlustmodul verlustschubmodul",
+    "tensile storage modulus": "e' tensilestoragemodulus",
+    "tensile loss modulus": "e'' e\" tensilelossmodulus",
     "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
     " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft",
     "depth": "h d δ delta pd depth indentation indentationdepth penetration penetrationdepth displacement"
@@ -37,6 +43,8 @@ NAMES = {
 KINDS = {
     "time": "t", "step time": "t", "compliance": "J", "tensile compliance": "J", "strain": "strain",
     "tensile strain": "strain", "relaxation modulus": "stress", "stress": "stress", "tensile stress": "stress",
+    "angular frequency": "omega", "frequency": "omega", "storage modulus": "stress", "loss modulus": "stress",
+    "tensile storage modulus": "stress", "tensile loss modulus": "stress",
     "load": "load", "depth": "depth", "height": "depth", "smoothed height": "depth", "commanded height": "depth",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
@@ -54,6 +62,7 @@ PARTS = (
     "_",
     BLANK,
 )
+PRIMES = str.maketrans({"′": "'", "’": "'", "´": "'", "″": '"', "”": '"'})
 DECLARED = ("shear", "scher", "schub", "schieb", "gleit", "γ", "gamma", "τ", "tau", "j", "sxy")
 
 
@@ -99,7 +108,7 @@ def kind_of(name: str) -> str | None:
 
 def plain(name: str) -> str:
     """The name without blanks and marks, and without case if it is longer than a letter."""
-    name = re.sub(r"[\s_.\-]", "", name)
+    name = re.sub(r"[\s_.\-]", "", name).translate(PRIMES)
     return name if len(name) == 1 else name.lower()
 
 
