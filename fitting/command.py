@@ -6,6 +6,7 @@ line, for the command line to show; what it says of options it says of flags.
 
 import argparse
 import json
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -52,7 +53,7 @@ def add_parser(kinds: Any) -> None:
             flags.add_known(parser)
         flags.add_creep(parser)
         parser.set_defaults(command=command)
-    _add_indentation(kinds.add_parser("indentation", help="a ball: time, load and depth"))
+    _add_indentation(kinds.add_parser("indentation", help="a ball, cone or punch: time, load and depth"))
     relaxation = kinds.add_parser("relaxation", help="a relaxation modulus over time")
     flags.add_file(relaxation)
     flags.add_model(relaxation)
@@ -78,8 +79,12 @@ def _add_indentation(press: Any) -> None:
     press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
     taken = "leave out what is before contact, as the load shows it or from a depth [m]"
     press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
-    press.add_argument("--radius", type=float, metavar="R", help="of the ball [m]")
-    press.add_argument("--ball-modulus", type=float, metavar="E", help="Young's modulus [Pa]; rigid without")
+    press.add_argument("--radius", type=float, metavar="R", help="of the ball, or of the --punch [m]")
+    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
+    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
+    press.add_argument(
+        "--ball-modulus", type=float, metavar="E", help="Young's of the indenter [Pa]; rigid without"
+    )
     press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
     press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
     press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
@@ -215,13 +220,11 @@ def _crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]
 
 def _indentation(options: argparse.Namespace) -> int:
     """Read, fit, write."""
-    if options.radius is None:
-        raise ValueError("--radius: expected the radius of the ball in m, got none")
+    indenter = _indenter(options)
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     _check_directory(options)
-    ball = options.ball_modulus and _elastic("--ball-modulus", options.ball_modulus, options.ball_nu)
-    data = _indented(options)
+    data = _indented(options, indenter)
     extra: dict[str, Any] = {}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
@@ -232,14 +235,29 @@ def _indentation(options: argparse.Namespace) -> int:
     nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
     with flags.about(options.file):
         found = fit_indentation(
-            data, options.model, indenter=jc.Sphere(options.radius, ball or None),
-            nu=nu, bulk_modulus=options.bulk_modulus,
+            data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
             control=options.control, **flags.weighting(options, False), **flags.known(options), **extra,
         )  # fmt: skip
     return _finish(options, found)
 
 
-def _indented(options: argparse.Namespace) -> Any:
+def _indenter(options: argparse.Namespace) -> Any:
+    """What presses."""
+    solid = (
+        _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
+    )
+    if options.cone is None:
+        if options.radius is None:
+            raise ValueError("--radius: expected the radius of the ball in m, or a --cone, got none")
+        return (jc.FlatPunch if options.punch else jc.Sphere)(options.radius, solid)
+    if options.radius is not None or options.punch:
+        raise ValueError("--cone: expected no --radius and no --punch beside it")
+    if options.cone == "berkovich":
+        return jc.Cone.berkovich(solid)
+    return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
+
+
+def _indented(options: argparse.Namespace, indenter: Any) -> Any:
     """The curve, from contact on where that is asked for; segments and the window are of what is left."""
     curve = None if options.curve is None else flags.place(options.curve)
     of_file = {"curve": curve, "spring_constant": options.spring_constant}
@@ -249,7 +267,7 @@ def _indented(options: argparse.Namespace) -> Any:
     data = flags.read(read_indentation, options.file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
     with flags.about(options.file):
-        data = data.in_contact(depth).only(*(options.segment or ()))
+        data = data.in_contact(depth, indenter).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 
 

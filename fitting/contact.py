@@ -1,7 +1,7 @@
 """Where an indentation curve enters contact: the zero of time and depth, and the zero and signs of the load.
 
 Before contact the load is constant. After it, as long as it is small, it follows the indenter:
-load = b + c (depth - d)^(3/2) for a ball (Hertz), of which a creeping material alters c, not the exponent.
+load = b + c (depth - d)^power, 3/2 for a ball (``probe.py``), of which a creeping material alters c, not the power.
 Least squares over the points before contact and the first of the load together give b, c and d.
 """
 
@@ -32,7 +32,9 @@ class FirstTouch(NamedTuple):
     before: int
 
 
-def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float | None = None) -> FirstTouch:
+def find_contact(
+    t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float | None = None, power: float = 1.5
+) -> FirstTouch:
     """First contact of a curve that approaches, t, load, depth (n,), at depth ``at`` [m] if that is known.
 
     A curve that begins in contact, with the load there from the start or no way before it rises, has nothing
@@ -52,11 +54,11 @@ def find_contact(t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float |
     depth_sign, load_sign = signs(load - base, depth)
     x, y = depth_sign * depth, load_sign * (load - base)
     top = int(np.argmax(y >= ONSET * y.max())) + 1
-    point = _least_squares(x[:top], y[:top]) if at is None else depth_sign * at
+    point = _least_squares(x[:top], y[:top], power) if at is None else depth_sign * at
     before = int(np.flatnonzero(x[:top] <= point).max(initial=-1)) + 1
     if before < FEW and at is None:
         return whole
-    offset = base + load_sign * _fit(x[:top], y[:top], point)[1]
+    offset = base + load_sign * _fit(x[:top], y[:top], point, power)[1]
     began = np.interp(point, x[before - 1 : before + 1], t[before - 1 : before + 1]) if before else t[0]
     return FirstTouch(float(began), depth_sign * point, offset, load_sign, depth_sign, before)
 
@@ -71,20 +73,20 @@ def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:
     return inward, -1 if load[deepest] < 0 else 1
 
 
-def _least_squares(x: np.ndarray, y: np.ndarray) -> float:
+def _least_squares(x: np.ndarray, y: np.ndarray, power: float) -> float:
     """The depth of contact: the best of a scan, then a minimum between its neighbours."""
     trial = np.linspace(x.min(), x[-1], SCAN)
-    best = int(np.argmin([_fit(x, y, point)[0] for point in trial]))
+    best = int(np.argmin([_fit(x, y, point, power)[0] for point in trial]))
     low, high = trial[max(best - 1, 0)], trial[min(best + 1, SCAN - 1)]
-    error = lambda share: _fit(x, y, low + share * (high - low))[0]
+    error = lambda share: _fit(x, y, low + share * (high - low), power)[0]
     found = minimize_scalar(error, bounds=(0.0, 1.0), method="bounded")  # stops at an absolute 1e-5
     return float(low + found.x * (high - low))
 
 
-def _fit(x: np.ndarray, y: np.ndarray, point: float) -> tuple[float, float]:
-    """(sum of squares over the range of y squared, b) of y = b + c (x - point)^(3/2), c >= 0."""
+def _fit(x: np.ndarray, y: np.ndarray, point: float, power: float) -> tuple[float, float]:
+    """(sum of squares over the range of y squared, b) of y = b + c (x - point)^power, c >= 0."""
     past, unit = np.maximum(x - point, 0.0) / (np.ptp(x) or 1.0), np.ptp(y) or 1.0
-    law, y = past * np.sqrt(past), y / unit
+    law, y = past**power, y / unit
     mean, mid = law.mean(), y.mean()
     law -= mean
     square = np.sum(law * law)

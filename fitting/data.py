@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.contact import FirstTouch, find_contact
 from fitting.curve_picture import draw
+from fitting.probe import probe_of
 from fitting.segments import SEGMENTS, infer
 
 CONVENTIONS = ("J", "1/(2G)", "D")
@@ -238,7 +239,7 @@ class IndentationData:
         keep = (self.t >= low) & (self.t <= high)
         return self._take(keep, f"{begin} to {end} s taken: {keep.sum()} of {keep.size} points")
 
-    def in_contact(self, depth: float | None = None) -> "IndentationData":
+    def in_contact(self, depth: float | None = None, indenter: Any = None) -> "IndentationData":
         """The curve from first contact on, with time, load and depth counted from there.
 
         FirstTouch, the zero of the load and the signs come from ``fitting.contact``. The first point is the
@@ -246,6 +247,7 @@ class IndentationData:
 
         Args:
             depth: of first contact [m] as measured, where it is known.
+            indenter: as of ``fit_indentation``, for the law of the first load; None: a ball.
 
         Returns:
             The points, with notes on what was taken; the same data if they begin in contact.
@@ -262,7 +264,8 @@ class IndentationData:
         if depth is not None and not self.depth.min() <= depth < self.depth.max():
             limits = f"{self.depth.min():g} to {self.depth.max():g} m"
             raise ValueError(f"depth: expected a contact within the curve, {limits}; got {depth!r}")
-        found = find_contact(self.t, self.load, self.depth, depth)
+        power = 1.5 if indenter is None else probe_of(indenter).power
+        found = find_contact(self.t, self.load, self.depth, depth, power)
         if not found.before:
             return dataclasses.replace(
                 self, notes=(*self.notes, "the curve begins in contact: all points taken")

@@ -22,7 +22,8 @@ FEW = 126  # points on which the minima are sought
 def search(press: Press, rise: float | None) -> Found:
     """The optimum; rise [s]: of a load to put in place of the measured one, or None."""
     knots, values = (press.t, press.load) if rise is None else _held(press, rise)
-    shrinks = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
+    falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
+    shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch stays as it is
     kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
     whole, few = np.arange(press.t.size), _some(press)
     objective = _objective(press, whole, knots, values, kind)
@@ -54,7 +55,9 @@ def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarr
     t, load, depth = (padding.repeated(y[points]) for y in (press.t, press.load, press.depth))
     basis = merge(t, padding.repeated(knots), padding.repeated(values))
     weights = padding.without_weight(press.weights[points])
-    return Curve(t, load, depth, weights, basis, press.extra, press.bulk, int(np.argmax(depth)))
+    return Curve(
+        t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth))
+    )
 
 
 def _some(press: Press) -> np.ndarray:
@@ -74,13 +77,13 @@ def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
 def _starts(
     press: Press, knots: np.ndarray, values: np.ndarray, kind: str
 ) -> tuple[np.ndarray, list[np.ndarray]]:
-    """By variable projection: depth^(3/2) is linear in the compliances under the measured load."""
-    root = np.sqrt(np.maximum(press.depth, 1e-3))
+    """By variable projection: depth^power is linear in the compliances under the measured load."""
+    depth, n = np.maximum(press.depth, 1e-3), press.probe.power
     use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
     # weights of the depth: those of the fit under load control, even ones otherwise
     even = press.weights if press.control == "load" else np.ones(press.t.size)
-    power = padding.repeated(root**3 - press.extra * press.load)
-    weights = padding.without_weight(use / (1.5 * root) * even)
+    power = padding.repeated(depth**n - press.extra * press.load)
+    weights = padding.without_weight(use / (n * depth ** (n - 1.0)) * even)
     basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
     first = start(press, power, weights, basis, least=1e-6)
     if kind == "load" and np.all(press.space.material[press.space.free]):
@@ -103,7 +106,7 @@ def _notes(best: Best, press: Press, kind: str) -> tuple[str, ...]:
     """What is said of an optimum: a contact that shrinks."""
     if kind == "ting":
         return (*press.notes, "the depth falls: Ting's solution from its maximum on")
-    if kind == "load":
+    if kind == "load" and press.probe.power > 1.0:
         on = press.weights > 0
         depth = press.depth[on] + best.residual[on] / press.weights[on]
         fall = float(np.max(np.maximum.accumulate(depth) - depth))

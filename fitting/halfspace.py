@@ -1,9 +1,11 @@
-"""A ball on a viscoelastic half-space: depth from load, and load from depth.
+"""A ball, cone or punch on a viscoelastic half-space: depth from load, and load from depth.
 
 While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438)
 
     depth^(3/2) = 3/(8 sqrt(R)) int [(1 - nu) J(t - s) + A] dP(s),
     P = 8 sqrt(R)/(3 (1 - nu)) int G(t - s) d(depth^(3/2))                (and so with a bulk modulus: ``surface``),
+
+(other powers and sizes for other probes, ``probe.py``),
 
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
@@ -31,7 +33,7 @@ BISECTIONS = 24
 
 class Curve(NamedTuple):
     """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball,
-    over 1 - nu; bulk: the bulk modulus, or None for a constant nu.
+    over 1 - nu; bulk: the bulk modulus, or None for a constant nu; power: of the depth.
 
     top: index of the greatest depth, from which on the contact may shrink.
     """
@@ -43,6 +45,7 @@ class Curve(NamedTuple):
     basis: Any
     extra: Array
     bulk: Array | None
+    power: Array
     top: Array
 
 
@@ -52,14 +55,14 @@ def depth_residual(point: Coordinates, curve: Curve) -> Array:
     x = jnp.concatenate([jnp.stack([spring + curve.extra]), retarded, jnp.stack([flow])])
     # an integral at or below zero: not in contact yet; the slope of the root stays finite
     total = columns(curve.basis, rates) @ x
-    depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (2.0 / 3.0), 0.0)
+    depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (1.0 / curve.power), 0.0)
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
 def load_residual(point: Coordinates, curve: Curve) -> Array:
     """Weighted load of the model less that measured, (n,); the depth is given and the contact grows."""
     weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
-    power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** 1.5
+    power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** curve.power
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
@@ -70,7 +73,7 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
     depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
     last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
-    power = depth**1.5
+    power = depth**curve.power
     ended = _at(curve.t, power, _memory(curve.t, power, rates), rates, last)
     decay = jnp.exp(-rates * (curve.t - last)[:, None])
     return curve.weights * ((decay * ended) @ weights - curve.load)

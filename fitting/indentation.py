@@ -14,6 +14,7 @@ from fitting.data import IndentationData
 from fitting.estimating import estimate, inside_box
 from fitting.layered import Coating
 from fitting.press import Found, Medium, prepare
+from fitting.probe import probe_of
 from fitting.result import Fit, findings, plain
 from fitting.structure import Volume, limits, structure_of
 from fitting.weights import without_noise
@@ -50,7 +51,7 @@ class IndentationFit(Fit):
         return super().to_dict() | {
             "control": self.control,
             "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
-            "indenter_radius_m": float(self.indenter.radius), "poisson_ratio": self.nu,
+            **probe_of(self.indenter).key, "poisson_ratio": self.nu,
             "bulk_modulus_Pa": self.bulk_modulus,
             "film_thickness_m": plain(self.film.thickness),
             "bias_over_standard_error": dict(self.film.bias),
@@ -59,8 +60,7 @@ class IndentationFit(Fit):
         }  # fmt: skip
 
     def _choices(self) -> list[str]:
-        ball = f"ball of R = {float(self.indenter.radius):.4g} m"
-        return [f"{self.control} control", *super()._choices(), ball]
+        return [f"{self.control} control", *super()._choices(), probe_of(self.indenter).words]
 
     def _nuisance_lines(self) -> list[str]:
         lines = []
@@ -109,7 +109,7 @@ def fit_indentation(
     grid: Any = None,
     level: float = 0.95,
 ) -> IndentationFit:
-    """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball.
+    """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball, cone or punch.
 
     The measured history itself is in the hereditary integral (Lee and Radok; Ting where the depth falls
     after one maximum). Times count from the first sample, at which load and depth may step on. With a
@@ -118,7 +118,8 @@ def fit_indentation(
     Args:
         data: the curve, n points.
         model: a material class or its name.
-        indenter: a ``jc.Sphere``, elastic or rigid.
+        indenter: a ``jc.Sphere``, ``jc.Cone`` (``jc.Cone.berkovich()``) or, on a half-space, ``jc.FlatPunch``, elastic
+            or rigid.
         nu: Poisson's ratio of the material, held; or
         bulk_modulus: [Pa], held, of an elastic response in volume, while the shear creeps.
         tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.

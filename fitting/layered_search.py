@@ -37,6 +37,10 @@ RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 def search(press: Press, coating: Coating, grid: Any) -> Found:
     """Minimise on meshes of doubled fineness until the bias left is small beside the noise."""
+    if isinstance(press.indenter, jc.FlatPunch):
+        raise ValueError(
+            "indenter: expected a Sphere or a Cone on a film, got FlatPunch, whose edge is as wide as a cell"
+        )
     if press.space.structure.model is jc.KelvinVoigt:
         raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
     press = press._replace(space=dataclasses.replace(press.space, least=LEAST))
@@ -67,7 +71,7 @@ def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
     """Coordinates to start from, and the largest contact radius [m] there."""
     depth, radius = _elastic(press, coating)
     on = press.kept & (press.load > 0.3)
-    scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-2.0 / 3.0), depth[0])
+    scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-1.0 / press.probe.power), depth[0])
     J = np.exp(np.interp(scaled, depth, RANGE))
     slope = np.interp(scaled, depth, np.gradient(depth, RANGE)) / J
     weights = np.where(on, slope / np.maximum(press.load, 0.3), 0.0)
@@ -78,7 +82,7 @@ def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
 
 def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
     """Scaled depth and contact radius [m] under the largest load over elastic films of ``RANGE``."""
-    width = 2.4 * np.sqrt(1.5 * float(press.indenter.radius) * press.depth_unit)
+    width = 2.4 * press.probe.widest(press.depth_unit)
     grid = jc.Grid.square(n=START_CELLS, width=width)
     film = press.volume.keyword, press.indenter, coating, press.load_unit, grid
     rows = [layered.elastic(np.exp(x) * press.unit, *film) for x in RANGE]

@@ -1,7 +1,7 @@
 """An indentation fit made ready: what was asked for, checked, and scaled.
 
 Scaled are times by the duration, load and depth by their largest, and compliance so that a half-space
-has depth^(3/2) = int J dP (``coordinates.py``).
+has depth^power = int J dP (``coordinates.py``, ``probe.py``).
 """
 
 from collections.abc import Callable
@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import optimize
 
-import jaxcontact as jc
 from fitting import varpro
+from fitting.contact import find_contact
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
 from fitting.history import columns
 from fitting.nonlinear import Best, Objective
+from fitting.probe import Probe, probe_of
 from fitting.structure import Structure, Volume
 from fitting.weights import choose_weights
 
@@ -35,6 +36,7 @@ class Press(NamedTuple):
 
     data: IndentationData
     indenter: Any
+    probe: Probe
     volume: Volume
     control: str
     t: np.ndarray
@@ -92,7 +94,8 @@ def prepare(
     weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None,
 ) -> Press:  # fmt: skip
     """Check and scale; ValueError with expected and got."""
-    _check(data, indenter, control, rise)
+    probe = probe_of(indenter)
+    _check(data, control, rise)
     t = data.t - data.t[0]
     kept = (data.load > 0) & (data.depth > 0) & (t >= (rise or 0.0))
     if kept.sum() < 5:
@@ -102,38 +105,35 @@ def prepare(
     notes = [] if kept.all() else [f"{(~kept).sum()} points before contact or during the rise not fitted"]
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     # J that a scaled compliance of one stands for
-    unit = 8.0 * np.sqrt(float(indenter.radius)) * d**1.5 / (3.0 * volume.share * P)
+    unit = probe.size * d**probe.power / (volume.share * P)
     response = data.depth if control == "load" else data.load
     weight, label = _weights(t, response, kept, weights, sigma)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
-    if control == "load" and rise is None and data.load[-1] < LEAST_LOAD * P:
+    shrinks = probe.power > 1.0 and data.load[-1] < LEAST_LOAD * P
+    if control == "load" and rise is None and shrinks:
         raise ValueError(
             f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
-    _check_contact(data, kept)
+    _check_contact(data, kept, probe.power)
     return Press(
-        data, indenter, volume, control, t / T, data.load / P, data.depth / d, kept,
+        data, indenter, probe, volume, control, t / T, data.load / P, data.depth / d, kept,
         weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
     )  # fmt: skip
 
 
-def _check(data: IndentationData, indenter: Any, control: str, rise: float | None) -> None:
+def _check(data: IndentationData, control: str, rise: float | None) -> None:
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
-    if not isinstance(indenter, jc.Sphere):
-        raise ValueError(f"indenter: expected a Sphere, got {type(indenter).__name__}")
-    if not float(indenter.radius) > 0:
-        raise ValueError(f"indenter: expected a radius > 0, got {indenter.radius}")
     if control not in ("load", "depth"):
         raise ValueError(f'control: expected "load" or "depth", got {control!r}')
     if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
         raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
 
 
-def _check_contact(data: IndentationData, kept: np.ndarray) -> None:
+def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> None:
     """ValueError where points before contact would be fitted as if they were in it."""
-    found = data.contact
+    found = find_contact(data.t, data.load, data.depth, power=power)
     fitted = int(kept[: found.before].sum())
     if fitted > max(AIR, AIR_SHARE * kept.sum()):
         raise ValueError(

@@ -33,6 +33,7 @@ from jaxcontact.files.storage import load as load  # noqa: E402
 from jaxcontact.files.storage import save as save  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
 from jaxcontact.indentation import indent as indent  # noqa: E402
+from jaxcontact.indenters import Cone as Cone  # noqa: E402
 from jaxcontact.indenters import Cylinder as Cylinder  # noqa: E402
 from jaxcontact.indenters import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters import HeightField as HeightField  # noqa: E402
@@ -70,6 +71,7 @@ from jaxcontact.studies import sweep as sweep  # noqa: E402
 __all__ = [
     "Approach",
     "Burgers",
+    "Cone",
     "ContactHistory",
     "Cylinder",
     "Elastic",

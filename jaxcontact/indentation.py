@@ -52,7 +52,7 @@ def indent(
     Args:
         body: a ``LayeredHalfSpace``, SI units; a ``Layer`` may have a thickness (nt,) over the times, which costs
             kernels at each step and takes no ``kernels``: ``history.growing``.
-        indenter: ``Sphere``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
+        indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
             between times.
         times: (nt,) [s], not decreasing; two equal times are a jump.

@@ -5,7 +5,8 @@ touch. ``material=None`` is rigid; an indenter's own material is elastic and act
 """
 
 import abc
-from typing import Any
+import math
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -108,6 +109,53 @@ class Sphere(Indenter):
         hertz, thick = on_half_space(response.wide(t)), on_half_space(response.narrow(t))
         thin = float(4.0 * R * response.springs(t) * value / np.pi) ** 0.25
         return max((hertz**4 + min(thin, thick) ** 4) ** 0.25, thick if thick < hertz else 0.0)
+
+
+@pytree
+class Cone(Indenter):
+    """A cone: profile r/tan(half-angle), its tip at the centre of the grid.
+
+    Under its tip the pressure of a half-space grows as the logarithm of the distance, and in a cell as that of its
+    size (A. E. H. Love, Q. J. Math. 10 (1939) 161).
+
+    Args:
+        half_angle: between axis and side [rad], above 0 and below pi/2.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> tip = jc.Cone(half_angle=np.radians(80.0))
+    """
+
+    half_angle: Array | float
+    material: Elastic | None = None
+
+    @classmethod
+    def berkovich(cls, material: Elastic | None = None) -> Self:
+        """The cone that has at each depth h the area of a Berkovich pyramid, 24.494 h^2: 70.3 degrees.
+
+        Source: W. C. Oliver, G. M. Pharr, J. Mater. Res. 7 (1992) 1564.
+        """
+        return cls(math.atan(math.sqrt(24.494 / math.pi)), material)
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        squared = x**2 + y**2
+        off_tip = jnp.where(squared > 0.0, squared, 1.0)
+        return jnp.where(squared > 0.0, jnp.sqrt(off_tip), 0.0) / jnp.tan(self.half_angle)
+
+    def check(self, grid: Grid) -> Verdict:
+        return _checks.positive("cone half-angle [rad]", self.half_angle) & _checks.positive(
+            "cone pi/2 - half-angle [rad]", 0.5 * math.pi - self.half_angle
+        )
+
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        """That on a half-space as soft as the softer of film and substrate."""
+        value, slope = max(float(np.max(np.asarray(control.value))), 0.0), math.tan(float(self.half_angle))
+        if not isinstance(control, Load):
+            return value * slope
+        response, t = response_of(checked_body(body)[0]), _duration(times)
+        softest = max(float(response.wide(t)), float(response.narrow(t))) + float(self.compliance())
+        return math.sqrt(value * softest * slope / math.pi)
 
 
 @pytree

@@ -137,6 +137,7 @@ FITTING_LAYERS = {
     "result": 2,
     "halfspace": 3,
     "creep_search": 3,
+    "probe": 0,
     "press": 3,
     "modulus_data": 2,
     "estimating": 3,

@@ -71,6 +71,22 @@ def test_flat_punch():
     assert float(result.contact_radius[0]) == pytest.approx(a, rel=5e-3)
 
 
+def test_cone():
+    """W = 2 E*/pi tan(angle) d^2, a = 2 d tan(angle)/pi, p(r) = E*/(2 tan(angle)) arccosh(a/r); E* = 2 G/(1 - nu)."""
+    angle, depth, E = np.radians(75.0), 1e-6, 2 * 30e9 / 0.75
+    a = 2 * depth * np.tan(angle) / np.pi
+    grid = jc.Grid.square(96, 2.6 * a)
+    result = press(jc.Approach(depth), grid, jc.Cone(angle))
+    assert float(result.load[0]) == pytest.approx(2 * E / np.pi * np.tan(angle) * depth**2, rel=2e-3)
+    x, y = (np.asarray(c) for c in grid.coordinates())
+    r = np.hypot(x, y)
+    away = (r > 0.2 * a) & (r < 0.9 * a)
+    exact = E / (2 * np.tan(angle)) * np.arccosh(a / r[away])
+    np.testing.assert_allclose(
+        np.asarray(result.pressure[0])[away], exact, rtol=2e-2
+    )  # a cell in a fifth of a
+
+
 @pytest.mark.slow
 def test_long_cylinder_has_the_line_contacts_width_and_pressure_in_its_middle():
     """a^2 = 2 P' R A/pi, p0 = 2 P'/(pi a) with A = (1 - nu)/G, ten half-widths from the ends."""

@@ -85,6 +85,20 @@ def test_indentation_writes_what_it_says(tmp_path, capsys):
     assert summary["indenter_radius_m"] == R
 
 
+def test_a_berkovich_tip_from_the_shell(tmp_path, capsys):
+    """P = 4 tan(a)/pi depth^2/((1 - nu) J), pi tan(a)^2 = 24.494."""
+    depth = np.sqrt((1 - NU) * J * np.pi / (4 * np.sqrt(24.494 / np.pi)))
+    path, out = (
+        table(tmp_path / "hold.csv", "t [s],load [N],depth [um]", T, T**0, 1e6 * depth),
+        tmp_path / "out",
+    )
+    assert main(["fit", "indentation", path, "-o", str(out), "--cone", "berkovich"]) == 0
+    assert "cone of half-angle 70.3 degrees" in capsys.readouterr().out
+    found = json.loads((out / "summary.json").read_text())["parameters"]
+    for key, value in TRUTH.items():
+        assert found[key] == pytest.approx(value, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("given", "word"),
     [
@@ -92,6 +106,9 @@ def test_indentation_writes_what_it_says(tmp_path, capsys):
         (["--radius", "-1"], "radius"),
         (["--radius", "0.01", "--nu", "0.7"], "nu"),
         (["--radius", "0.01", "--nu", "0.3", "--bulk-modulus", "1e6"], "one of the two"),
+        (["--radius", "0.01", "--cone", "70"], "--cone"),
+        (["--cone", "blunt"], "--cone"),
+        (["--cone", "120"], "half-angle"),
         (["--radius", "0.01", "--layer", "1e-6"], "--substrate-modulus"),
         (["--radius", "0.01", "--layer", "-1", "--substrate-modulus", "2e11"], "layer"),
         (["--radius", "0.01", "--ball-modulus", "-5"], "--ball-modulus"),

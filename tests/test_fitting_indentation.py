@@ -105,7 +105,7 @@ def test_unloading_has_exact_slopes(rates):
     """The Jacobian through t1(t) against central differences; times that are sought, and times that are given."""
     t, depth, load = unloading(61)
     scaled = [a / a.max() for a in (t, load, depth)]
-    curve = Curve(*scaled, np.ones(t.size), 0.0, 0.0, None, int(np.argmax(depth)))
+    curve = Curve(*scaled, np.ones(t.size), 0.0, 0.0, None, 1.5, int(np.argmax(depth)))
     theta = (
         np.array([-2.0, 1.0, 0.5, -0.5, 0.0, 0.0, 0.0])
         if rates is None
@@ -268,7 +268,8 @@ def test_report(tmp_path):
     [
         ({"control": "force"}, "control"),
         ({"nu": 0.6}, "nu"),
-        ({"indenter": jc.FlatPunch(radius=1e-3)}, "indenter"),
+        ({"indenter": jc.Cylinder(1e-3, 1e-3)}, "indenter"),
+        ({"indenter": jc.Cone(2.0)}, "half-angle"),
         ({"indenter": jc.Sphere(radius=-1.0)}, "radius"),
         ({"weights": "log"}, "weights"),
         ({"drift": "yes"}, "drift"),

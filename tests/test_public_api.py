@@ -17,9 +17,9 @@ import jaxcontact as jc
 ROOT = Path(__file__).parents[1]
 
 JAXCONTACT = """
-Approach Burgers ContactHistory Cylinder Elastic FlatPunch Graded Grid HeightField KelvinVoigt Layer LayeredHalfSpace Load
-Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent kernels load
-enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
+Approach Burgers Cone ContactHistory Cylinder Elastic FlatPunch Graded Grid HeightField KelvinVoigt Layer
+LayeredHalfSpace Load Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent
+kernels load enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 """

@@ -1,0 +1,49 @@
+"""What presses: P = size depth^power/((1 - nu) J) on a half-space of the compliance J.
+
+    ball of radius R            P = 8 sqrt(R)/3 depth^(3/2)/((1 - nu) J)         (Hertz)
+    cone of half-angle a        P = 4 tan(a)/pi depth^2/((1 - nu) J)             (Love; Sneddon)
+    flat punch of radius R      P = 4 R depth/((1 - nu) J)                       (Boussinesq)
+
+Source: I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47. A pyramid is taken for the cone of its area at every depth
+(``jc.Cone.berkovich``). With time the integral of Lee and Radok takes the place of J in each.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jaxcontact as jc
+
+
+class Probe(NamedTuple):
+    """power, size: of the module's formula; widest: the contact radius [m] that a depth [m] may have, also on a film;
+    words; key: of its size in the JSON, with the value."""
+
+    power: float
+    size: float
+    widest: Callable[[float], float]
+    words: str
+    key: dict[str, float]
+
+
+def probe_of(indenter: Any) -> Probe:
+    """ValueError unless it is a ball, a cone or a flat punch of a size that can be."""
+    if isinstance(indenter, jc.Cone):
+        angle = float(indenter.half_angle)
+        if not 0.0 < angle < 0.5 * math.pi:
+            raise ValueError(f"indenter: expected a half-angle between 0 and pi/2, got {angle:g}")
+        slope = math.tan(angle)
+        words = f"cone of half-angle {math.degrees(angle):.4g} degrees"
+        return Probe(
+            2.0, 4.0 * slope / math.pi, lambda d: d * slope, words, {"indenter_half_angle_rad": angle}
+        )
+    if not isinstance(indenter, jc.Sphere | jc.FlatPunch):
+        raise ValueError(f"indenter: expected a Sphere, a Cone or a FlatPunch, got {type(indenter).__name__}")
+    radius = float(indenter.radius)
+    if not radius > 0:
+        raise ValueError(f"indenter: expected a radius > 0, got {indenter.radius}")
+    key = {"indenter_radius_m": radius}
+    if isinstance(indenter, jc.FlatPunch):
+        return Probe(1.0, 4.0 * radius, lambda d: radius, f"flat punch of R = {radius:.4g} m", key)
+    widest = lambda d: math.sqrt(1.5 * radius * d)
+    return Probe(1.5, 8.0 * math.sqrt(radius) / 3.0, widest, f"ball of R = {radius:.4g} m", key)
