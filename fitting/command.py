@@ -38,7 +38,7 @@ def add_parser(kinds: Any) -> None:
     """Add the commands to subparsers."""
     for name, command, what in (
         ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
-        ("prony", _prony, "a creep curve as a series of given retardation times"),
+        ("prony", _prony, "a creep curve as a series of retardation times"),
         ("compare", _compare, "a creep curve by several models"),
         ("batch", _batch, "many creep curves, a folder of results for each and one table"),
     ):
@@ -47,7 +47,7 @@ def add_parser(kinds: Any) -> None:
         if command in (_creep, _batch):
             flags.add_model(parser)
         elif command is _prony:
-            parser.add_argument("--tau", required=True, metavar="T,T,...", help="retardation times [s]")
+            parser.add_argument("--tau", metavar="T,T,...", help="retardation times [s] (chosen by BIC)")
         else:
             parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=f"({MODELS})")
             flags.add_known(parser)
@@ -110,7 +110,7 @@ def _prony(options: argparse.Namespace) -> int:
     """Read, fit, write."""
     _check_directory(options)
     data, given = _crept(options, options.file)
-    tau = [flags.number("--tau", text) for text in options.tau.split(",")]
+    tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
     with flags.about(options.file):
         found = fit_prony(data, tau, **given)
     return _finish(options, found)

@@ -56,6 +56,13 @@ class CreepFit(Fit):
     def _choices(self) -> list[str]:
         return [*super()._choices(), f"compliance: {self.data.convention}"]
 
+    def _conditions(self) -> list[str]:
+        if not self.refused or not self.misfit:
+            return []
+        return [
+            "  next: fit_prony(data) takes as many retardation times as the data ask for (jaxcontact fit prony)"
+        ]
+
     def _combination_lines(self) -> list[str]:
         units = {"slope0": "1/(Pa s)"}
         return [

@@ -1,4 +1,4 @@
-"""Fit of a series of Kelvin-Voigt elements with given retardation times: ``jc.Prony``.
+"""Fit of a series of Kelvin-Voigt elements with given or chosen retardation times: ``jc.Prony``.
 
     J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t
 
@@ -10,6 +10,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from scipy import optimize
 
 from fitting import evidence, history, nonlinear
 from fitting.creep import fit_weights, measured_curve
@@ -18,6 +19,8 @@ from fitting.result import Estimate, Fit, findings
 from fitting.structure import Volume, limits, series
 from fitting.uncertainty import covariance, log_covariance
 from fitting.weights import without_noise
+
+PER_DECADE = 3  # retardation times at most, where they are chosen
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,14 +33,15 @@ class PronyFit(Fit):
 
 
 def fit_prony(
-    data: CreepData, tau: Any, *, weights: str | None = None, sigma: Any = None, instantaneous: bool = True,
+    data: CreepData, tau: Any = None, *, weights: str | None = None, sigma: Any = None, instantaneous: bool = True,
     flow: bool = True, nu: float = 0.3, level: float = 0.95,
 ) -> PronyFit:  # fmt: skip
-    """Fit a series of given retardation times to a creep curve; one optimum, no start is needed.
+    """Fit a series of retardation times to a creep curve; one optimum, no start is needed.
 
     Args:
         data: the curve, n points.
-        tau: retardation times (k,) [s].
+        tau: retardation times (k,) [s]; None: times evenly spaced in their logarithm over those of the data, as many
+            as the lowest BIC asks for (at most three a decade), which a note says.
         weights: as in ``fit_creep``, but that no point is left out; or
         sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
         instantaneous: whether J0 is sought; else it is 0.
@@ -58,13 +62,17 @@ def fit_prony(
         >>> [f"{fit.values[name]:.3g}" for name in ("J0", "J2")]
         ['1e-06', '1e-06']
     """
+    weight, label = fit_weights(data, weights, sigma)
+    notes = data.notes
+    if tau is None:
+        tau = _chosen(data, weight, label == "sigma", instantaneous, flow)
+        notes = (*notes, f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s")
     structure = series(tau, instantaneous, flow)
     table, places = limits(structure, None, None), sorted(structure.where.values())
-    weight, label = fit_weights(data, weights, sigma)
     p, known = len(places), label == "sigma"
     evidence.check(level, data.t.size, p)
     assert structure.tau is not None
-    whole = weight[:, None] * np.asarray(history.columns(_basis(data), 1.0 / structure.tau))[:, places]
+    whole = _columns(data, weight, structure.tau)[:, places]
     scale = 1.0 / np.linalg.norm(whole, axis=0)
     A, y = whole * scale, weight * data.response
     objective = nonlinear.Objective(
@@ -79,8 +87,29 @@ def fit_prony(
     found = _estimate(structure.size, places, best.theta * scale, ends, whole, quality.spread(known))
     return PronyFit(
         **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label,
-        duration=float(data.t[-1]), notes=data.notes, curve=measured_curve(data),
+        duration=float(data.t[-1]), notes=notes, curve=measured_curve(data),
     )  # fmt: skip
+
+
+def _chosen(data: CreepData, weight: np.ndarray, known: bool, instantaneous: bool, flow: bool) -> np.ndarray:
+    """Retardation times (k,) [s] of lowest BIC, of the compliances that are not zero: of k = 1, 2, ..."""
+    first, last = float(np.min(data.t[data.t > 0.0])), float(data.t[-1])
+    most = int(np.clip(PER_DECADE * np.log10(last / first), 1, data.t.size // 4))
+    y, found = weight * data.response, []
+    for k in range(1, most + 1):
+        tau = first * (last / first) ** ((np.arange(k) + 0.5) / k)
+        taken = [0] * instantaneous + list(range(1, k + 1)) + [k + 1] * flow
+        columns = _columns(data, weight, tau)[:, taken]
+        size = np.linalg.norm(columns, axis=0)
+        x, residual = optimize.nnls(columns / size, y)
+        misfit = residual**2 if known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
+        found.append((misfit + np.sum(x > 0) * np.log(y.size), tau))
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _columns(data: CreepData, weight: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """Weighted, of J0, of each time, and of the fluidity, (n, k + 2)."""
+    return weight[:, None] * np.asarray(history.columns(_basis(data), 1.0 / tau))
 
 
 def _basis(data: CreepData) -> history.Step | history.History:

@@ -255,6 +255,8 @@ def test_prony_from_the_shell(tmp_path, capsys):
     assert json.loads((out / "summary.json").read_text())["tau_s"] == [1000.0, 8704.0]
     capsys.readouterr()
     assert "--tau" in refused(["fit", "prony", path, "-o", str(out / "b"), "--tau", "1000,x"], capsys)
+    assert main(["fit", "prony", path, "-o", str(tmp_path / "chosen")]) == 0
+    assert "chosen by BIC" in capsys.readouterr().out
 
 
 def test_nothing_stops_a_batch(tmp_path, capsys):
