@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tolerances import TIGHT_SOLVER
 
 import jaxcontact as jc
 
@@ -30,6 +31,19 @@ def approach(thickness, load, times=TIMES, indenter=BALL, eta=1e11, substrate=80
 
 def test_a_film_that_keeps_its_thickness_is_the_film():
     np.testing.assert_allclose(approach(np.full(NT, H), 1.0), approach(H, 1.0), rtol=1e-10)
+
+
+def test_layers_that_keep_their_thickness_are_the_stack():
+    """One thickness over time makes every layer grow in increments; the rest stay as they are."""
+
+    def of_stack(first, second):
+        layers = [jc.Layer(jc.Maxwell(G, 1e11, NU), first), jc.Layer(jc.Maxwell(3 * G, 1e12, 0.4), second)]
+        body = jc.LayeredHalfSpace(layers, jc.Elastic(80e9, 0.3))
+        return jc.indent(body, BALL, jc.Load(1.0), TIMES, grid=GRID, tolerance=1e-11, save="last").approach
+
+    still = of_stack(H, 2 * H)
+    for first, second in ((np.full(NT, H), 2 * H), (np.full(NT, H), np.full(NT, 2 * H))):
+        np.testing.assert_allclose(of_stack(first, second), still, rtol=TIGHT_SOLVER)
 
 
 def test_an_elastic_film_that_grows_under_a_held_load_moves_nothing():
