@@ -48,6 +48,7 @@ LAYERS = {
     "response.rational": 7,
     "response.wavevector": 5,
     "response.tangential_coefficients": 3,
+    "response.tangential_lines": 4,
     "response.tangential_images": 5,
     "response.tangential_time": 8,
     "response.interior": 5,

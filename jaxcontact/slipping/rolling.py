@@ -16,7 +16,7 @@ from jaxcontact._pytree import as_float64, is_concrete
 from jaxcontact._status import Status
 from jaxcontact.contact.partial_slip import Round, SlipProblem, solve
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
-from jaxcontact.grid import Grid, check_not_periodic
+from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
@@ -84,7 +84,7 @@ def roll_steady(
     given = {"grid": grid, "tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), **given)
     check_no_creep(experiment.body)
-    check_not_periodic(grid, "roll_steady")
+    check_free_along_x(grid, "roll_steady")
     verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid)
     forced = isinstance(creepage, TangentialControl)
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
@@ -150,7 +150,7 @@ def _compiled(
         problem, way * spacing[0] / spacing * vector / speed, experiment.tolerance, experiment.max_iterations
     )
     strain = memory.film_strain(rest.fields, rolled.found.normal.pressure, no_time)
-    numbers = _numbers(problem, rolled, way, experiment.tolerance) | {
+    numbers = _numbers(problem, rolled, way, experiment.tolerance, experiment.edges) | {
         "film_strain": strain,
         "profile": profile,
     }
@@ -208,10 +208,12 @@ def _next(field: Array, axis: int, forwards: Array) -> Array:
     return jnp.where(forwards, later, earlier)
 
 
-def _numbers(problem: SlipProblem, rolled: _Rolled, way: Array, tolerance: Array) -> dict[str, Array]:
+def _numbers(
+    problem: SlipProblem, rolled: _Rolled, way: Array, tolerance: Array, edges: tuple[bool, bool]
+) -> dict[str, Array]:
     """All that is shown, scaled, by the names of the result."""
     pressed, sheared = rolled.found.normal, rolled.found.tangential
-    status = status_of(problem.pressed(sheared.traction), pressed, tolerance)
+    status = status_of(problem.pressed(sheared.traction), pressed, tolerance, edges)
     fine = status == Status.FINE
     status = jnp.where(fine & (rolled.change > STEADY), int(Status.NOT_STEADY), status)
     status = jnp.where(fine & (sheared.error > tolerance), int(Status.NOT_CONVERGED), status)

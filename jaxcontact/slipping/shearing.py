@@ -15,7 +15,7 @@ from jaxcontact._experiment import Experiment, fine_steps, fine_values, reported
 from jaxcontact._pytree import as_float64
 from jaxcontact._scale import Scale
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
-from jaxcontact.grid import Grid, check_not_periodic
+from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
@@ -85,7 +85,7 @@ def shear(
         save=save, substeps=substeps,
     )  # fmt: skip
     _checks.one_of("save", save, "all", "last")
-    check_not_periodic(grid, "shear")
+    check_free_along_x(grid, "shear")
     valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid)
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
