@@ -99,7 +99,9 @@ LAYERS = {
     "slipping.memory": 13,
     "slipping.march": 14,
     "slipping.shearing": 15,
-    "slipping.rolling": 16,
+    "slipping.rolled": 16,
+    "slipping.rolling_contact": 17,
+    "slipping.rolling": 18,
     "interior_fields": 10,
     # round about
     "plotting": 6,
