@@ -10,7 +10,8 @@ long is felt as points, or in plane strain as lines: of alpha (L, T, K) at waven
 
     xx:  (L y^2 + T x^2)/(2 pi r^3),      xy:  (T - L) x y/(2 pi r^3),      x:  -K x/(2 pi r^2),
 
-or xx: -L ln(r^2)/(2 pi), yy: -T ln(r^2)/(2 pi), x: -K sign(x)/2 (``response.tangential_coefficients``, ``tangential_lines``).
+or xx: -L ln(r^2)/(2 pi), yy: -T ln(r^2)/(2 pi), x: -K sign(x)/2 (see
+``response.tangential_coefficients`` and ``tangential_lines``).
 Of the displacement along the surface rolling takes differences along the track alone, so that it is known but for a
 constant where a body flows or in plane strain.
 """

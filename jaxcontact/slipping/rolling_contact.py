@@ -32,12 +32,13 @@ from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.slipping.rolled import RolledSurface
 
-STEADY = 1e-7  # change of the tractions from step to step, in parts of what friction holds
+STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
+SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
 FARTHEST = 20  # grid lengths that are rolled
 
 
 class Rolled(NamedTuple):
-    """After some steps, (): the last contact, and the change of the tractions in it, in parts of what friction holds."""
+    """After some steps, (): the last contact, and the change of the tractions in it, in parts of them."""
 
     pressed: Solution
     sheared: TangentialSolution
@@ -102,8 +103,8 @@ class RollingContact:
     def _further(self, pressed: Solution, traction: Array, steps: Array) -> Rolled:
         problem = self.sheared(traction, pressed.pressure)
         sheared = friction.solve(problem, traction, self.tolerance, self.max_iterations)
-        room = jnp.sum(problem.bound)
-        change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(room > 0.0, room, jnp.inf)
+        size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
+        change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
         return Rolled(pressed, sheared, jnp.where(steps > 0, change, 1.0), steps + 1)
 
 
