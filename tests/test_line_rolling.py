@@ -213,3 +213,21 @@ def test_without_friction_rolling_is_sliding():
     np.testing.assert_allclose(state.pressure, slid.pressure, atol=1e-6 * np.max(slid.pressure))
     assert float(state.approach) == pytest.approx(float(slid.approach), rel=1e-6)
     assert float(slid.pressure_centre[0]) > 1e-5
+
+
+@pytest.mark.slow
+def test_what_left_the_grid_is_still_felt():
+    """By a ball that rolls askew: on a grid of twice the width, where it has not left yet, it is the same."""
+    body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=0.5e6, eta2=0.5e6, nu=0.3))
+
+    def rolled(n):
+        return jc.roll_steady(
+            body, jc.Sphere(5e-3), jc.Load(0.05), velocity=(1.6e-3, 1.2e-3), creepage=(0.02, -0.01), friction=0.5,
+            grid=jc.Grid((n, n), (1e-4, 1e-4)),
+        )  # fmt: skip
+
+    narrow, wide = rolled(16), rolled(32)
+    assert bool(narrow.converged) and bool(wide.converged)
+    np.testing.assert_allclose(narrow.tangential_load, wide.tangential_load, rtol=3e-5)
+    within = np.asarray(wide.traction)[:, 8:24, 8:24]
+    np.testing.assert_allclose(narrow.traction, within, atol=2e-3 * np.max(np.abs(within)))

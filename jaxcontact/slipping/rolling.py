@@ -49,29 +49,31 @@ def roll_steady(
 
         slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    slip: of the body's surface over the indenter, u the sum of both surfaces' tangential displacements. Material flows
-    through the contact from its leading edge, where it enters without traction. What is solved is a rolling start, cell
-    by cell, until tractions change no more: u(x) less what it was a cell ahead is the slip over one cell, as in F. F. W.
-    Kalker's transient contact, and each step is a partial-slip problem of ``shear``. The error is of first order in
-    the cell; askew to the axes u is taken a cell ahead between its neighbours. There is no derivative through the start;
-    ``shear`` has one.
+    slip: of the body's surface over the indenter, u the sum of both surfaces' tangential displacements, to which a body that
+    creeps adds what it remembers of all tractions that it has passed (``slipping.rolled``). Material flows through the
+    contact from its leading edge, where it enters without traction; of the displacement it is the difference from a cell
+    to the one ahead that slips, askew to the axes between its neighbours, and the error is of first order in the cell. The
+    steady state is the limit of a rolling start (``slipping.rolling_contact``). There is no derivative through it; ``shear``
+    has one.
+
+    In plane strain a cylinder rolls along x; creepage along y shears across it.
 
     Args:
-        body: a ``LayeredHalfSpace`` of elastic materials.
-        indenter, grid: as in ``indent``.
+        body: a ``LayeredHalfSpace``.
+        indenter, grid: as in ``indent``; a grid that is periodic along both axes is refused.
         control: ``Load`` or ``Approach`` with a single value.
-        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); for elastic bodies its
+        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); of elastic bodies its
             direction counts alone.
         creepage: (xi_x, xi_y), slip velocity of the indenter over the body (as rigid bodies) over |v|; or a
             ``TangentialLoad`` with one vector, for the creepage that it takes.
-        friction, coupled, tolerance, max_iterations: as in ``shear``, for each step of the start.
+        friction, coupled, tolerance, max_iterations: as in ``shear``; iterations of each step of the start.
 
     Returns:
-        A ``SteadyRolling``. Failure is data, as in ``shear``; status 6 where tractions still change after a way
-        of 20 grid lengths.
+        A ``SteadyRolling``. Failure is data, as in ``shear``; status 6 where tractions still change after
+        20 steps for each cell along the grid, or where ``slide_steady`` has no steady state.
 
     Raises:
-        ValueError: what cannot be computed; a material that creeps.
+        ValueError: what cannot be computed; no steady state, as in ``slide_steady``.
 
     Example:
         >>> steel, grid = jc.Elastic.from_young(210e9, nu=0.3), jc.Grid.square(n=16, width=300e-6)

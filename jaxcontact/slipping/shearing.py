@@ -55,7 +55,8 @@ def shear(
     differentiate a field of the result, not the whole (it has integers).
 
     Args:
-        body, indenter, times, grid: as in ``indent``.
+        body, indenter, times, grid: as in ``indent``; a grid that is periodic along both axes is refused. In plane
+            strain tangential displacement, too, is that from one width of the grid away (``grid``).
         control: ``Load`` or ``Approach``, as in ``indent``.
         tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter: (2,) or (nt, 2), which
             steps on at times[0] together with the control and is linear between times.
