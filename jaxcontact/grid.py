@@ -150,3 +150,12 @@ def check_not_periodic(grid: Grid, verb: str) -> None:
         not any(grid.periodic),
         f"grid: expected one that is not periodic in {verb}, which knows free space alone, got periodic={grid.periodic}",
     )
+
+
+def check_free_along_x(grid: Grid, verb: str) -> None:
+    """For what knows free space and plane strain."""
+    require(
+        not grid.periodic[0],
+        f"grid: expected one that is not periodic along x in {verb}, which knows free space and plane strain, got"
+        f" periodic={grid.periodic}",
+    )

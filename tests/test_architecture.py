@@ -48,6 +48,7 @@ LAYERS = {
     "response.rational": 7,
     "response.wavevector": 5,
     "response.tangential_coefficients": 3,
+    "response.tangential_lines": 4,
     "response.tangential_images": 5,
     "response.tangential_time": 8,
     "response.interior": 5,
@@ -98,7 +99,9 @@ LAYERS = {
     "slipping.memory": 13,
     "slipping.march": 14,
     "slipping.shearing": 15,
-    "slipping.rolling": 16,
+    "slipping.rolled": 16,
+    "slipping.rolling_contact": 17,
+    "slipping.rolling": 18,
     "interior_fields": 10,
     # round about
     "plotting": 6,

@@ -368,9 +368,13 @@ PYTHON = {
         lambda: slide(1.0, times=[0.0], friction=-0.3),
         r"friction: expected >= 0, got -0.3",
     ),
-    "rolling on what creeps": (
-        lambda: roll(body=lambda: FLOWS),
-        r"expected elastic materials .* got Burgers",
+    "rolling on a half-space that flows under a line": (
+        lambda: roll(body=lambda: FLOWS, grid=LINE),
+        r"body: expected one that does not flow without limit, on this grid",
+    ),
+    "rolling across a line": (
+        lambda: roll(velocity=(1.0, 0.0), grid=LINE),
+        r"velocity: expected one number, along x, in plane strain, got shape \(2,\)",
     ),
     "rolling under a history": (
         lambda: roll(control=jc.Load([1.0])),
@@ -454,9 +458,9 @@ PYTHON = {
     ),
     "friction on a periodic grid": (
         lambda: shear(grid=PERIODIC),
-        r"grid: expected one that is not periodic in shear, .* got periodic=\(True, True\)",
+        r"grid: expected one that is not periodic along x in shear, .* got periodic=\(True, True\)",
     ),
-    "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic in roll_steady"),
+    "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x in roll_steady"),
     "stresses under a periodic grid": (
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
         r"not periodic in subsurface",

@@ -6,7 +6,8 @@
 
 xx, yy, zz are even in both offsets, xy odd in both, x and y odd in the offset along them alone (theory:
 ``response.tangential_coefficients``). So the spectra of x and y are imaginary, of all others real, and each is kept
-as one real array. For similar solids x and y vanish, and need not be kept at all.
+as one real array. For similar solids x and y vanish, and need not be kept at all. In plane strain, with one cell along
+a periodic y, xy and y vanish, and y is not padded.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, TractionOperator
 from jaxcontact.operators.free_space import FLOOR, FreeSpace
@@ -25,28 +26,44 @@ from jaxcontact.response.tangential_coefficients import SurfaceKernels
 @pytree
 class Tangential:
     """Spectra of tangential kernels: plane (..., 3, my/2 + 1, mx) of xx, yy and xy; coupling (..., 2, my/2 + 1, mx), the
-    imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, as in ``FreeSpace``."""
+    imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, and periodic, as in
+    ``FreeSpace``."""
 
     plane: Array
     coupling: Array | None
     circulant: Array
+    periodic: spectral.Periodic = static(default=spectral.FREE)
 
     @classmethod
-    def of(cls, kernels: SurfaceKernels, *, coupled: bool) -> Tangential:
-        """From coefficients (..., nx, ny)."""
+    def of(
+        cls, kernels: SurfaceKernels, *, coupled: bool, periodic: spectral.Periodic = spectral.FREE
+    ) -> Tangential:
+        """From coefficients (..., nx, ny), of one cell along a periodic axis."""
         k = kernels
-        plane = [spectrum(k.xx, 1, 1).real, spectrum(k.yy, 1, 1).real, spectrum(k.xy, -1, -1).real]
-        coupling = [spectrum(k.x, -1, 1).imag, spectrum(k.y, 1, -1).imag] if coupled else None
+        of = lambda kernel, *parity: spectrum(kernel, *parity, periodic)
+        plane = [of(k.xx, 1, 1).real, of(k.yy, 1, 1).real, of(k.xy, -1, -1).real]
+        coupling = [of(k.x, -1, 1).imag, of(k.y, 1, -1).imag] if coupled else None
         return cls(
             jnp.stack(plane, -3),
             None if coupling is None else jnp.stack(coupling, -3),
             spectral.circulant_spectrum((k.xx + k.yy) / 2.0),
+            periodic,
         )
 
+    def transform(self, fields: Array) -> Array:
+        """Spectra of fields (..., nx, ny)."""
+        return spectral.transform(fields, self.periodic)
 
-def spectrum(kernel: Array, parity_x: int, parity_y: int) -> Array:
+    def inverse(self, spectra: Array, shape: tuple[int, ...]) -> Array:
+        """The fields of spectra, (..., nx, ny)."""
+        return spectral.inverse(spectra, shape, self.periodic)
+
+
+def spectrum(
+    kernel: Array, parity_x: int, parity_y: int, periodic: spectral.Periodic = spectral.FREE
+) -> Array:
     """Spectrum (..., my/2 + 1, mx) of kernels (..., nx, ny) at offsets >= 0; parity: 1 even, -1 odd in the offset."""
-    padded = spectral.padded_shape(kernel.shape[-2:])
+    padded = spectral.padded_shape(kernel.shape[-2:], periodic)
     for axis, length, parity in ((-2, padded[0], parity_x), (-1, padded[1], parity_y)):
         kernel = jnp.moveaxis(kernel, axis, -1)
         middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
@@ -64,19 +81,19 @@ class Coupled(TractionOperator):
 
     def along(self, q: Array) -> Array:
         xx, yy, xy = self.tangential.plane
-        x, y = spectral.transform(q)
-        return spectral.inverse(jnp.stack([xx * x + xy * y, xy * x + yy * y]), q.shape[-2:])
+        x, y = self.tangential.transform(q)
+        return self.tangential.inverse(jnp.stack([xx * x + xy * y, xy * x + yy * y]), q.shape[-2:])
 
     def drawn(self, p: Array) -> Array:
         if self.tangential.coupling is None:
             return jnp.zeros((2, *p.shape))
-        return spectral.inverse(1j * self.tangential.coupling * spectral.transform(p), p.shape)
+        return self.tangential.inverse(1j * self.tangential.coupling * self.tangential.transform(p), p.shape)
 
     def sunk(self, q: Array) -> Array:
         if self.tangential.coupling is None:
             return jnp.zeros(q.shape[-2:])
-        moved = jnp.sum(-1j * self.tangential.coupling * spectral.transform(q), 0)
-        return spectral.inverse(moved, q.shape[-2:])
+        moved = jnp.sum(-1j * self.tangential.coupling * self.tangential.transform(q), 0)
+        return self.tangential.inverse(moved, q.shape[-2:])
 
     def preconditioner(self) -> Linear:
         """The inverse of the circulant for each direction, its small and negative eigenvalues raised."""
@@ -103,17 +120,17 @@ class CoupledFamily:
         total = jnp.zeros((2, *fields.shape[-2:]))
         if not fields.shape[0]:
             return total
-        x, y, p = jnp.moveaxis(spectral.transform(fields), 1, 0)
+        x, y, p = jnp.moveaxis(self.members.transform(fields), 1, 0)
         xx, yy, xy = jnp.moveaxis(self.members.plane[1:], 1, 0)
         moved = jnp.stack([jnp.sum(xx * x + xy * y, 0), jnp.sum(xy * x + yy * y, 0)])
         if self.members.coupling is not None:
             moved = moved + jnp.sum(1j * self.members.coupling[1:] * p[:, None], 0)
-        return spectral.inverse(moved, fields.shape[-2:])
+        return self.members.inverse(moved, fields.shape[-2:])
 
     def sunk_by(self, fields: Array) -> Array:
         """Normal displacement under the tangential ones of those fields, (nx, ny)."""
         if not fields.shape[0] or self.members.coupling is None:
             return jnp.zeros(fields.shape[-2:])
-        tangential = spectral.transform(fields[:, :2])
+        tangential = self.members.transform(fields[:, :2])
         moved = jnp.sum(-1j * self.members.coupling[1:] * tangential, (0, 1))
-        return spectral.inverse(moved, fields.shape[-2:])
+        return self.members.inverse(moved, fields.shape[-2:])

@@ -17,6 +17,7 @@ from jaxcontact.response.tangential_coefficients import (
     tangential_coefficients,
 )
 from jaxcontact.response.tangential_images import fit_images
+from jaxcontact.response.tangential_lines import tangential_lines
 from jaxcontact.response.tangential_time import TangentialSeparable, half_space_shares, separate_tangential
 
 
@@ -42,7 +43,7 @@ def build_traction(
     """
     normal = build(body, indenter, grid)
     coefficients, separable = scaled_coefficients(body, indenter, grid, normal.scale)
-    family = CoupledFamily(Tangential.of(coefficients, coupled=coupled))
+    family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
     return TractionKernels(normal, family, separable.rates, separable.mix / normal.scale.compliance)
 
 
@@ -53,7 +54,8 @@ def scaled_coefficients(
     separable = separate_tangential(body)
     images = fit_images(body, separable.terms)
     weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
-    coefficients = tangential_coefficients(grid, TangentialImages(images.depths, weights))
+    coefficients_of = tangential_lines if grid.plane_strain else tangential_coefficients
+    coefficients = coefficients_of(grid, TangentialImages(images.depths, weights))
     scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
     return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled), separable
 

@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import _checks
 from jaxcontact._exponential import phi1
 from jaxcontact._pytree import pytree
 from jaxcontact.layers import LayeredHalfSpace
@@ -35,16 +34,6 @@ class TangentialSeparable:
     rates: Array
     terms: Array
     mix: Array
-
-
-def check_no_creep(body: LayeredHalfSpace) -> None:
-    """All solids are elastic, as in rolling they must be today."""
-    for solid in solids(body):
-        _checks.require(
-            not creeps(solid),
-            f"body: expected elastic materials in rolling, got {type(solid).__name__}:"
-            " rolling on a material that creeps cannot be computed yet",
-        )
 
 
 def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:

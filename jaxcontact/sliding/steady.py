@@ -21,14 +21,14 @@ from jaxcontact.grid import Grid
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.operators.kernels import Errors, Kernels, build
+from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.response.body import response_of
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding
 from jaxcontact.sliding.rubbed_wake import RubbedWake
 from jaxcontact.sliding.track import as_array, check_along_x, check_rubbing
-from jaxcontact.sliding.wake import Wake, doubled, extended
+from jaxcontact.sliding.wake import Wake, doubled, wake_of
 
 
 def slide_steady(
@@ -82,7 +82,7 @@ def slide_steady(
     _check_single(control, velocity, grid)
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
-    experiment = experiment.also(_steady(experiment, velocity)).also(check_rubbing(friction, grid))
+    experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
     result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
     return reported(result, errors, experiment.valid)
 
@@ -96,7 +96,7 @@ def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
     _checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
 
 
-def _steady(experiment: Experiment, velocity: Array) -> Verdict:
+def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
     """A finite velocity; ValueError where there is no steady state."""
     finite = _checks.finite("velocity [m/s]", velocity)
     response = response_of(experiment.body)
@@ -132,7 +132,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     """The compiled core: one trace for equal shapes and flags."""
     kernels = experiment.ready_kernels
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    wake = _wake(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
+    wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
     symbols = wake.symbols()
     profile = experiment.indenter.profile(experiment.grid) / kernels.scale.length
     lowest, target = jnp.min(profile), experiment.target(kernels.scale)
@@ -142,23 +142,11 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
-    status = _with_no_steady_state(status, experiment, vector)
+    status = with_no_steady_state(status, experiment, vector)
     total = jnp.sum(solution.pressure)
     fields = _fields(wake, symbols, problem, solution) | _rubs(rubbed, friction, total)
     fields["approach_drift"] += wake.drift(total)
     return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors()
-
-
-def _wake(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
-    """The wake in cells per second; that of a half-space reaches beyond the grid."""
-    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
-    if not far_off or all(grid.periodic):
-        shapes = extended(kernels, grid.shape)
-    else:
-        wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
-        again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
-        shapes = again.family.members.spectrum[1:]
-    return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
 def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
@@ -176,7 +164,7 @@ def _rubs(rubbed: RubbedWake | None, friction: Array | None, total: Array) -> di
     return {"coulomb_force": friction * total * size, "approach_drift": rubbed.drift(total)}
 
 
-def _with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
+def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
     response = response_of(experiment.body)
     sinks = response.creeps_far() and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)

@@ -30,13 +30,15 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from jaxcontact._experiment import Experiment
 from jaxcontact._exponential import phi1
-from jaxcontact._pytree import pytree, static
+from jaxcontact._pytree import pytree, replace, static
 from jaxcontact.history.memory import deepest_strain
 from jaxcontact.history.moving import Shift, along
 from jaxcontact.operators import spectral
-from jaxcontact.operators.kernels import Kernels
+from jaxcontact.operators.kernels import Kernels, build
 from jaxcontact.operators.moving import Moving
+from jaxcontact.response.body import response_of
 
 AT_REST = 1e-30  # cells per second: slower is this
 FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)
@@ -161,7 +163,7 @@ class Wake:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
         square = lambda x, y: jnp.maximum(x**2 + y**2, 1.0)
         if self.line:
-            varying = self._varying(
+            varying = self.varying(
                 self.kernels.rates, lambda x, y: -jnp.log(square(x, y)), lambda r: -2.0 * jnp.log(r)
             )
             beyond = varying + self._uniform_of_lines()[:, None, None]
@@ -177,17 +179,19 @@ class Wake:
         tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
         return jnp.where(flows, 0.0, -2.0 * (way + tail) / jnp.where(flows, 1.0, rates))
 
-    def beyond(self, rates: Array, pattern: Callable[[Array, Array], Array]) -> Array:
+    def beyond(
+        self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Array | float = 1.0
+    ) -> Array:
         """int_T^infinity exp(-lambda_k s) pattern(x + v s) ds, but for a constant where lambda is zero, (K, mx, my).
 
-        The pattern is 1/r straight ahead. x, y in cells along x.
+        The pattern is ``ahead``/r straight ahead. x, y in cells along x.
         """
         flows = rates == 0.0
         tail = exponential_integral(jnp.where(flows, 1.0, rates * self.crossing_time)) / self.speed
         uniform = jnp.where(flows, 0.0, tail)
-        return self._varying(rates, pattern, jnp.reciprocal) + uniform[:, None, None]
+        return self.varying(rates, pattern, lambda r: ahead / r) + ahead * uniform[:, None, None]
 
-    def _varying(
+    def varying(
         self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Callable[[Array], Array]
     ) -> Array:
         """int_T^infinity exp(-lambda_k s) (pattern(x + v s) - ahead(|v| s)) ds, (K, mx, my)."""
@@ -216,6 +220,18 @@ class Wake:
         """Displacement rate at a distance of one cell from a cell of unit pressure, (K,); of a strip without ln(1/d^2)."""
         cell = 1.0 if self.line else self.ratio
         return self.kernels.at_zero @ self.kernels.mix * cell / (2.0 * jnp.pi)
+
+
+def wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
+    """The wake at a velocity in cells per second; that of a half-space reaches beyond the grid."""
+    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
+    if not far_off or all(grid.periodic):
+        shapes = extended(kernels, grid.shape)
+    else:
+        wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
+        again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
+        shapes = again.family.members.spectrum[1:]
+    return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
 def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:

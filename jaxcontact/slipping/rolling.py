@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -14,21 +15,21 @@ from jaxcontact._checks import Verdict
 from jaxcontact._experiment import Experiment, reported
 from jaxcontact._pytree import as_float64, is_concrete
 from jaxcontact._status import Status
-from jaxcontact.contact.partial_slip import Round, SlipProblem, solve
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
-from jaxcontact.grid import Grid, check_not_periodic
+from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
-from jaxcontact.operators.traction_kernels import build_traction
-from jaxcontact.response.tangential_time import check_no_creep
-from jaxcontact.slipping.memory import TractionMemory
+from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
+from jaxcontact.sliding.steady import check_steady, with_no_steady_state
+from jaxcontact.sliding.track import check_along_x
+from jaxcontact.sliding.wake import wake_of
 from jaxcontact.slipping.results import SteadyRolling
+from jaxcontact.slipping.rolled import RolledSurface, creeping_surface, elastic_surface
+from jaxcontact.slipping.rolling_contact import Rolled, RollingContact
 from jaxcontact.slipping.shearing import check_friction
-
-STEADY = 1e-7  # change of the tractions from cell to cell, in parts of what friction holds
-FARTHEST = 20  # grid lengths that are rolled
 
 
 def roll_steady(
@@ -48,29 +49,31 @@ def roll_steady(
 
         slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    slip: of the body's surface over the indenter, u the sum of both surfaces' tangential displacements. Material flows
-    through the contact from its leading edge, where it enters without traction. What is solved is a rolling start, cell
-    by cell, until tractions change no more: u(x) less what it was a cell ahead is the slip over one cell, as in F. F. W.
-    Kalker's transient contact, and each step is a partial-slip problem of ``shear``. The error is of first order in
-    the cell; askew to the axes u is taken a cell ahead between its neighbours. There is no derivative through the start;
-    ``shear`` has one.
+    slip: of the body's surface over the indenter, u the sum of both surfaces' tangential displacements, to which a body that
+    creeps adds what it remembers of all tractions that it has passed (``slipping.rolled``). Material flows through the
+    contact from its leading edge, where it enters without traction; of the displacement it is the difference from a cell
+    to the one ahead that slips, askew to the axes between its neighbours, and the error is of first order in the cell. The
+    steady state is the limit of a rolling start (``slipping.rolling_contact``). There is no derivative through it; ``shear``
+    has one.
+
+    In plane strain a cylinder rolls along x; creepage along y shears across it.
 
     Args:
-        body: a ``LayeredHalfSpace`` of elastic materials.
-        indenter, grid: as in ``indent``.
+        body: a ``LayeredHalfSpace``.
+        indenter, grid: as in ``indent``; a grid that is periodic along both axes is refused.
         control: ``Load`` or ``Approach`` with a single value.
-        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); for elastic bodies its
+        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); of elastic bodies its
             direction counts alone.
         creepage: (xi_x, xi_y), slip velocity of the indenter over the body (as rigid bodies) over |v|; or a
             ``TangentialLoad`` with one vector, for the creepage that it takes.
-        friction, coupled, tolerance, max_iterations: as in ``shear``, for each step of the start.
+        friction, coupled, tolerance, max_iterations: as in ``shear``; iterations of each step of the start.
 
     Returns:
-        A ``SteadyRolling``. Failure is data, as in ``shear``; status 6 where tractions still change after a way
-        of 20 grid lengths.
+        A ``SteadyRolling``. Failure is data, as in ``shear``; status 6 where tractions still change after
+        20 steps for each cell along the grid, or where ``slide_steady`` has no steady state.
 
     Raises:
-        ValueError: what cannot be computed; a material that creeps.
+        ValueError: what cannot be computed; no steady state, as in ``slide_steady``.
 
     Example:
         >>> steel, grid = jc.Elastic.from_young(210e9, nu=0.3), jc.Grid.square(n=16, width=300e-6)
@@ -83,9 +86,9 @@ def roll_steady(
     """
     given = {"grid": grid, "tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), **given)
-    check_no_creep(experiment.body)
-    check_not_periodic(grid, "roll_steady")
+    check_free_along_x(grid, "roll_steady")
     verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid)
+    verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
     forced = isinstance(creepage, TangentialControl)
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
     speed, value, friction = (as_float64(jnp.asarray(a, float)) for a in (velocity, value, friction))
@@ -115,46 +118,35 @@ def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
     return valid & _checks.finite("creepage", creepage)
 
 
-class _Rolled(NamedTuple):
-    found: Round
-    moved: Array
-    change: Array
-    cells: Array
-
-
 def _compiled(
     experiment: Experiment, velocity: Array, value: Array, friction: Array, *, forced: bool, coupled: bool
 ) -> tuple[SteadyRolling, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=coupled)
-    scale, shape = kernels.normal.scale, experiment.grid.shape
-    memory, no_time = TractionMemory(kernels), jnp.zeros(())
-    rest = memory.predict(memory.start(shape), jnp.zeros((3, *shape)), no_time)
-    profile = experiment.indenter.profile(experiment.grid) / scale.length
+    scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    speed, spacing = jnp.sqrt(jnp.sum(vector**2)), jnp.stack(experiment.grid.spacing)
-    way = jnp.min(spacing) / spacing[0]  # rolled in a step [cells along x]
-    problem = SlipProblem(
-        operator=rest.operator,
-        gap=profile,
-        drift=jnp.zeros((2, *shape)),
-        coefficient=jnp.broadcast_to(friction, shape),
+    speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
+    across = velocity.ndim > 0
+    surface, strain = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
+    profile = experiment.indenter.profile(experiment.grid) / scale.length
+    force = scale.from_si("tangential_load", value).reshape(2) if forced else value
+    contact = RollingContact(
+        surface=surface,
+        profile=profile,
+        coefficient=jnp.broadcast_to(friction, profile.shape),
+        way=step / spacing * vector / speed,
         target=experiment.target(scale),
-        tangential_target=scale.from_si("tangential_load", value).reshape(2) if forced else way * value,
-        lowest=jnp.min(profile),
+        tangential_target=force if forced else step / spacing[0] * value,
+        tolerance=experiment.tolerance,
+        max_iterations=experiment.max_iterations,
         load_controlled=experiment.load_controlled,
         tangential_load_controlled=forced,
         coupled=coupled,
     )
-    rolled = _rolled(
-        problem, way * spacing[0] / spacing * vector / speed, experiment.tolerance, experiment.max_iterations
-    )
-    strain = memory.film_strain(rest.fields, rolled.found.normal.pressure, no_time)
-    numbers = _numbers(problem, rolled, way, experiment.tolerance) | {
-        "film_strain": strain,
-        "profile": profile,
-    }
-    in_si = scale.to_si(**numbers)
+    rolled = contact.rolled()
+    numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
+    numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
+    in_si = scale.to_si(**numbers, film_strain=strain(rolled.pressed.pressure), profile=profile)
     power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
     result = SteadyRolling(grid=experiment.grid, velocity=vector, power=power, **in_si)
     return result, kernels.normal.errors()
@@ -163,71 +155,48 @@ def _compiled(
 _run = jax.jit(_compiled, static_argnames=("forced", "coupled"))
 
 
-def _rolled(problem: SlipProblem, cell: Array, tolerance: Array, limit: Array) -> _Rolled:
-    """Cell by cell from rest until nothing changes."""
-    shape = problem.gap.shape
-
-    def further(state: _Rolled) -> _Rolled:
-        p, q = state.found.normal.pressure, state.found.tangential.traction
-        step = _with_drift(problem, -ahead(state.moved, cell))
-        found = solve(step, p, q, tolerance, limit)
-        moved = found.tangential.displacement
-        if problem.coupled:
-            moved = moved + problem.operator.drawn(found.normal.pressure)
-        room = jnp.sum(problem.coefficient * found.normal.pressure)
-        change = jnp.sum(jnp.abs(found.tangential.traction - q)) / jnp.where(room > 0.0, room, jnp.inf)
-        return _Rolled(found, moved, change, state.cells + 1)
-
-    nothing = jnp.zeros((2, *shape))
-    first = solve(problem, jnp.zeros(shape), nothing, tolerance, limit)
-    moved = first.tangential.displacement
-    if problem.coupled:
-        moved = moved + problem.operator.drawn(first.normal.pressure)
-    going = lambda state: (state.change > STEADY) & (state.cells < FARTHEST * max(shape))
-    start = _Rolled(first, moved, jnp.ones(()), jnp.zeros((), int))
-    return jax.lax.while_loop(going, further, start)
+def _surface(
+    experiment: Experiment, kernels: TractionKernels, velocity: Array, *, across: bool, coupled: bool
+) -> tuple[RolledSurface, Callable[[Array], Array]]:
+    """What moves under tractions, and the film's strain under a pressure; velocity in cells per second."""
+    if not kernels.normal.rates.size:
+        memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
+        nothing = jnp.zeros(experiment.grid.shape)
+        operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
+        return elastic_surface(kernels, operator), lambda p: memory.observe(fields, p, no_time).film_strain
+    wake = wake_of(experiment, kernels.normal, velocity, across=across)
+    symbols = wake.symbols()
+    surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
+    return surface, lambda p: wake.film_strain(symbols, p)
 
 
-def _with_drift(problem: SlipProblem, drift: Array) -> SlipProblem:
-    return SlipProblem(**{**vars(problem), "drift": drift})
-
-
-def ahead(field: Array, step: Array) -> Array:
-    """A field (2, nx, ny) a step further, (2,) of at most a cell each way; linear between cells, and at the grid's end as
-    on its last cell."""
-    for axis, way in ((1, step[0]), (2, step[1])):
-        field = field + jnp.abs(way) * (_next(field, axis, way > 0.0) - field)
-    return field
-
-
-def _next(field: Array, axis: int, forwards: Array) -> Array:
-    """Of the neighbours along an axis, at the grid's end of the last cells."""
-    first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
-    later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
-    earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
-    return jnp.where(forwards, later, earlier)
-
-
-def _numbers(problem: SlipProblem, rolled: _Rolled, way: Array, tolerance: Array) -> dict[str, Array]:
+def _numbers(
+    contact: RollingContact, rolled: Rolled, way: Array, edges: tuple[bool, bool]
+) -> dict[str, Array]:
     """All that is shown, scaled, by the names of the result."""
-    pressed, sheared = rolled.found.normal, rolled.found.tangential
-    status = status_of(problem.pressed(sheared.traction), pressed, tolerance)
-    fine = status == Status.FINE
-    status = jnp.where(fine & (rolled.change > STEADY), int(Status.NOT_STEADY), status)
-    status = jnp.where(fine & (sheared.error > tolerance), int(Status.NOT_CONVERGED), status)
-    if problem.tangential_load_controlled:
-        asked, room = problem.tangential_target, jnp.sum(problem.coefficient * pressed.pressure)
-        held = jnp.sum(asked**2) < room**2
-        status = jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.SLIDES))
-    sunk = problem.operator.sunk(sheared.traction) if problem.coupled else 0.0
+    pressed, sheared = rolled.pressed, rolled.sheared
     return contact_outcome(pressed) | {
-        "displacement": pressed.displacement + sunk,
+        "displacement": pressed.displacement + contact.surface.sunk(sheared.traction),
         "traction": sheared.traction,
         "slip_ratio": sheared.slip / way,
         "stick": sheared.stick,
         "tangential_load": jnp.sum(sheared.traction, (1, 2)),
         "creepage": sheared.shift / way,
         "error": jnp.maximum(pressed.error, sheared.error),
-        "iterations": rolled.found.taken,
-        "status": status,
+        "iterations": pressed.iterations + sheared.iterations,
+        "status": _status(contact, rolled, edges),
     }
+
+
+def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -> Array:
+    """That of the normal contact, unless the tangential one has none, or was not found."""
+    pressed, sheared, tolerance = rolled.pressed, rolled.sheared, contact.tolerance
+    status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
+    fine = status == Status.FINE
+    status = jnp.where(fine & ~rolled.steady, int(Status.NOT_STEADY), status)
+    status = jnp.where(fine & (sheared.error > tolerance), int(Status.NOT_CONVERGED), status)
+    if not contact.tangential_load_controlled:
+        return status
+    asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
+    held = jnp.sum(asked**2) < room**2
+    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.SLIDES))

@@ -15,7 +15,7 @@ from jaxcontact._experiment import Experiment, fine_steps, fine_values, reported
 from jaxcontact._pytree import as_float64
 from jaxcontact._scale import Scale
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
-from jaxcontact.grid import Grid, check_not_periodic
+from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
@@ -55,7 +55,8 @@ def shear(
     differentiate a field of the result, not the whole (it has integers).
 
     Args:
-        body, indenter, times, grid: as in ``indent``.
+        body, indenter, times, grid: as in ``indent``; a grid that is periodic along both axes is refused. In plane
+            strain tangential displacement, too, is that from one width of the grid away (``grid``).
         control: ``Load`` or ``Approach``, as in ``indent``.
         tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter: (2,) or (nt, 2), which
             steps on at times[0] together with the control and is linear between times.
@@ -85,7 +86,7 @@ def shear(
         save=save, substeps=substeps,
     )  # fmt: skip
     _checks.one_of("save", save, "all", "last")
-    check_not_periodic(grid, "shear")
+    check_free_along_x(grid, "shear")
     valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid)
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
