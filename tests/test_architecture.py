@@ -29,6 +29,7 @@ LAYERS = {
     "grid": 2,
     "controls": 2,
     "roughness": 3,
+    "topography": 3,
     "spectrum": 1,
     "materials": 2,
     "layers": 3,
@@ -37,6 +38,7 @@ LAYERS = {
     "response.images": 1,
     "response.coefficients": 3,
     "response.line_coefficients": 3,
+    "response.strip_coefficients": 4,
     "response.periodic": 3,
     "response.base": 4,
     "response.half_space": 5,
@@ -85,6 +87,7 @@ LAYERS = {
     # the verbs
     "labels": 2,
     "summaries": 3,
+    "rough_contact": 4,
     "results": 4,
     "_experiment": 13,
     "indentation": 14,

@@ -9,6 +9,7 @@ import re
 import sys
 import traceback
 from pathlib import Path
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -57,6 +58,9 @@ def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, **keyw
 
 def rough(grid=GRID, **keywords):
     return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
+
+
+DRAWN = SimpleNamespace(pressure=np.eye(8), gap=1.0 - np.eye(8), grid=GRID, status=np.array(0))
 
 
 def on(material):
@@ -244,6 +248,34 @@ PYTHON = {
     "kernels of wider cells": (
         lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid.square(GRID.shape[0], 2 * GRID.width[0]))),
         "kernels: expected those of cells of",
+    ),
+    "statistics of what is no contact": (
+        lambda: jc.contact_statistics(BALL),
+        r"result: expected that of indent, slide, slide_steady, \.\.\., got Sphere",
+    ),
+    "a histogram without bins": (
+        lambda: jc.pressure_histogram(DRAWN, bins=0),
+        r"bins: expected 1 to 10000, got 0",
+    ),
+    "patches at a time that is not there": (
+        lambda: jc.contact_clusters(DRAWN, step=1),
+        r"step: expected -1 to 0, got 1",
+    ),
+    "patches of many runs": (
+        lambda: jc.contact_clusters(SimpleNamespace(**vars(DRAWN) | {"status": np.zeros(2)})),
+        r"result: expected that of one run, outside jit, got a status of shape \(2,\)",
+    ),
+    "statistics of heights of another grid": (
+        lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
+        r"heights: expected shape \(8, 8\), got \(4, 8\)",
+    ),
+    "statistics of heights with a gap": (
+        lambda: jc.surface_statistics(np.where(np.eye(8) > 0, np.nan, 0.0), GRID),
+        r"heights \[m\]: expected finite numbers",
+    ),
+    "statistics of a line of heights": (
+        lambda: jc.surface_statistics(np.zeros((8, 1)), LINE),
+        r"heights, grid: expected known ones with more than one cell along y, got \(8, 1\) cells",
     ),
     "a word for correspondence": (
         lambda: indent(correspondence="fast"),
