@@ -71,6 +71,8 @@ from jaxcontact.slipping.rolling import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
 from jaxcontact.studies import Study as Study  # noqa: E402
 from jaxcontact.studies import sweep as sweep  # noqa: E402
+from jaxcontact.surface_files import Surface as Surface  # noqa: E402
+from jaxcontact.surface_files import read_surface as read_surface  # noqa: E402
 from jaxcontact.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
 from jaxcontact.topography import surface_statistics as surface_statistics  # noqa: E402
 
@@ -104,6 +106,7 @@ __all__ = [
     "SteadyRolling",
     "SteadySliding",
     "Study",
+    "Surface",
     "SurfaceStatistics",
     "TangentialDisplacement",
     "TangentialLoad",
@@ -117,6 +120,7 @@ __all__ = [
     "load",
     "normal_response",
     "pressure_histogram",
+    "read_surface",
     "roll_steady",
     "save",
     "self_affine",

@@ -29,6 +29,7 @@ GIVEN = [  # what users are given, and do not make
         jc.Sensitivity,
         jc.Status,
         jc.Study,
+        jc.Surface,
         jc.SurfaceStatistics,
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),

@@ -726,6 +726,9 @@ CHECKS = (
 )
 ELSEWHERE = {  # reached by no row, and why
     "_checks.py": "the checks themselves",
+    **{
+        f"surface_files.py: {name}": "test_surface_files.py" for name in ("read_surface", "_read", "_library")
+    },
     "storage.py: _xarray": "test_storage.py, without the extra",
     "labels.py: extra": "test_summaries.py, without the extra",
     "results.py: _check_one": "test_summaries.py, many runs",

@@ -23,7 +23,7 @@ enable_compilation_cache frequency_response normal_response save sensitivity sli
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
-pressure_histogram surface_statistics
+pressure_histogram surface_statistics Surface read_surface
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
@@ -86,6 +86,7 @@ KEYWORDS = {
     jc.kernels: "body indenter grid nodes",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.surface_statistics: "heights grid",
+    jc.read_surface: "path grid",
     jc.contact_statistics: "result",
     jc.pressure_histogram: "result bins",
     jc.contact_clusters: "result step",
