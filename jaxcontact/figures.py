@@ -44,8 +44,8 @@ def is_round(history: ContactHistory) -> bool:
 
 def rough_figure(history: ContactHistory) -> Figure:
     """Maps of pressure, gap and contact at the last time, over area against load and the spread of the pressures."""
-    figure = Figure(figsize=(12.0, 7.0), layout="constrained")
-    panels = figure.add_gridspec(2, 6, height_ratios=(1.25, 1.0))
+    figure = Figure(figsize=(12.0, 6.2), layout="constrained")
+    panels = figure.add_gridspec(2, 6, height_ratios=(1.15, 1.0))
     maps = [figure.add_subplot(panels[0, i : i + 2]) for i in (0, 2, 4)]
     x, y = history.grid.axes()
     time = f"{float(history.times[-1]):g} s"
@@ -127,7 +127,7 @@ def spread_of_pressure(ax: Axes, history: ContactHistory) -> Axes:
     for shade, i in zip((0.75, 0.2), touching[[0, -1]] if len(touching) > 1 else touching, strict=False):
         colour = colormaps[COLOURS](shade)
         ax.stairs(density[i] * unit, edges / unit, color=colour, lw=1.6, label=f"{times[i]:g} s")
-    ax.set(xlabel=f"pressure [{name}]", ylabel=f"share of the area per pressure [1/{name}]")
+    ax.set(xlabel=f"pressure [{name}]", ylabel=f"share of the area [1/{name}]")
     ax.set_ylim(bottom=0.0)
     ax.set_xlim(left=0.0)
     if len(touching):

@@ -83,7 +83,8 @@ PYTHON = {
     ),
     "a thickness over the plane": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",
+        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): a response belongs to one thickness everywhere\."
+        r" Give the film's mean here and its uneven top as the heights of a HeightField",
     ),
     "a thickness over other times": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
@@ -460,9 +461,9 @@ PYTHON = {
         lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic="y")),
         r"grid periodic: expected True, False or two of them, got 'y'",
     ),
-    "a grid periodic along one of its axes": (
-        lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic=(False, True))),
-        r"grid periodic: expected both axes, none, or \(False, True\) with one cell along y, got .* shape \(8, 8\)",
+    "a slide on a grid that is periodic along one axis": (
+        lambda: steady(1.0, grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic=(False, True))),
+        r"grid: expected one .* in slide and slide_steady, got periodic=\(False, True\) with \(8, 8\) cells",
     ),
     "a line that ends": (
         lambda: indent(grid=jc.Grid((8, 1), (1e-5, 1e-5))),

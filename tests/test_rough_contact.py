@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
+from jaxcontact.figures import is_round
 
 MODULUS = 1e9  # E*
 SOLID = jc.LayeredHalfSpace([], jc.Elastic(G=MODULUS / 4.0, nu=0.5))
@@ -144,3 +145,30 @@ def test_the_mean_gap_has_a_derivative_and_the_statistics_of_a_last_field_no_tim
 
     slope = jax.jit(jax.grad(gap))(0.5 * FULL * area)
     np.testing.assert_allclose(slope, AMPLITUDE / FULL * np.log(0.5) / area, rtol=1e-2)
+
+
+# pictures --------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_round_is_drawn_by_its_profiles_and_all_else_by_maps():
+    grid = jc.Grid((24, 20), (1e-6, 1e-6))
+    one_of = lambda indenter: SimpleNamespace(profile=indenter.profile(grid), grid=grid)
+    for indenter in (jc.Sphere(1e-3), jc.FlatPunch(5e-6)):
+        assert is_round(one_of(indenter))
+    x, y = (np.asarray(axis) for axis in grid.coordinates())
+    for heights in (-(x**2) + 0.0 * y, -(x**2) - 2.0 * y**2, np.cos(3e5 * x) + 0.0 * y):
+        assert not is_round(one_of(jc.HeightField(heights)))
+
+
+def test_a_rough_contact_is_drawn_with_its_maps_and_statistics(wave):
+    """The contact as it is; area over mean pressure in MPa; the histogram's steps enclose the area of the last time."""
+    figure = wave.plot()
+    by_label = {ax.get_xlabel(): ax for ax in figure.axes if ax.get_xlabel()}
+    assert [ax.get_title() for ax in figure.axes[:2]] == ["pressure at 3 s", "gap at 3 s"]
+    drawn = figure.axes[2].collections[0].get_array().reshape(4, 256).T
+    np.testing.assert_array_equal(drawn > 0, wave.pressure[-1] > 0.0)
+    line = by_label["mean pressure [MPa]"].lines[0]
+    np.testing.assert_allclose(line.get_xdata(), SHARES * FULL / 1e6, rtol=1e-9)
+    np.testing.assert_allclose(line.get_ydata(), np.mean(wave.pressure > 0.0, (1, 2)), rtol=1e-12)
+    values, edges, _ = by_label["pressure [MPa]"].patches[-1].get_data()
+    np.testing.assert_allclose(np.sum(values * np.diff(edges)), np.mean(wave.pressure[-1] > 0.0), rtol=1e-9)
