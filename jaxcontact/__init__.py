@@ -53,6 +53,12 @@ from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
+from jaxcontact.rough_contact import ContactClusters as ContactClusters  # noqa: E402
+from jaxcontact.rough_contact import ContactStatistics as ContactStatistics  # noqa: E402
+from jaxcontact.rough_contact import PressureHistogram as PressureHistogram  # noqa: E402
+from jaxcontact.rough_contact import contact_clusters as contact_clusters  # noqa: E402
+from jaxcontact.rough_contact import contact_statistics as contact_statistics  # noqa: E402
+from jaxcontact.rough_contact import pressure_histogram as pressure_histogram  # noqa: E402
 from jaxcontact.roughness import self_affine as self_affine  # noqa: E402
 from jaxcontact.sensitivities import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.sensitivities import sensitivity as sensitivity  # noqa: E402
@@ -66,13 +72,19 @@ from jaxcontact.slipping.rolling import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
 from jaxcontact.studies import Study as Study  # noqa: E402
 from jaxcontact.studies import sweep as sweep  # noqa: E402
+from jaxcontact.surface_files import Surface as Surface  # noqa: E402
+from jaxcontact.surface_files import read_surface as read_surface  # noqa: E402
+from jaxcontact.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
+from jaxcontact.topography import surface_statistics as surface_statistics  # noqa: E402
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [
     "Approach",
     "Burgers",
     "Cone",
+    "ContactClusters",
     "ContactHistory",
+    "ContactStatistics",
     "Cylinder",
     "Elastic",
     "FlatPunch",
@@ -85,6 +97,7 @@ __all__ = [
     "LayeredHalfSpace",
     "Load",
     "Maxwell",
+    "PressureHistogram",
     "Prony",
     "Sensitivity",
     "ShearHistory",
@@ -95,15 +108,21 @@ __all__ = [
     "SteadyRolling",
     "SteadySliding",
     "Study",
+    "Surface",
+    "SurfaceStatistics",
     "TangentialDisplacement",
     "TangentialLoad",
     "cite",
+    "contact_clusters",
+    "contact_statistics",
     "enable_compilation_cache",
     "frequency_response",
     "indent",
     "kernels",
     "load",
     "normal_response",
+    "pressure_histogram",
+    "read_surface",
     "roll_steady",
     "save",
     "self_affine",
@@ -112,5 +131,6 @@ __all__ = [
     "slide",
     "slide_steady",
     "subsurface",
+    "surface_statistics",
     "sweep",
 ]

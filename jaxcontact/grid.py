@@ -14,11 +14,11 @@ function N(k) [m/Pa] is the amplitude of displacement per amplitude of pressure 
 Periodic axes. What is on the grid repeats itself without end along a periodic axis. Along both, pressure is
 the trigonometric polynomial through its values at the cells, and the response is N(k) itself at the wavevectors
 of the grid (no factor for the cells: a single wave is then exact), with N(0) = 0: displacement is
-that from the mean of the body's surface, on which a mean pressure does nothing, and the approach is measured from it. With
-one cell along a periodic y and x free all is plane strain: pressure is constant over each cell along x, loads are
-in N on the width dy, and displacement is that from the surface at one width of the grid from a line load on a
-half-space (a line load moves all places up to there by the logarithm of the distance, and would move far places
-without limit).
+that from the mean of the body's surface, on which a mean pressure does nothing, and the approach is measured from it.
+Along one axis alone, pressure is that polynomial along it and constant over each cell along the other, and
+displacement is that from the surface at one width of the grid, along the free axis, from a line load on a half-space
+(a line load moves all places up to there by the logarithm of the distance, and would move far places without
+limit). With one cell along a periodic y all is plane strain, with loads in N on the width dy.
 
 Units. SI at the public boundary; any consistent set gives the same answer.
 """
@@ -45,8 +45,7 @@ class Grid:
     Args:
         shape: (nx, ny), at least 4 each; static. One cell along a periodic y is plane strain.
         spacing: (dx, dy) [m] > 0.
-        periodic: along x and y, static: True for both, (False, True) in plane strain alone; see the module for
-            what displacement then means.
+        periodic: along x and y, static: True for both; see the module for what displacement then means.
 
     Example:
         >>> grid = jc.Grid(shape=(64, 32), spacing=(1e-6, 2e-6))
@@ -133,15 +132,8 @@ def check_grid(grid: Grid) -> Verdict:
 
 
 def _check_periodic(grid: Grid) -> None:
-    """Along both axes, along none, or along y of one cell."""
     good = isinstance(grid.periodic, tuple) and [type(along) for along in grid.periodic] == [bool, bool]
     require(good, f"grid periodic: expected True, False or two of them, got {grid.periodic!r}")
-    along_x, along_y = grid.periodic
-    require(
-        along_x == along_y or (along_y and tuple(grid.shape[1:]) == (1,)),
-        f"grid periodic: expected both axes, none, or (False, True) with one cell along y, got {grid.periodic}"
-        f" with shape {tuple(grid.shape)}",
-    )
 
 
 def check_not_periodic(grid: Grid, verb: str) -> None:
@@ -155,7 +147,16 @@ def check_not_periodic(grid: Grid, verb: str) -> None:
 def check_free_along_x(grid: Grid, verb: str) -> None:
     """For what knows free space and plane strain."""
     require(
-        not grid.periodic[0],
-        f"grid: expected one that is not periodic along x in {verb}, which knows free space and plane strain, got"
-        f" periodic={grid.periodic}",
+        not any(grid.periodic) or (grid.plane_strain and not grid.periodic[0]),
+        f"grid: expected one that is not periodic along x, and along y in plane strain alone, in {verb}, got"
+        f" periodic={grid.periodic} with {tuple(grid.shape)} cells",
+    )
+
+
+def check_not_a_strip(grid: Grid, verb: str) -> None:
+    """For what knows plane strain, but not several cells along the one axis that is periodic."""
+    require(
+        all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
+        f"grid: expected one that is periodic along both axes, along none, or in plane strain in {verb},"
+        f" got periodic={grid.periodic} with {tuple(grid.shape)} cells; indent takes it",
     )

@@ -149,6 +149,12 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     )
     shape = np.shape(layer.thickness)
     _checks.require(
+        len(shape) < 2,
+        f"layer thickness [m]: expected a number, got shape {shape}: a response belongs to one thickness everywhere."
+        " Give the film's mean here and its uneven top as the heights of a HeightField, and bound what is left by runs"
+        " with the least and the largest thickness",
+    )
+    _checks.require(
         shape == (),
         f"layer thickness [m]: expected a number, got shape {shape}; over times it is for a Layer in indent alone",
     )

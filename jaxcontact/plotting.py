@@ -1,8 +1,8 @@
 """Pictures of a contact history: Axes in, Axes out; whole figures at the end.
 
-The only module that imports matplotlib. Figures are made without ``pyplot``, so there is no global state
-and no window; a notebook shows a figure that is the last value of a cell. Colours are those of
-viridis, which a colour-blind eye tells apart and a grey print keeps in order.
+Beside ``figures`` and the pictures of ``cases`` the only module that imports matplotlib. Figures are made without
+``pyplot``, so there is no global state and no window; a notebook shows a figure that is the last value of a cell.
+Colours are those of viridis, which a colour-blind eye tells apart and a grey print keeps in order.
 """
 
 from typing import Any, NamedTuple
@@ -268,11 +268,6 @@ def shear_figure(history: ShearHistory) -> Figure:
     tractions_on_the_axis(axes[1], history)
     tangential_loop(axes[2], history)
     return figure
-
-
-def figure_of(history: ContactHistory) -> Figure:
-    """What ``plot`` of a history shows."""
-    return shear_figure(history) if isinstance(history, ShearHistory) else overview(history)
 
 
 def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:

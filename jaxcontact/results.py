@@ -123,11 +123,12 @@ class ContactHistory(Readable):
         return table(arrays_of(self))
 
     def plot(self) -> Any:
-        """A figure with pressure profiles, approach, load and contact radius over time; of what is sheared, one with stick
+        """A figure with pressure profiles, approach, load and contact radius over time; of what is not round, with maps of
+        pressure, gap and contact, area against load and the spread of pressures; of what is sheared, with stick
         and slip, tractions and the tangential loop."""
-        from jaxcontact import plotting
+        from jaxcontact import figures
 
-        return plotting.figure_of(self)
+        return figures.figure_of(self)
 
 
 def radius_of(area: Array, grid: Grid) -> Array:

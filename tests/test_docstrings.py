@@ -17,8 +17,11 @@ SOURCES = sorted([*(ROOT / "jaxcontact").rglob("*.py"), *(ROOT / "fitting").rglo
 PUBLIC = [getattr(module, name) for module in (jc, fitting) for name in getattr(module, "__all__", ())]
 GIVEN = [  # what users are given, and do not make
     *(
+        jc.ContactClusters,
         jc.ContactHistory,
+        jc.ContactStatistics,
         jc.InteriorFields,
+        jc.PressureHistogram,
         jc.ShearHistory,
         jc.SlidingHistory,
         jc.SteadyRolling,
@@ -26,6 +29,8 @@ GIVEN = [  # what users are given, and do not make
         jc.Sensitivity,
         jc.Status,
         jc.Study,
+        jc.Surface,
+        jc.SurfaceStatistics,
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
     *(fitting.ModulusFit, fitting.PronyFit, fitting.Propagated),

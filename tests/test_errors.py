@@ -9,6 +9,7 @@ import re
 import sys
 import traceback
 from pathlib import Path
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -59,6 +60,9 @@ def rough(grid=GRID, **keywords):
     return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
 
 
+DRAWN = SimpleNamespace(pressure=np.eye(8), gap=1.0 - np.eye(8), grid=GRID, status=np.array(0))
+
+
 def on(material):
     return jc.LayeredHalfSpace([], material)
 
@@ -79,7 +83,8 @@ PYTHON = {
     ),
     "a thickness over the plane": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(8, 8\)",
+        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): a response belongs to one thickness everywhere\."
+        r" Give the film's mean here and its uneven top as the heights of a HeightField",
     ),
     "a thickness over other times": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
@@ -244,6 +249,34 @@ PYTHON = {
     "kernels of wider cells": (
         lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid.square(GRID.shape[0], 2 * GRID.width[0]))),
         "kernels: expected those of cells of",
+    ),
+    "statistics of what is no contact": (
+        lambda: jc.contact_statistics(BALL),
+        r"result: expected that of indent, slide, slide_steady, \.\.\., got Sphere",
+    ),
+    "a histogram without bins": (
+        lambda: jc.pressure_histogram(DRAWN, bins=0),
+        r"bins: expected 1 to 10000, got 0",
+    ),
+    "patches at a time that is not there": (
+        lambda: jc.contact_clusters(DRAWN, step=1),
+        r"step: expected -1 to 0, got 1",
+    ),
+    "patches of many runs": (
+        lambda: jc.contact_clusters(SimpleNamespace(**vars(DRAWN) | {"status": np.zeros(2)})),
+        r"result: expected that of one run, outside jit, got a status of shape \(2,\)",
+    ),
+    "statistics of heights of another grid": (
+        lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
+        r"heights: expected shape \(8, 8\), got \(4, 8\)",
+    ),
+    "statistics of heights with a gap": (
+        lambda: jc.surface_statistics(np.where(np.eye(8) > 0, np.nan, 0.0), GRID),
+        r"heights \[m\]: expected finite numbers",
+    ),
+    "statistics of a line of heights": (
+        lambda: jc.surface_statistics(np.zeros((8, 1)), LINE),
+        r"heights, grid: expected known ones with more than one cell along y, got \(8, 1\) cells",
     ),
     "a word for correspondence": (
         lambda: indent(correspondence="fast"),
@@ -432,9 +465,9 @@ PYTHON = {
         lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic="y")),
         r"grid periodic: expected True, False or two of them, got 'y'",
     ),
-    "a grid periodic along one of its axes": (
-        lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic=(False, True))),
-        r"grid periodic: expected both axes, none, or \(False, True\) with one cell along y, got .* shape \(8, 8\)",
+    "a slide on a grid that is periodic along one axis": (
+        lambda: steady(1.0, grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic=(False, True))),
+        r"grid: expected one .* in slide and slide_steady, got periodic=\(False, True\) with \(8, 8\) cells",
     ),
     "a line that ends": (
         lambda: indent(grid=jc.Grid((8, 1), (1e-5, 1e-5))),
@@ -458,9 +491,13 @@ PYTHON = {
     ),
     "friction on a periodic grid": (
         lambda: shear(grid=PERIODIC),
-        r"grid: expected one that is not periodic along x in shear, .* got periodic=\(True, True\)",
+        r"grid: expected one that is not periodic along x, .* in shear, got periodic=\(True, True\)",
     ),
-    "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x in roll_steady"),
+    "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x, .* in roll_steady"),
+    "rolling on a grid periodic across": (
+        lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),
+        r"along y in plane strain alone, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
+    ),
     "stresses under a periodic grid": (
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
         r"not periodic in subsurface",
@@ -698,6 +735,9 @@ CHECKS = (
 )
 ELSEWHERE = {  # reached by no row, and why
     "_checks.py": "the checks themselves",
+    **{
+        f"surface_files.py: {name}": "test_surface_files.py" for name in ("read_surface", "_read", "_library")
+    },
     "storage.py: _xarray": "test_storage.py, without the extra",
     "labels.py: extra": "test_summaries.py, without the extra",
     "results.py: _check_one": "test_summaries.py, many runs",

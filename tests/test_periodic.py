@@ -18,6 +18,7 @@ WAVENUMBER = 2.0 * np.pi / LENGTH
 FULL = WAVENUMBER * AMPLITUDE / ((1.0 - NU) * J0)  # mean pressure that flattens the wave at once
 WAVES = jc.Grid(shape=(128, 4), spacing=(LENGTH / 128, LENGTH / 32), periodic=True)
 ROUGH = jc.Grid(shape=(16, 12), spacing=(1e-6, 1e-6), periodic=True)
+STRIP = jc.Grid(shape=(16, 12), spacing=(1e-6, 1e-6), periodic=(False, True))
 LINE = jc.Grid(shape=(16, 1), spacing=(1e-6, 1e-6), periodic=(False, True))
 
 
@@ -150,6 +151,7 @@ def approach(grid, profile):
         pytest.param(on_half_space, ROUGH, load, id="half-space, periodic, load"),
         pytest.param(on_film, ROUGH, approach, id="film, periodic, approach", marks=pytest.mark.slow),
         pytest.param(on_film, LINE, load, id="film, plane strain, load", marks=pytest.mark.slow),
+        pytest.param(on_film, STRIP, load, id="film, periodic along y, load", marks=pytest.mark.slow),
     ],
 )
 def test_derivatives_are_those_of_central_differences(body_of, grid, control_of):

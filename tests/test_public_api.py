@@ -22,6 +22,8 @@ LayeredHalfSpace Load Maxwell Prony Sensitivity SlidingHistory Sphere StandardLi
 kernels load enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
+ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
+pressure_histogram surface_statistics Surface read_surface
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
@@ -54,6 +56,10 @@ MEMBERS = {
     " coulomb_force total_tangential_force",
     jc.ShearHistory: "traction slip stick tangential_load tangential_displacement dissipated",
     jc.InteriorFields: "depths stress displacement von_mises peak",
+    jc.ContactStatistics: "mean_pressure area_fraction corrected_fraction perimeter mean_gap",
+    jc.PressureHistogram: "edges density",
+    jc.ContactClusters: "labels areas count",
+    jc.SurfaceStatistics: "rms_height rms_slope rms_curvature wavenumber spectrum",
     jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
     jc.Prony: "J0 J tau nu fluidity creep relaxation complex_modulus",
     jc.Elastic: "G nu from_young creep relaxation",
@@ -79,6 +85,11 @@ KEYWORDS = {
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
+    jc.surface_statistics: "heights grid",
+    jc.read_surface: "path grid",
+    jc.contact_statistics: "result",
+    jc.pressure_histogram: "result bins",
+    jc.contact_clusters: "result step",
     jc.save: "result path case",
     jc.load: "path",
     fitting.fit_creep: "model weights fixed bounds",

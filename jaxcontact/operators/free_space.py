@@ -43,7 +43,7 @@ class FreeSpace(Operator):
         return lambda r: spectral.apply_circulant(inverse, r)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        return None if self.window is None else spectral.window_shape(shape)
+        return None if self.window is None else spectral.window_shape(shape, self.periodic)
 
     def restricted(self) -> FreeSpace:
         assert self.window is not None
@@ -64,11 +64,11 @@ class FreeSpaceFamily(Family):
 
     @classmethod
     def of(cls, kernels: Array, periodic: spectral.Periodic = spectral.FREE) -> FreeSpaceFamily:
-        """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; of one cell along a periodic axis.
+        """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; along a periodic axis those of a period.
 
         The window is without derivative, since only searches use it.
         """
-        nx, ny = spectral.window_shape(kernels.shape[-2:])
+        nx, ny = spectral.window_shape(kernels.shape[-2:], periodic)
         part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
         return cls(_members(kernels, _members(part, None, periodic), periodic))
 

@@ -21,9 +21,9 @@ from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.line_coefficients import line_coefficients
 from jaxcontact.response.periodic import periodic_coefficients, periodic_response
 from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
+from jaxcontact.response.strip_coefficients import strip_coefficients
 
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
@@ -213,7 +213,7 @@ def on_grid(grid: Grid, images: Images) -> tuple[FreeSpaceFamily, Array]:
     if all(grid.periodic):
         family = FreeSpaceFamily.of_spectra(periodic_response(grid, images))
         return family, periodic_coefficients(grid, images)
-    coefficients = (line_coefficients if grid.plane_strain else influence_coefficients)(grid, images)
+    coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
     return FreeSpaceFamily.of(coefficients, grid.periodic), coefficients
 
 

@@ -6,7 +6,8 @@ transformed, and only rows that are wanted are transformed back (exact, and abou
 Spectra are stored with the axes swapped, (..., my/2 + 1, mx), so that every transform runs along the
 last axis. Source: S. B. Liu, Q. Wang, G. Liu, Wear 243 (2000) 101, the DC-FFT.
 
-Along a periodic axis there is no padding: its length is that of the grid, odd or even.
+Along a periodic axis there is no padding: its length is that of the grid, odd or even, and the kernel's values are those
+at all offsets of a period.
 """
 
 import jax.numpy as jnp
@@ -26,9 +27,10 @@ def padded_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int
     return nx if x else 2 * next_fast_len(nx), ny if y else 2 * next_fast_len(ny)
 
 
-def _mirrored(kernel: Array, shape: tuple[int, int]) -> Array:
+def _mirrored(kernel: Array, periodic: Periodic) -> Array:
     """An even kernel in wrap-around order, x first; offsets that no pair of cells has are zero."""
-    for axis, length in ((-2, shape[0]), (-1, shape[1])):
+    shape = padded_shape(kernel.shape[-2:], periodic)
+    for axis, length in ((axis, shape[axis]) for axis in (-2, -1) if not periodic[axis]):
         kernel = jnp.moveaxis(kernel, axis, -1)
         n = kernel.shape[-1]
         middle = jnp.zeros((*kernel.shape[:-1], length - 2 * n + 1))
@@ -37,9 +39,8 @@ def _mirrored(kernel: Array, shape: tuple[int, int]) -> Array:
 
 
 def kernel_spectrum(kernel: Array, periodic: Periodic = FREE) -> Array:
-    """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``; one cell along a periodic axis."""
-    wrapped = _mirrored(kernel, padded_shape(kernel.shape[-2:], periodic))
-    return jnp.swapaxes(jnp.fft.rfft2(wrapped).real, -1, -2)
+    """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``."""
+    return jnp.swapaxes(jnp.fft.rfft2(_mirrored(kernel, periodic)).real, -1, -2)
 
 
 def transform(field: Array, periodic: Periodic = FREE) -> Array:
@@ -88,7 +89,8 @@ def apply_circulant(spectrum: Array, field: Array) -> Array:
     return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)
 
 
-def window_shape(shape: tuple[int, ...]) -> tuple[int, int]:
-    """About three quarters of a grid: what holds the contact in most runs, at half the cost."""
-    nx, ny = (min(n, 2 * next_fast_len(-(-3 * n // 8))) for n in shape)
+def window_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int]:
+    """About three quarters of a grid: what holds the contact in most runs, at half the cost. All of a periodic axis."""
+    part = lambda n: min(n, 2 * next_fast_len(-(-3 * n // 8)))
+    nx, ny = (n if wraps else part(n) for n, wraps in zip(shape, periodic, strict=True))
     return nx, ny
