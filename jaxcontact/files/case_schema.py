@@ -11,8 +11,11 @@ from typing import Any
 
 from jaxcontact import indenters, materials
 from jaxcontact.indentation import indent
+from jaxcontact.results import ContactHistory
+from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 from jaxcontact.sliding.steady import slide_steady
 from jaxcontact.sliding.transient import slide
+from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 from jaxcontact.slipping.rolling import roll_steady
 from jaxcontact.slipping.shearing import shear
 
@@ -208,12 +211,13 @@ TIMES_KEYS: Keys = {
 
 @dataclass(frozen=True)
 class Kind:
-    """An experiment: the function that runs it, and the keys that are its own; without times it is a steady state.
+    """An experiment: the function that runs it, what that gives, and its own keys; without times it is a steady state.
 
     beside: those beside "kind"; control: what is prescribed; solver: the options of the function.
     """
 
     verb: Callable[..., Any]
+    result: type
     beside: Keys
     control: Keys
     solver: Keys
@@ -223,6 +227,7 @@ class Kind:
 KINDS: dict[str, Kind] = {
     "indentation": Kind(
         indent,
+        ContactHistory,
         {},
         {"load": LOAD_ON, "approach": APPROACH},
         {
@@ -236,6 +241,7 @@ KINDS: dict[str, Kind] = {
     ),
     "shear": Kind(
         shear,
+        ShearHistory,
         {"friction": SLIP_FRICTION, "coupled": COUPLED},
         {"load": LOAD_ON, "approach": APPROACH} | TANGENTIAL,
         {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
@@ -243,6 +249,7 @@ KINDS: dict[str, Kind] = {
     ),
     "sliding": Kind(
         slide,
+        SlidingHistory,
         {
             "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, held or one per time", required=True),
             "friction": SLIDE_FRICTION,
@@ -253,12 +260,14 @@ KINDS: dict[str, Kind] = {
     ),
     "steady-sliding": Kind(
         slide_steady,
+        SteadySliding,
         {"velocity": Key(SPEED, OVER_THE_BODY, required=True), "friction": SLIDE_FRICTION},
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS},
     ),
     "steady-rolling": Kind(
         roll_steady,
+        SteadyRolling,
         {
             "velocity": Key(SPEED, OVER_THE_BODY, required=True),
             "friction": SLIP_FRICTION,

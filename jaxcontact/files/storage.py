@@ -59,9 +59,9 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
-    arrays, of_grid = arrays_of(result), _notes_of(result.grid)
-    _check_arrays(type(result), arrays | of_grid)
-    notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case)) | of_grid
+    arrays = arrays_of(result)
+    _check_arrays(type(result), arrays | _of_grid(result.grid))
+    notes = {STATUS_NAMES: status_names()} | dict(_flat(case)) | notes_of(result)
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
 
@@ -130,8 +130,12 @@ def _shapes(name: str, sizes: dict[str, int]) -> list[tuple[int, ...]]:
     return [tuple(sizes[dim] for dim in dims) for dims in (spec, without_time)]
 
 
-def _notes_of(grid: Grid) -> dict[str, np.ndarray]:
-    """What cell centres do not tell of a grid."""
+def notes_of(result: Any) -> dict[str, Any]:
+    """What a file says beside the arrays: the kind, and of the grid what cell centres do not tell."""
+    return {KIND: type(result).__name__} | _of_grid(result.grid)
+
+
+def _of_grid(grid: Grid) -> dict[str, np.ndarray]:
     if not any(grid.periodic):
         return {}
     return {PERIODIC: np.array(grid.periodic, int), SPACING: np.array([float(d) for d in grid.spacing])}
