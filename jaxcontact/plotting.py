@@ -232,7 +232,8 @@ def stick_and_slip(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
     some = np.zeros_like(touching)
     some[:: -(-len(x) // MOST_ARROWS), :: -(-len(y) // MOST_ARROWS)] = True
     i, j = np.nonzero(some & touching & ~stick & np.any(slip != 0.0, 0))
-    ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
+    if i.size:
+        ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
     ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", aspect="equal")
     return ax
 
@@ -246,7 +247,7 @@ def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axe
     lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
     for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
         ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
-    ax.set(xlabel=f"x [{x_name}]", ylabel=f"on the body [{p_name}]")
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction on the body [{p_name}]")
     ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     ax.spines[["top", "right"]].set_visible(False)
@@ -270,10 +271,10 @@ def way_of(ax: Axes, velocity: Any) -> Axes:
     way = np.asarray(velocity, dtype=float)
     if np.any(way != 0.0):
         step = 0.07 * way / np.sqrt(np.sum(way**2))
-        tip, tail = (0.12 + step[0], 0.88 + step[1]), (0.12 - step[0], 0.88 - step[1])
+        tip, tail = (0.1 + step[0], 0.93 + step[1]), (0.1 - step[0], 0.93 - step[1])
         style = {"arrowstyle": "->", "color": "0.5", "lw": 1.6}
         ax.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
-        ax.text(0.12, 0.76, "velocity", transform=ax.transAxes, ha="center", color="0.5", fontsize="small")
+        ax.text(0.2, 0.93, "velocity", transform=ax.transAxes, va="center", color="0.5", fontsize="small")
     return ax
 
 

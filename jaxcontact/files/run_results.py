@@ -105,10 +105,10 @@ def arrays(run: FinishedRun) -> dict[str, np.ndarray | Stacked]:
 def meanings(all_arrays: dict[str, np.ndarray | Stacked]) -> dict[str, str]:
     """Shape, unit and meaning of each array in result.npz."""
     fields = {
-        name: f"({', '.join(labels.dimensions(name, len(values.shape)))}) {meaning} [{unit}]"
+        name: f"({', '.join(labels.dimensions(spec, len(values.shape)))}) {meaning} [{unit}]"
         for name, values in all_arrays.items()
         if name in labels.FIELDS
-        for _, unit, meaning in [labels.FIELDS[name]]
+        for spec, unit, meaning in [labels.FIELDS[name]]
     }
     return AXES | fields | BESIDE
 
