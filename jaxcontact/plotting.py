@@ -23,6 +23,7 @@ MOST_LINES, MOST_ARROWS = 40, 24
 GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
 PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+ENERGIES = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"))
 LOADS = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
@@ -175,6 +176,9 @@ def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
     ]
     if isinstance(history, SlidingHistory):
         courses.append(_Course("force against the motion", history.total_tangential_force, LOADS))
+    if isinstance(history, ShearHistory):
+        courses.append(_Course("tangential load", _along_the_largest(history)[1], LOADS))
+        courses.append(_Course("lost to friction", history.dissipated, ENERGIES))
     changes = [bool(np.ptp(course.values) > HELD * np.max(np.abs(course.values))) for course in courses]
     if not any(changes):
         return courses, ""
@@ -247,20 +251,26 @@ def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axe
     lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
     for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
         ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
-    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction on the body [{p_name}]")
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]")
     ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
-def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
-    """Tangential load against displacement, along the direction in which the load was largest."""
+def _along_the_largest(history: ShearHistory) -> tuple[np.ndarray, np.ndarray]:
+    """Tangential displacement and load along the direction in which the load was largest, (nt,) each."""
     load, place = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
     largest = load[np.argmax(np.sum(load**2, 1))]
     along = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
+    return place @ along, load @ along
+
+
+def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
+    """Tangential load against displacement, along the direction in which the load was largest."""
+    place, load = _along_the_largest(history)
     (f_unit, f_name), (x_unit, x_name) = scale_of(load, LOADS), scale_of(place, LENGTHS)
-    ax.plot(place @ along / x_unit, load @ along / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
+    ax.plot(place / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
     ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
     ax.spines[["top", "right"]].set_visible(False)
     return ax

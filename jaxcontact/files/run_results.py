@@ -14,6 +14,7 @@ from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.npz import Stacked, write_npz, write_whole
+from jaxcontact.summaries import component
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
@@ -110,7 +111,7 @@ def meanings(all_arrays: dict[str, np.ndarray | Stacked]) -> dict[str, str]:
         if name in labels.FIELDS
         for spec, unit, meaning in [labels.FIELDS[name]]
     }
-    return AXES | fields | BESIDE
+    return AXES | fields | {name: text for name, text in BESIDE.items() if name in all_arrays}
 
 
 def values_of(result: Any) -> dict[str, np.ndarray]:
@@ -124,7 +125,7 @@ def values_of(result: Any) -> dict[str, np.ndarray]:
         if hasattr(result, name):
             values[name] = np.asarray(getattr(result, name))
         elif axis in ("x", "y") and hasattr(result, vector):
-            values[name] = np.asarray(getattr(result, vector))[..., "xy".index(axis)]
+            values[name] = component(getattr(result, vector), axis)
     return values
 
 
