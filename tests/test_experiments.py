@@ -17,6 +17,7 @@ from jaxcontact.__main__ import main
 from jaxcontact.commands.interrupts import interruptible
 from jaxcontact.files import case_schema
 from jaxcontact.files.case_file import read_case
+from jaxcontact.footprint import footprint_of
 
 SOLIDS = """
 [substrate]
@@ -208,3 +209,14 @@ def test_what_fails_in_a_thread_fails_outside():
     assert interruptible(lambda: 7) == 7
     with pytest.raises(ZeroDivisionError):
         interruptible(lambda: 1 / 0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "save"), [*((kind, "all") for kind in TEXTS), ("shear", "last"), ("sliding", "last")]
+)
+def test_the_disk_that_a_run_takes_is_what_was_said(kind, save, written, tmp_path):
+    result = made_up(case_schema.KINDS[kind].result, save == "last", jc.Grid.square(64, 250e-6))
+    path = jc.save(result, tmp_path / "a.npz")
+    case = read_case(written(kind, ("n = 16", "n = 64")))
+    case = dataclasses.replace(case, options=case.options | {"save": save})
+    assert footprint_of(case).disk == pytest.approx(path.stat().st_size, rel=0.1)

@@ -26,7 +26,7 @@ GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))
 
 def made_up(kind, last=False, grid=GRID):
     """A result with every field a different number, as ``save="last"`` has them when last."""
-    values, sizes = {}, SIZES | {"y": grid.shape[1]}
+    values, sizes = {}, SIZES | dict(zip("xy", grid.shape, strict=True))
     known = labels.fields_of(labels.stored_fields(kind))
     for i, field in enumerate(dataclasses.fields(kind)):
         if field.name in labels.NOT_STORED:
