@@ -1,136 +1,101 @@
-"""The figure of a history: of what is round by its profiles, of what is rough by maps and statistics, of what is sheared
-by stick and slip."""
+"""What ``plot`` of a result shows, and the pictures that a run leaves: one figure for each kind of result."""
 
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from jaxcontact.plotting import (
-    COLOURS,
-    HELD,
-    LENGTHS,
-    PRESSURES,
-    overview,
-    pressure_map,
-    scale_of,
-    shear_figure,
-)
+from jaxcontact import plotting
+from jaxcontact.interior_fields import InteriorFields
 from jaxcontact.results import ContactHistory
-from jaxcontact.rough_contact import contact_clusters, contact_statistics, pressure_histogram
-from jaxcontact.slipping.results import ShearHistory
+from jaxcontact.rough_figures import is_round, rough_figure
+from jaxcontact.sliding.results import SteadySliding
+from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
-SLENDER = 4.0  # ratio of the grid's sides from which on a map fills its panel
-BINS = 40
-
-
-def figure_of(history: ContactHistory) -> Figure:
-    """What ``plot`` of a history shows."""
-    if isinstance(history, ShearHistory):
-        return shear_figure(history)
-    return overview(history) if history.grid.plane_strain or is_round(history) else rough_figure(history)
+WIDE, HIGH = 4.4, 3.8  # of a panel [inches]
 
 
-def is_round(history: ContactHistory) -> bool:
-    """Whether the profile rises with the distance from the middle of the grid alone, as that of a ball or a punch."""
-    x, y = (np.asarray(axis) for axis in history.grid.axes())
-    profile = np.asarray(history.profile).ravel()
-    outwards = profile[np.argsort(np.hypot(x[:, None], y).ravel())]
-    return bool(np.min(np.diff(outwards)) >= -1e-6 * np.max(outwards))
+def figure_of(result: Any) -> Figure:
+    """The one figure of a result."""
+    if isinstance(result, ShearHistory):
+        return shear_figure(result)
+    if isinstance(result, SteadyRolling):
+        return rolling_figure(result)
+    if isinstance(result, SteadySliding):
+        return steady_sliding_figure(result)
+    if isinstance(result, InteriorFields):
+        return interior_figure(result)
+    if result.grid.plane_strain or is_round(result):
+        return plotting.overview(result)
+    return rough_figure(result)
 
 
-def rough_figure(history: ContactHistory) -> Figure:
-    """Maps of pressure, gap and contact at the last time, over area against load and the spread of the pressures."""
-    figure = Figure(figsize=(12.0, 6.2), layout="constrained")
-    panels = figure.add_gridspec(2, 6, height_ratios=(1.15, 1.0))
-    maps = [figure.add_subplot(panels[0, i : i + 2]) for i in (0, 2, 4)]
-    x, y = history.grid.axes()
-    time = f"{float(history.times[-1]):g} s"
-    last = lambda field: np.asarray(field)[-1] if np.ndim(field) == 3 else np.asarray(field)
-    pressure_map(maps[0], x, y, last(history.pressure), f"pressure at {time}")
-    gap_map(maps[1], x, y, last(history.gap), f"gap at {time}")
-    contact_map(maps[2], history)
-    for ax in maps:
-        _fit(ax, history)
-    area_against_load(figure.add_subplot(panels[1, :3]), history)
-    spread_of_pressure(figure.add_subplot(panels[1, 3:]), history)
+def pictures_of(result: Any) -> dict[str, Figure]:
+    """The pictures of a run, by file name: its figure, and of a history its course in time."""
+    if not isinstance(result, ContactHistory):
+        return {"contact.png": figure_of(result)}
+    return {"overview.png": figure_of(result), "pressure_map.png": map_figure(result)} | (
+        {"history.png": plotting.history_figure(result)} if isinstance(result, ShearHistory) else {}
+    )
+
+
+def map_figure(history: ContactHistory) -> Figure:
+    """Pressure of the first and the last time, or of the last alone with ``save="last"``; in plane strain a line."""
+    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
+    if history.grid.plane_strain:
+        lines = pressure.reshape(-1, pressure.shape[-2])
+        return plotting.profiles_figure(history.grid.axes()[0], lines, times[-len(lines) :])
+    fields = [pressure] if pressure.ndim == 2 else [pressure[0], pressure[-1]]
+    titles = [f"t = {time:g} s" for time in (times[0], times[-1])][-len(fields) :]
+    return plotting.maps_figure(*history.grid.axes(), fields, titles)
+
+
+def shear_figure(history: ShearHistory) -> Figure:
+    """Stick and slip, tractions along the axis, and the loop of load and displacement."""
+    figure = Figure(figsize=(3.0 * WIDE, HIGH), layout="constrained")
+    axes = figure.subplots(1, 3)
+    plotting.stick_and_slip(axes[0], history)
+    plotting.tractions_on_the_axis(axes[1], history)
+    plotting.tangential_loop(axes[2], history)
+    figure.suptitle(f"stick, slip and tractions at t = {float(history.times[-1]):g} s", fontsize="medium")
     return figure
 
 
-def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
-    """A map of the gap (nx, ny) [m] over x and y [m]; the narrowest is darkest."""
-    (unit, name), (x_unit, x_name) = scale_of(gap, LENGTHS), scale_of(x, LENGTHS)
-    x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
-    values = np.maximum(np.asarray(gap).T, 0.0) / unit
-    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, shading="nearest", rasterized=True)
-    ax.figure.colorbar(mesh, ax=ax, label=f"gap [{name}]", shrink=0.8, pad=0.02)
-    ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title)
-    return ax
+def rolling_figure(state: SteadyRolling) -> Figure:
+    """Stick and slip, and tractions along the axis."""
+    figure = Figure(figsize=(2.2 * WIDE, HIGH), layout="constrained")
+    axes = figure.subplots(1, 2)
+    plotting.stick_and_slip(axes[0], state)
+    plotting.tractions_on_the_axis(axes[1], state)
+    plotting.way_of(axes[0], state.velocity)
+    return figure
 
 
-def contact_map(ax: Axes, history: ContactHistory) -> Axes:
-    """Where the last time touches; the largest patch apart from the others."""
-    clusters = contact_clusters(history)
-    x, y = (np.asarray(axis) for axis in history.grid.axes())
-    unit, name = scale_of(x, LENGTHS)
-    kind = np.where(clusters.labels == 1, 2, np.minimum(clusters.labels, 1))
-    colours = ListedColormap(["0.94", colormaps[COLOURS](0.55), colormaps[COLOURS](0.1)])
-    mesh = ax.pcolormesh(x / unit, y / unit, kind.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
-    mesh.set_rasterized(True)
-    bar = ax.figure.colorbar(mesh, ax=ax, ticks=[0, 1, 2], shrink=0.8, pad=0.02)
-    bar.ax.set_yticklabels(["open", "touching", "largest\npatch"])
-    patches = "1 patch" if clusters.count == 1 else f"{clusters.count} patches"
-    share = float(np.mean(clusters.labels > 0))
-    ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", title=f"{100.0 * share:.3g} % in contact, {patches}")
-    return ax
+def steady_sliding_figure(state: SteadySliding) -> Figure:
+    """The pressure over the plane, and along x at y = 0; in plane strain along x alone."""
+    x, y = state.grid.axes()
+    pressure = np.asarray(state.pressure)
+    line = pressure[:, pressure.shape[1] // 2]
+    if state.grid.plane_strain:
+        figure = Figure(figsize=(1.4 * WIDE, HIGH), layout="constrained")
+        plotting.pressure_line(figure.add_subplot(), x, line)
+        return figure
+    figure = Figure(figsize=(2.2 * WIDE, HIGH), layout="constrained")
+    axes = figure.subplots(1, 2)
+    plotting.pressure_map(axes[0], x, y, pressure)
+    plotting.way_of(axes[0], state.velocity)
+    plotting.pressure_line(axes[1], x, line)
+    return figure
 
 
-def _fit(ax: Axes, history: ContactHistory) -> None:
-    """Equal lengths look equal, unless the grid is slender."""
-    sides = sorted(float(width) for width in history.grid.width)
-    ax.set_aspect("equal" if sides[1] < SLENDER * sides[0] else "auto")
-
-
-def area_against_load(ax: Axes, history: ContactHistory) -> Axes:
-    """Contact area over nominal area: against the mean pressure, or against time where the load is held.
-
-    Counted, and less the error at the rim where the fields of all times are there.
-    """
-    nominal = float(history.grid.width[0] * history.grid.width[1])
-    mean = np.asarray(history.load) / nominal
-    held = np.ptp(mean) <= HELD * np.max(mean)
-    unit, name = scale_of(mean, PRESSURES)
-    along = np.asarray(history.times) if held else mean / unit
-    shares = {"cells in contact": np.asarray(history.contact_area) / nominal}
-    if np.ndim(history.pressure) == 3:
-        shares["less the error at the rim"] = np.asarray(contact_statistics(history).corrected_fraction)
-    for shade, (label, share) in zip((0.75, 0.2), shares.items(), strict=False):
-        ax.plot(along, share, marker=".", ms=4, lw=1.4, color=colormaps[COLOURS](shade), label=label)
-    ax.set(xlabel="time [s]" if held else f"mean pressure [{name}]", ylabel="share of the area in contact")
-    ax.set_title(f"mean pressure {mean[0] / unit:.4g} {name}" if held else "")
-    ax.set_ylim(bottom=0.0)
-    ax.legend(frameon=False)
-    ax.spines[["top", "right"]].set_visible(False)
-    return ax
-
-
-def spread_of_pressure(ax: Axes, history: ContactHistory) -> Axes:
-    """How much of the nominal area bears which pressure: at the first time with contact and at the last."""
-    histogram = pressure_histogram(history, BINS)
-    edges, density = np.asarray(histogram.edges), np.atleast_2d(histogram.density)
-    unit, name = scale_of(edges, PRESSURES)
-    touching = np.flatnonzero(np.any(density > 0.0, 1))
-    times = np.asarray(history.times)[-len(density) :]
-    for shade, i in zip((0.75, 0.2), touching[[0, -1]] if len(touching) > 1 else touching, strict=False):
-        colour = colormaps[COLOURS](shade)
-        ax.stairs(density[i] * unit, edges / unit, color=colour, lw=1.6, label=f"{times[i]:g} s")
-    ax.set(xlabel=f"pressure [{name}]", ylabel=f"share of the area [1/{name}]")
-    ax.set_ylim(bottom=0.0)
-    ax.set_xlim(left=0.0)
-    if len(touching):
-        ax.legend(frameon=False)
-    ax.spines[["top", "right"]].set_visible(False)
-    return ax
+def interior_figure(inside: InteriorFields) -> Figure:
+    """Von Mises stress in the vertical cut along x through its largest value, and over the depth there."""
+    _, place = inside.peak
+    x, y = (np.asarray(axis) for axis in inside.grid.axes())
+    i, j = int(np.argmin(np.abs(x - float(place[0])))), int(np.argmin(np.abs(y - float(place[1]))))
+    stress, depths = np.asarray(inside.von_mises), np.asarray(inside.depths)
+    figure = Figure(figsize=(2.4 * WIDE, HIGH), layout="constrained")
+    axes = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+    plotting.vertical_cut(axes[0], x, depths, stress[:, :, j])
+    plotting.over_depth(axes[1], depths, stress[:, i, j])
+    return figure

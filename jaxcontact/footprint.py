@@ -15,13 +15,17 @@ from typing import Any
 import jax
 
 from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.run_directory import UNFINISHED
+from jaxcontact.labels import FIELDS, stored_fields
 from jaxcontact.simulation import BLOCK, first_block, prepare
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
 PROCESS = 0.6e9  # bytes
 WORK = 3.0  # bytes for each byte of the kernels
 WEIGHING = 210.0  # bytes for each byte of the tables of the direct superposition, while they are made
+# fields of the grid, measured at 256 x 256 on a creeping layer; rolling has the kernels of shear
+AT_ONCE = {"shear": 2500.0, "sliding": 1700.0, "steady-sliding": 2000.0, "steady-rolling": 2500.0}
 HEADS = 4.3e3  # bytes that the names and shapes of its arrays take in a file
 
 
@@ -38,6 +42,21 @@ class Footprint:
 
 def footprint_of(case: Case) -> Footprint:
     """What a run of the case needs."""
+    return _in_blocks(case) if case.kind == "indentation" else _at_once(case)
+
+
+def _at_once(case: Case) -> Footprint:
+    """Of one compiled program: its work arrays, and the fields of its result."""
+    field, nt = 8.0 * case.grid.shape[0] * case.grid.shape[1], case.times.size
+    dims = [FIELDS[name][0] for name in stored_fields(KINDS[case.kind].result)]
+    kept = nt if case.options.get("save", "all") == "all" else 1
+    maps = sum((1 + ("direction" in dim)) * (kept if "time" in dim else 1) for dim in dims if "x" in dim)
+    work = AT_ONCE[case.kind] * field
+    return Footprint(PROCESS + work + 3.0 * maps * field, maps * field + 8.0 * 20 * nt + HEADS)
+
+
+def _in_blocks(case: Case) -> Footprint:
+    """Of a march in blocks of steps."""
     given = (case.body, case.indenter, case.control, case.times)
     simulation = jax.eval_shape(lambda: prepare(*given, grid=case.grid, **case.options))
     options, plan = simulation.experiment.options, simulation.plan

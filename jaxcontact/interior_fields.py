@@ -59,6 +59,12 @@ class InteriorFields:
         x, y = self.grid.axes()
         return field[k, i, j], jnp.stack([x[i], y[j], self.depths[k]])
 
+    def plot(self) -> Any:
+        """A figure of the von Mises stress: a vertical cut along x through its peak, and its course over the depth."""
+        from jaxcontact import figures
+
+        return figures.figure_of(self)
+
 
 def subsurface(
     body: LayeredHalfSpace,

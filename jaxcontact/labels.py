@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,21 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
 }
 
+INSIDE: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "depths": (("depth",), "m", "depth below the surface"),
+    "stress": (
+        ("depth", "row", "column", "x", "y"),
+        "Pa",
+        "stress, tension positive: x, y, z by row and column",
+    ),
+    "displacement": (("depth", "component", "x", "y"), "m", "displacement (x, y, z), z into the body"),
+}
+
+
+def fields_of(names: Collection[str]) -> dict[str, tuple[tuple[str, ...], str, str]]:
+    """The fields that a result with those names may have: below the surface, where depths are among them, others."""
+    return INSIDE if "depths" in names else FIELDS
+
 
 def status_names() -> list[str]:
     """The names of the statuses 0, 1, ..."""
@@ -64,15 +80,14 @@ def arrays_of(result: Any) -> dict[str, np.ndarray]:
     return {"x": np.asarray(x), "y": np.asarray(y)} | fields
 
 
-def dimensions(name: str, ndim: int) -> tuple[str, ...]:
+def dimensions(spec: tuple[str, ...], ndim: int) -> tuple[str, ...]:
     """The names of the dimensions of a stored field: the last ``ndim`` of those it may have."""
-    spec = FIELDS[name][0]
     return spec[len(spec) - ndim :]
 
 
-def attributes(name: str) -> dict[str, Any]:
+def attributes(name: str, unit: str, meaning: str) -> dict[str, Any]:
     """Unit and meaning of a field; of the status also the meaning of its values, as in the CF conventions."""
-    attributes: dict[str, Any] = {"units": FIELDS[name][1], "long_name": FIELDS[name][2]}
+    attributes: dict[str, Any] = {"units": unit, "long_name": meaning}
     if name == "status":
         values = {
             "flag_values": [int(status) for status in Status],
@@ -93,10 +108,14 @@ def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
     axes = {axis: _axis(axis, arrays[axis], "m", f"{axis} of the cell centres") for axis in "xy"}
     if "times" in arrays:
         axes["time"] = _axis("time", arrays["times"], "s", "time")
+    if "depths" in arrays:
+        down = {"axis": "Z", "positive": "down"}
+        axes["depth"] = ("depth", arrays["depths"], {"units": "m", "long_name": INSIDE["depths"][2]} | down)
+    known = fields_of(arrays)
     fields = {
-        name: (dimensions(name, values.ndim), values, attributes(name))
+        name: (dimensions(known[name][0], values.ndim), values, attributes(name, *known[name][1:]))
         for name, values in arrays.items()
-        if name not in ("x", "y", "times")
+        if name not in ("x", "y", "times", "depths")
     }
     return xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes})
 

@@ -1,8 +1,8 @@
 """Pictures of a contact history: Axes in, Axes out; whole figures at the end.
 
-Beside ``figures`` and the pictures of ``cases`` the only module that imports matplotlib. Figures are made without
-``pyplot``, so there is no global state and no window; a notebook shows a figure that is the last value of a cell.
-Colours are those of viridis, which a colour-blind eye tells apart and a grey print keeps in order.
+This, ``figures`` and ``rough_figures``, which draw by it, alone import matplotlib (and the pictures of ``cases``).
+Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a figure that is the
+last value of a cell. Colours are those of viridis, which a colour-blind eye tells apart and a grey print keeps in order.
 """
 
 from typing import Any, NamedTuple
@@ -15,13 +15,15 @@ from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 
 from jaxcontact.results import ContactHistory
-from jaxcontact.slipping.results import ShearHistory
+from jaxcontact.sliding.results import SlidingHistory
+from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
 COLOURS = "viridis"
 MOST_LINES, MOST_ARROWS = 40, 24
 GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
 PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+ENERGIES = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"))
 LOADS = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
@@ -165,12 +167,18 @@ class _Course(NamedTuple):
 
 
 def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
-    """Approach, load and contact radius, those that change if any do, and a line on the others."""
+    """Approach, load and contact radius, and the friction of what slides, those that change if any do, and a line on the
+    others."""
     courses = [
         _Course("approach", history.approach, LENGTHS),
         _Course("load", history.load, LOADS),
         _Course("contact radius", history.contact_radius, LENGTHS),
     ]
+    if isinstance(history, SlidingHistory):
+        courses.append(_Course("force against the motion", history.total_tangential_force, LOADS))
+    if isinstance(history, ShearHistory):
+        courses.append(_Course("tangential load", _along_the_largest(history)[1], LOADS))
+        courses.append(_Course("lost to friction", history.dissipated, ENERGIES))
     changes = [bool(np.ptp(course.values) > HELD * np.max(np.abs(course.values))) for course in courses]
     if not any(changes):
         return courses, ""
@@ -213,12 +221,13 @@ def overview(history: ContactHistory) -> Figure:
     return figure
 
 
-def stick_and_slip(ax: Axes, history: ShearHistory) -> Axes:
-    """A map of where the contact of the last time sticks and slips, with arrows of the slip of the body in its step."""
-    x, y = (np.asarray(axis) for axis in history.grid.axes())
+def stick_and_slip(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
+    """A map of where the contact sticks and slips, of a history at the last time, with arrows of the slip of the body."""
+    x, y = (np.asarray(axis) for axis in result.grid.axes())
     unit, name = scale_of(x, LENGTHS)
     last = lambda field, ndim: np.asarray(field)[-1] if np.ndim(field) > ndim else np.asarray(field)
-    touching, stick, slip = last(history.pressure, 2) > 0.0, last(history.stick, 2), last(history.slip, 3)
+    slipped = result.slip if isinstance(result, ShearHistory) else result.slip_ratio
+    touching, stick, slip = last(result.pressure, 2) > 0.0, last(result.stick, 2) > 0.0, last(slipped, 3)
     state = np.where(touching, np.where(stick, 2.0, 1.0), 0.0)
     colours = ListedColormap(["white", colormaps[COLOURS](0.75), colormaps[COLOURS](0.2)])
     mesh = ax.pcolormesh(x / unit, y / unit, state.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
@@ -227,47 +236,94 @@ def stick_and_slip(ax: Axes, history: ShearHistory) -> Axes:
     some = np.zeros_like(touching)
     some[:: -(-len(x) // MOST_ARROWS), :: -(-len(y) // MOST_ARROWS)] = True
     i, j = np.nonzero(some & touching & ~stick & np.any(slip != 0.0, 0))
-    ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
+    if i.size:
+        ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
     ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", aspect="equal")
     return ax
 
 
-def tractions_on_the_axis(ax: Axes, history: ShearHistory) -> Axes:
-    """Pressure and tangential tractions of the last time along x, on the row of cells nearest to y = 0."""
-    x, middle = np.asarray(history.grid.axes()[0]), history.grid.shape[1] // 2
-    pressure = np.asarray(history.pressure)[..., middle].reshape(-1, x.size)[-1]
-    traction = np.asarray(history.traction)[..., middle].reshape(-1, 2, x.size)[-1]
+def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
+    """Pressure and tangential tractions, of a history at the last time, along x on the row of cells nearest to y = 0."""
+    x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
+    pressure = np.asarray(result.pressure)[..., middle].reshape(-1, x.size)[-1]
+    traction = np.asarray(result.traction)[..., middle].reshape(-1, 2, x.size)[-1]
     (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
     lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
     for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
         ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
-    ax.set(xlabel=f"x [{x_name}]", ylabel=f"on the body [{p_name}]")
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]")
     ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
     ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
-def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
-    """Tangential load against displacement, along the direction in which the load was largest."""
+def _along_the_largest(history: ShearHistory) -> tuple[np.ndarray, np.ndarray]:
+    """Tangential displacement and load along the direction in which the load was largest, (nt,) each."""
     load, place = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
     largest = load[np.argmax(np.sum(load**2, 1))]
     along = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
+    return place @ along, load @ along
+
+
+def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
+    """Tangential load against displacement, along the direction in which the load was largest."""
+    place, load = _along_the_largest(history)
     (f_unit, f_name), (x_unit, x_name) = scale_of(load, LOADS), scale_of(place, LENGTHS)
-    ax.plot(place @ along / x_unit, load @ along / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
+    ax.plot(place / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
     ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
     ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
-def shear_figure(history: ShearHistory) -> Figure:
-    """Stick and slip, tractions along the axis, and the loop of load and displacement."""
-    figure = Figure(figsize=(13.0, 3.8), layout="constrained")
-    axes = figure.subplots(1, 3)
-    stick_and_slip(axes[0], history)
-    tractions_on_the_axis(axes[1], history)
-    tangential_loop(axes[2], history)
-    return figure
+def way_of(ax: Axes, velocity: Any) -> Axes:
+    """An arrow in the corner of a map along the velocity (2,) of the indenter over the body; none at rest."""
+    way = np.asarray(velocity, dtype=float)
+    if np.any(way != 0.0):
+        step = 0.07 * way / np.sqrt(np.sum(way**2))
+        tip, tail = (0.1 + step[0], 0.93 + step[1]), (0.1 - step[0], 0.93 - step[1])
+        style = {"arrowstyle": "->", "color": "0.5", "lw": 1.6}
+        ax.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
+        ax.text(0.2, 0.93, "velocity", transform=ax.transAxes, va="center", color="0.5", fontsize="small")
+    return ax
+
+
+def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
+    """Pressure (nx,) [Pa] along x [m]."""
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    x = np.asarray(x) / x_unit
+    ax.plot(x, np.asarray(pressure) / p_unit, color=colormaps[COLOURS](0.3), lw=1.6)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]", xlim=_around_contact(x, [pressure]))
+    ax.set_ylim(bottom=0.0)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
+    """A map of the von Mises stress (nz, nx) [Pa] over x and depth [m], the surface above; one depth is a line."""
+    (s_unit, s_name), (x_unit, x_name) = scale_of(stress, PRESSURES), scale_of(x, LENGTHS)
+    z_unit, z_name = scale_of(depths, LENGTHS)
+    x, z, values = np.asarray(x) / x_unit, np.asarray(depths) / z_unit, np.asarray(stress) / s_unit
+    ax.set_xlabel(f"x [{x_name}]")
+    if z.size == 1:
+        ax.plot(x, values[0], color=colormaps[COLOURS](0.3), lw=1.6)
+        ax.set(ylabel=f"von Mises stress [{s_name}]", ylim=(0.0, None))
+        return ax
+    mesh = ax.pcolormesh(x, z, values, cmap=COLOURS, vmin=0.0, shading="gouraud", rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, label=f"von Mises stress [{s_name}]", pad=0.02)
+    ax.set(ylabel=f"depth [{z_name}]", ylim=(float(np.max(z)), float(np.min(z))))
+    return ax
+
+
+def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
+    """The von Mises stress (nz,) [Pa] against depth [m], the surface above."""
+    (s_unit, s_name), (z_unit, z_name) = scale_of(stress, PRESSURES), scale_of(depths, LENGTHS)
+    z = np.asarray(depths) / z_unit
+    ax.plot(np.asarray(stress) / s_unit, z, marker=".", ms=4, color=colormaps[COLOURS](0.3), lw=1.6)
+    ax.set(xlabel=f"von Mises stress [{s_name}]", ylabel=f"depth [{z_name}]", xlim=(0.0, None))
+    ax.invert_yaxis()
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
 
 
 def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:

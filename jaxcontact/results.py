@@ -54,6 +54,14 @@ class Readable:
         _check_one(self)
         return dataset(arrays_of(self), {"kind": type(self).__name__})
 
+    def plot(self) -> Any:
+        """A figure: pressure profiles, and approach, load and contact radius over time; of what is not round, maps of
+        pressure, gap and contact, area against load and the spread of pressures; of what is sheared or rolls, stick and slip
+        and the tractions; of a steady state, its pressure."""
+        from jaxcontact import figures
+
+        return figures.figure_of(self)
+
 
 def _check_one(result: Any) -> None:
     if not is_one_result(result):
@@ -121,14 +129,6 @@ class ContactHistory(Readable):
         """What is one number a time, as a ``pandas.DataFrame`` over time [s]; units in the names of its columns."""
         _check_one(self)
         return table(arrays_of(self))
-
-    def plot(self) -> Any:
-        """A figure with pressure profiles, approach, load and contact radius over time; of what is not round, with maps of
-        pressure, gap and contact, area against load and the spread of pressures; of what is sheared, with stick
-        and slip, tractions and the tangential loop."""
-        from jaxcontact import figures
-
-        return figures.figure_of(self)
 
 
 def radius_of(area: Array, grid: Grid) -> Array:

@@ -11,6 +11,7 @@ from jaxcontact._pytree import is_concrete
 from jaxcontact._status import Status
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+NOISE = 1e-9
 ROWS = {  # what a summary shows of a result that has it: name of the field, or of its component, unit
     "approach": "m",
     "load": "N",
@@ -24,6 +25,8 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, or 
     "tangential_load_y": "N",
     "tangential_displacement_x": "m",
     "tangential_displacement_y": "m",
+    "creepage_x": "",
+    "creepage_y": "",
     "power": "W",
     "dissipated": "J",
 }
@@ -85,12 +88,15 @@ def _values(result: Any, field: str) -> np.ndarray | None:
         return np.max(np.asarray(result.pressure), axis=(-2, -1))
     vector = field.removesuffix("_x").removesuffix("_y")
     if vector != field:
-        return (
-            np.asarray(getattr(result, vector))[..., "xy".index(field[-1])]
-            if hasattr(result, vector)
-            else None
-        )
+        return component(getattr(result, vector), field[-1]) if hasattr(result, vector) else None
     return np.asarray(getattr(result, field)) if hasattr(result, field) else None
+
+
+def component(vector: Any, axis: str) -> np.ndarray:
+    """x or y of a vector (..., 2); zero where that is rounding, beside the largest of all."""
+    values = np.asarray(vector)
+    own = values[..., "xy".index(axis)]
+    return np.where(np.abs(own) > NOISE * np.max(np.abs(values), initial=0.0), own, 0.0)
 
 
 def _trust(result: Any) -> str:

@@ -14,6 +14,7 @@ import pytest
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.files.case_file import read_case
+from jaxcontact.files.case_schema import KINDS
 
 pytestmark = pytest.mark.versions
 
@@ -193,19 +194,45 @@ def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
     leaves = (jax.tree.leaves((c.body, c.indenter, c.control, c.times, c.grid)) for c in (a, b))
     for x, y in zip(*leaves, strict=True):
         np.testing.assert_allclose(x, y, rtol=1e-14)
-    signature = inspect.signature(jc.indent).parameters
-    assert b.options == {name: signature[name].default for name in b.options} and len(b.options) == 5
+    signature = inspect.signature(KINDS[a.kind].verb).parameters
+    assert b.options == {name: signature[name].default for name in b.options} and len(b.options) >= 2
+    assert a.kind == b.kind and set(a.motion) <= set(b.motion)
     lines = [line for line in shown.read_text().splitlines() if "=" in line and not line.startswith("#")]
     assert all("  # " in line for line in lines)
 
 
-def test_a_ready_made_case_is_checked_without_running_and_without_warning(capfd, monkeypatch):
+TRACED = {"fretting_coating", "rolling_wheel", "sliding_film"}  # their check traces a function, for seconds
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=pytest.mark.slow if p.stem in TRACED else ()) for p in READY_MADE],
+    ids=lambda path: path.stem,
+)
+def test_a_ready_made_case_is_checked_without_running_and_without_warning(path, capfd, monkeypatch):
     monkeypatch.setattr("jaxcontact.commands.run.prepare", None)
-    for path in READY_MADE:
-        assert main(["check", str(path)]) == 0
+    assert main(["check", str(path)]) == 0
     out, err = capfd.readouterr()
-    assert out.count("can run") == len(READY_MADE) == 4
-    assert err == ""
+    assert "can run" in out and err == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(TRACED))
+def test_a_ready_made_case_runs(name, tmp_path, capfd):
+    """The ball of ``fretting_coating`` sticks in its middle and loses energy, the wheel creeps forward as it brakes, and
+    the ball over the film is pushed back by more than Coulomb's friction."""
+    assert main(["run", name, "-o", str(tmp_path / "out")]) == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["status"] == 0 and summary["warnings"] == []
+    if name == "fretting_coating":
+        assert 0.0 < summary["sticking_share_end_m2_per_m2"] < 1.0 and summary["dissipated_end_J"] > 0.0
+    elif name == "rolling_wheel":
+        assert summary["creepage_x_m_per_m"] > 0.0
+        power = summary["tangential_load_x_N"] * summary["creepage_x_m_per_m"] * 10.0
+        assert summary["power_W"] == pytest.approx(power, rel=1e-6)
+    else:
+        assert summary["tangential_force_end_N"] > 0.0
+        assert summary["coulomb_force_end_N"] == pytest.approx(0.3 * summary["load_end_N"], rel=1e-6)
 
 
 CHECKED = {
@@ -262,7 +289,7 @@ def test_cite_and_cases_print(capfd):
     assert main(["cite"]) == 0
     assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
     assert main(["cases"]) == 0
-    assert capfd.readouterr().out.count(".toml") == 4
+    assert capfd.readouterr().out.count(".toml") == len(READY_MADE) == 7
 
 
 def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):

@@ -651,6 +651,100 @@ FILES = {
 }
 
 
+def also(experiment, words, control="", old="", new=""):
+    """A row: an [experiment], what stands in [control] beside the load, and one more change."""
+    return (
+        f"[control]|load = 10.0|{old}",
+        f"[experiment]\n{experiment}\n[control]|load = 10.0\n{control}|{new}",
+        words,
+    )
+
+
+SHEAR, PUSH = 'kind = "shear"\nfriction = 0.3', "tangential_load = [1.0, 0.0]"
+STEADY, NO_TIMES = 'kind = "steady-sliding"\nvelocity = 1.0', ("[times]\nend = 600.0\nsteps = 6\n", "")
+FILES |= {
+    "an unknown experiment": also(
+        'kind = "rub"', r'experiment.kind: found "rub", accepted: "indentation" \| "shear"'
+    ),
+    "friction of an indentation": also(
+        "friction = 0.3",
+        r'experiment.friction: found with experiment.kind = "indentation", accepted: with "shear" or',
+    ),
+    "no friction in shear": also(
+        'kind = "shear"', r"experiment.friction: missing; accepted: a number >= 0", PUSH
+    ),
+    "friction that pushes": also(
+        'kind = "shear"\nfriction = -0.1', r"friction: found -0.1, accepted: a number >= 0", PUSH
+    ),
+    "friction in no file": also(
+        'kind = "shear"\nfriction = "mu.npy"', r"experiment.friction: .*mu.npy: No such file", PUSH
+    ),
+    "a word for coupled": also(
+        f'{SHEAR}\ncoupled = "no"', r'coupled: found "no", accepted: true or false', PUSH
+    ),
+    "shear without a push": also(
+        SHEAR,
+        r"\[control\]: found neither tangential_load nor tangential_displacement; accepted: one of tangential_load \[N\]",
+    ),
+    "a push without direction": also(
+        SHEAR,
+        r"control.tangential_load: found 5.0, accepted: \[x, y\], or a list of them",
+        "tangential_load = 5.0",
+    ),
+    "two pushes for seven times": also(
+        SHEAR,
+        r"tangential_load: found 2 values; accepted: \[x, y\], or 7 values as times",
+        "tangential_load = [[0.0, 0.0], [1.0, 0.0]]",
+    ),
+    "creepage in shear": also(
+        SHEAR,
+        r'control.creepage: found with experiment.kind = "shear", accepted: with "steady-rolling"',
+        "creepage = [1.0, 0.0]",
+    ),
+    "sliding without velocity": also(
+        'kind = "sliding"', r"experiment.velocity: missing; accepted: a number, along x"
+    ),
+    "a velocity in space": also(
+        'kind = "sliding"\nvelocity = [1.0, 0.0, 0.0]',
+        r"experiment.velocity: found \[1.0, 0.0, 0.0\], accepted: a number",
+    ),
+    "times of a steady state": also(
+        STEADY,
+        r'\[times\]: found with experiment.kind = "steady-sliding", accepted: with "indentation" or "shear"',
+    ),
+    "substeps of a steady state": also(
+        STEADY,
+        r'solver.substeps: found with experiment.kind = "steady-sliding"',
+        "",
+        NO_TIMES[0],
+        "[solver]\nsubsteps = 2\n",
+    ),
+    "a load over the times of a steady state": also(
+        STEADY,
+        r"control.load: found \[10.0, 1.0\], accepted: a number > 0",
+        "",
+        f"{NO_TIMES[0]}|load = 10.0",
+        "|load = [10.0, 1.0]",
+    ),
+    "a steady state that rolls by nothing": also(
+        'kind = "steady-rolling"\nvelocity = 1.0\nfriction = 0.3',
+        r"found neither creepage nor tangential_load; accepted: one of creepage and tangential_load \[N\]",
+        "",
+        *NO_TIMES,
+    ),
+    "a word for periodic": (
+        "width = 300e-6",
+        'periodic = "y"',
+        r"periodic: found \"y\", accepted: true, false or \[x, y\]",
+    ),
+    "a periodic grid of no width": (
+        "width = 300e-6",
+        "periodic = true",
+        r"grid.width: missing; accepted with periodic",
+    ),
+}
+
+
 def written(name, folder):
     for file, values in {"line": [1.0], "holes": [[np.nan]], "good": [[1.0]]}.items():
         np.save(folder / f"{file}.npy", np.array(values))
@@ -679,6 +773,8 @@ def shell(folder, *words):
     (folder / "kelvin.toml").write_text(
         '[substrate]\nmaterial = "kelvin-voigt"\nG = 1.0\neta = 1.0\n' + CASE[CASE.index("[indenter]") :]
     )
+    far = '[experiment]\nkind = "sliding"\nvelocity = 1.0\n' + CASE
+    (folder / "far.toml").write_text(far)
     (folder / "large.toml").write_text(CASE.replace("n = 32", "n = 65536"))
     (folder / "bad.npz").write_text("no arrays")
     np.savez(folder / "other.npz", a=1.0)
@@ -706,6 +802,11 @@ SHELL = {
     ),
     "what a run would refuse": (["check", "@kelvin.toml"], r"kelvin.toml: .*expected an elastic indenter"),
     "the same, run": (["run", "@kelvin.toml", "-o", "@out"], r"kelvin.toml: .*expected an elastic indenter"),
+    "what its function would refuse": (
+        ["check", "@far.toml"],
+        r"far.toml: velocity: expected steps of at most 0.5 of the grid's width, got",
+    ),
+    "the same function, run": (["run", "@far.toml", "-o", "@out"], r"far.toml: velocity: expected steps of"),
     "a picture as text": (["plot", "@part.npz", "-o", "@a.txt"], r"found .txt, accepted: .pdf, .png, .svg"),
     "a picture over another": (["plot", "@case.npz", "-o", "@full.png"], r"is there already"),
     "no such result": (["plot", "@none.npz"], r"No such file.*none.npz"),
@@ -752,7 +853,6 @@ ELSEWHERE = {  # reached by no row, and why
     "npz.py: _members": "test_storage.py, forged files",
     "npz.py: _array": "test_storage.py, forged files",
     "interrupts.py: _raise": "needs a signal: test_command_line.py",
-    "look.py: _history": "test_storage.py, a steady result",
     "run_directory.py: locked": "needs two runs: test_command_line.py",
     "finished_steps.py: standing": "needs a stopped run: test_command_line.py",
     "advice.py: check_disk": "needs a full disk: test_command_line.py",

@@ -53,9 +53,10 @@ MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
-    " coulomb_force total_tangential_force",
+    " coulomb_force total_tangential_force plot",
     jc.ShearHistory: "traction slip stick tangential_load tangential_displacement dissipated",
-    jc.InteriorFields: "depths stress displacement von_mises peak",
+    jc.InteriorFields: "depths stress displacement von_mises peak plot",
+    jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot",
     jc.ContactStatistics: "mean_pressure area_fraction corrected_fraction perimeter mean_gap",
     jc.PressureHistogram: "edges density",
     jc.ContactClusters: "labels areas count",

@@ -54,7 +54,7 @@ def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "jaxcontact.cases.reproduce.main", lambda names, directory, force: asked.extend(names) or 0
     )
-    assert len(COMMANDS) == 8
+    assert len(COMMANDS) == 9
     for command in COMMANDS:
         if "--help" in command:
             with pytest.raises(SystemExit, match="0"):

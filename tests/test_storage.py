@@ -20,22 +20,23 @@ from jaxcontact.files import storage
 pytestmark = pytest.mark.versions
 
 NT, NX, NY = 3, 6, 5
-SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2}
+SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2, "depth": 2, "row": 3, "column": 3, "component": 3}
 GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))
 
 
 def made_up(kind, last=False, grid=GRID):
     """A result with every field a different number, as ``save="last"`` has them when last."""
-    values, sizes = {}, SIZES | {"y": grid.shape[1]}
+    values, sizes = {}, SIZES | dict(zip("xy", grid.shape, strict=True))
+    known = labels.fields_of(labels.stored_fields(kind))
     for i, field in enumerate(dataclasses.fields(kind)):
         if field.name in labels.NOT_STORED:
             continue
-        dims = labels.FIELDS[field.name][0]
-        if kind in storage.STEADY or (last and "x" in dims):
+        dims = known[field.name][0]
+        if kind in storage.TIMELESS or (last and "x" in dims):
             dims = tuple(name for name in dims if name != "time")
         shape = tuple(sizes[name] for name in dims)
         values[field.name] = 1e-6 * (i + np.arange(np.prod(shape, dtype=int)).reshape(shape))
-    saved = {} if kind in storage.STEADY else {"saved": None}
+    saved = {} if kind in storage.TIMELESS else {"saved": None}
     return kind(**values, **saved, grid=grid)
 
 
@@ -47,7 +48,7 @@ def assert_same(a, b):
 
 
 @pytest.mark.parametrize("ending", [".npz", ".nc"])
-@pytest.mark.parametrize("kind", [jc.ContactHistory, jc.SlidingHistory, *storage.STEADY])
+@pytest.mark.parametrize("kind", storage.KINDS.values(), ids=storage.KINDS)
 def test_what_is_saved_comes_back(kind, ending, tmp_path):
     if ending == ".nc":
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
@@ -64,7 +65,7 @@ def test_what_is_saved_comes_back(kind, ending, tmp_path):
 def test_every_field_of_every_result_can_be_stored():
     for kind in storage.KINDS.values():
         names = {field.name for field in dataclasses.fields(kind)}
-        assert names <= set(labels.FIELDS) | set(labels.NOT_STORED), kind
+        assert names <= set(labels.fields_of(names)) | set(labels.NOT_STORED), kind
 
 
 def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
@@ -191,10 +192,21 @@ def test_a_result_of_vmap_is_not_saved_as_what_nobody_could_load(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_steady_result_has_no_history_to_plot(tmp_path, capfd):
-    path = jc.save(made_up(jc.SteadySliding), tmp_path / "steady.npz")
-    assert main(["plot", str(path)]) == 2
-    assert "found a SteadySliding, accepted: a history over time" in capfd.readouterr().err
+def test_stresses_below_the_surface_have_a_depth_that_points_down(tmp_path):
+    xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
+    inside = made_up(jc.InteriorFields)
+    with xarray.open_dataset(jc.save(inside, tmp_path / "inside.nc"), engine="h5netcdf") as file:
+        assert file["stress"].dims == ("depth", "row", "column", "y", "x")
+        np.testing.assert_array_equal(file["stress"].values[1, 0, 2], inside.stress[1, 0, 2].T)
+        assert file["depth"].attrs["positive"] == "down" and file["stress"].attrs["units"] == "Pa"
+    np.testing.assert_allclose(jc.load(tmp_path / "inside.nc").von_mises, inside.von_mises)
+
+
+@pytest.mark.parametrize("kind", storage.KINDS.values(), ids=storage.KINDS)
+def test_every_stored_result_can_be_drawn(kind, tmp_path):
+    path = jc.save(made_up(kind), tmp_path / "a.npz")
+    assert main(["plot", str(path)]) == 0
+    assert (tmp_path / "a.png").stat().st_size > 5000
 
 
 def test_equal_results_give_equal_files(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.plotting import pick
-from jaxcontact.summaries import prefixed
+from jaxcontact.summaries import component, prefixed
 
 GRID = jc.Grid.square(n=32, width=5e-4)
 RUBBER = jc.LayeredHalfSpace([], substrate=jc.Maxwell(G=1e6, eta=1e7, nu=0.4))
@@ -61,6 +61,25 @@ def test_what_is_sheared_shows_where_it_slips_and_its_loop(history):
     np.testing.assert_allclose(along_x, pressed / 2)
     np.testing.assert_array_equal(along_y, 0.0)
     np.testing.assert_allclose(right.lines[0].get_xydata(), np.repeat(-ways[:, :1], 2, 1))
+
+
+def test_stresses_below_are_drawn_in_the_cut_through_their_peak():
+    """A single cell is pulled at 4 MPa, 2 um deep: von Mises stress of 4 MPa there and none elsewhere."""
+    stress = np.zeros((3, 3, 3, *GRID.shape))
+    stress[1, 0, 0, 20, 5] = 4e6
+    inside = jc.InteriorFields(GRID, np.array([1e-6, 2e-6, 5e-6]), stress, np.zeros((3, 3, *GRID.shape)))
+    cut, over_depth = inside.plot().axes[:2]
+    drawn = cut.collections[0].get_array().reshape(3, -1)
+    assert np.flatnonzero(drawn).tolist() == [GRID.shape[0] + 20] and drawn.max() == pytest.approx(4.0)
+    assert cut.yaxis_inverted() and over_depth.yaxis_inverted()
+    np.testing.assert_allclose(over_depth.lines[0].get_xydata(), [[0, 1], [4, 2], [0, 5]], atol=1e-12)
+
+
+def test_rounding_beside_a_load_is_shown_as_nothing():
+    """And a small component that is more than that is shown as it is."""
+    shown = component(np.array([[3.0, 2e-13], [1e-7, 0.0]]), "x"), component(np.array([[3.0, 2e-13]]), "y")
+    np.testing.assert_array_equal(shown[0], [3.0, 1e-7])
+    np.testing.assert_array_equal(shown[1], [0.0])
 
 
 @pytest.mark.parametrize(

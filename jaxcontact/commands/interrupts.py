@@ -3,8 +3,12 @@
 import contextlib
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from types import FrameType
+from typing import TypeVar
+
+T = TypeVar("T")
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -44,3 +48,20 @@ def signals_interrupt() -> Iterator[None]:
 
 def _raise(signum: int, frame: FrameType | None) -> None:
     raise Stopped(signum)
+
+
+def interruptible(compute: Callable[[], T]) -> T:
+    """What ``compute`` returns, from a thread of its own: a compiled program hears no signal, the one that waits does."""
+    future: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(compute())
+        except BaseException as error:
+            future.set_exception(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.1)  # not for good: the system may hand the signal to any thread
+    return future.result()

@@ -8,7 +8,6 @@ from jaxcontact import citation
 from jaxcontact.commands.status import FINE
 from jaxcontact.files import advice, storage
 from jaxcontact.files.case_file import read_case
-from jaxcontact.results import ContactHistory
 
 CASES = Path(__file__).parents[1] / "cases"
 
@@ -30,7 +29,7 @@ def cases(options: argparse.Namespace) -> int:
 def check(options: argparse.Namespace) -> int:
     """Validate a case without running it; what may spoil its result goes to stderr and is no error."""
     case = read_case(options.case)
-    advice.check(case, options.case)
+    advice.check_whole(case, options.case)
     notes = advice.advice(case)
     for note in notes:
         print(f"jaxcontact: warning: {options.case}: {note}", file=sys.stderr)
@@ -51,16 +50,9 @@ def plot(options: argparse.Namespace) -> int:
         )
     from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
 
-    write_picture(picture, _history(options.result).plot())
+    write_picture(picture, storage.load(options.result).plot())
     print(picture)
     return FINE
-
-
-def _history(path: Path) -> ContactHistory:
-    result = storage.load(path)
-    if not isinstance(result, ContactHistory):
-        raise ValueError(f"{path}: found a {type(result).__name__}, accepted: a history over time")
-    return result
 
 
 def cite(options: argparse.Namespace) -> int:

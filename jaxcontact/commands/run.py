@@ -1,32 +1,53 @@
-"""``jaxcontact run``: march through a case, keep each block of steps as it finishes, write the results."""
+"""``jaxcontact run``: run a case and write the results.
+
+An indentation marches in blocks of steps, each kept on disk as it finishes, and goes on from them. Every other
+experiment is one compiled program, and its run is all or nothing: stopped, or with a step that fails, it leaves nothing.
+"""
 
 import argparse
 import sys
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from jaxcontact._experiment import reported
 from jaxcontact._status import Status
-from jaxcontact.commands.interrupts import exit_status, signal_of
+from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
 from jaxcontact.files import advice, run_directory
-from jaxcontact.files.case_file import Case, read_case
+from jaxcontact.files.case_file import Case, CaseError, read_case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
 from jaxcontact.simulation import prepare
 
+KEYS = {  # of the case file, which to change after a step that ended with that status
+    Status.NOT_CONVERGED: "solver",
+    Status.AT_EDGE: "grid.width",
+    Status.TOO_COARSE: "grid.n",
+    Status.MOVED_TOO_FAR: "solver.substeps",
+    Status.CAME_BACK: "grid.width",
+    Status.NOT_STEADY: "experiment",
+    Status.OUT_OF_RANGE: "experiment",
+    Status.SLIDES: "control.tangential_load",
+}
+
 
 @dataclass(frozen=True)
 class Ending:
-    """How a march ended: how far it has come, with what, the signal that stopped it, warnings of one line each."""
+    """How a run ended: how far it has come, with what, the signal that stopped it, warnings of one line each.
+
+    run: the finished steps of an indentation, or the result of another experiment.
+    """
 
     standing: Standing
-    run: FinishedRun | None
+    run: Any
     interrupt: KeyboardInterrupt | None
     notes: list[str]
 
@@ -57,7 +78,8 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:
             steps.remove()
-        ending = _march(case, steps)
+        march = _march if case.kind == "indentation" else _at_once
+        ending = march(case, options.case, steps)
         spared = taken and not options.resume and ending.status == BAD_INPUT
         if ending.run is not None and not spared:
             _write(ending.run, case, ending, options)
@@ -68,7 +90,37 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     return _finish(ending, case, options)
 
 
-def _march(case: Case, steps: FinishedSteps) -> Ending:
+@contextmanager
+def _noted() -> Iterator[list[str]]:
+    """Within, warnings become lines of the list."""
+    notes: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield notes
+        finally:
+            notes += [" ".join(str(warning.message).split()) for warning in caught]
+
+
+def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
+    """Run an experiment that is one program; its result only if all its steps are fine."""
+    steps.standing()  # no steps of another case are there to go on from
+    began = time.perf_counter()
+    with _noted() as notes:
+        try:
+            result = interruptible(case.run)
+        except KeyboardInterrupt as error:
+            return Ending(Standing(), None, error, notes)
+        except ValueError as error:
+            raise CaseError(f"{path}: {error}") from error
+    status = np.atleast_1d(np.asarray(result.status))
+    fine = int(np.argmax(status > 0)) if np.any(status > 0) else status.size
+    bad = int(status[fine]) if fine < status.size else 0
+    standing = Standing(steps=fine, status=bad, seconds=time.perf_counter() - began)
+    return Ending(standing, None if bad else result, None, notes)
+
+
+def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
     standing, interrupt, run = steps.standing(), None, None
     began = time.perf_counter() - standing.seconds
@@ -76,8 +128,7 @@ def _march(case: Case, steps: FinishedSteps) -> Ending:
     bar = tqdm(
         total=case.times.size, initial=standing.steps, unit="step", disable=None, delay=2.0, leave=False
     )
-    with warnings.catch_warnings(record=True) as caught, bar:
-        warnings.simplefilter("always")
+    with _noted() as notes, bar:
         given = (case.body, case.indenter, case.control, case.times)
         simulation = prepare(*given, grid=case.grid, **case.options)
         try:
@@ -89,13 +140,12 @@ def _march(case: Case, steps: FinishedSteps) -> Ending:
         if standing.steps:
             run = steps.together(case.grid)
             reported(run.history, simulation.plan.errors, None)
-    notes = [" ".join(str(warning.message).split()) for warning in caught]
     return Ending(standing, run, interrupt, notes)
 
 
-def _write(run: FinishedRun, case: Case, ending: Ending, options: argparse.Namespace) -> None:
-    """The results of the finished steps into the directory, the main figures on stdout."""
-    from jaxcontact.files.run_results import write_results  # matplotlib takes a second to import
+def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) -> None:
+    """The results into the directory, the main figures on stdout."""
+    from jaxcontact.files import run_results  # matplotlib takes a second to import
 
     facts = {
         "case": options.case.name,
@@ -105,7 +155,14 @@ def _write(run: FinishedRun, case: Case, ending: Ending, options: argparse.Names
         "warnings": ending.notes,
         "wall_time_s": ending.standing.seconds,
     }
-    _report(write_results(run, options.directory, case, facts), options.directory)
+    report = run_results.of_steps(run) if isinstance(run, FinishedRun) else run_results.of_result(run)
+    summary = run_results.write_results(report, options.directory, case, facts)
+    rows = [
+        f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
+    ]
+    rows += run_results.lines_of(summary)
+    rows.append("pictures: " + ", ".join(str(options.directory / name) for name in summary["pictures"]))
+    tell("\n".join(rows), sys.stdout)
 
 
 def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
@@ -117,18 +174,10 @@ def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
         reason = f"{done} of {requested} steps are finished"
         if done:
             reason += f"; jaxcontact run {options.case} -o {options.directory} --resume goes on"
+        if case.kind != "indentation":
+            reason = f"nothing is kept, since {case.kind} runs at once"
         name = signal_of(ending.interrupt).name
         return complain(f"{options.case}: interrupted by {name}: {reason}", ending.status)
-    key = {1: "solver", 2: "grid.width", 3: "grid.n"}[ending.standing.status]
-    meaning = Status(ending.standing.status).message
-    return complain(f"{options.case}: {key}: step {done + 1} of {requested}: {meaning}", ending.status)
-
-
-def _report(summary: dict[str, Any], directory: Path) -> None:
-    """The main figures on stdout."""
-    rows = [f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {directory}:"]
-    for name, unit in (("approach", "m"), ("load", "N"), ("peak_pressure", "Pa"), ("contact_radius", "m")):
-        start, end = (summary[f"{name}_{when}_{unit}"] for when in ("start", "end"))
-        rows.append(f"  {name.replace('_', ' '):15s} {start:.6g} -> {end:.6g} {unit}")
-    rows.append("pictures: " + ", ".join(str(directory / name) for name in summary["pictures"]))
-    tell("\n".join(rows), sys.stdout)
+    status = Status(ending.standing.status)
+    where = f"step {done + 1} of {requested}: " if requested > 1 else ""
+    return complain(f"{options.case}: {KEYS[status]}: {where}{status.message}", ending.status)

@@ -5,10 +5,12 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
+import jax
 import numpy as np
 
 from jaxcontact._experiment import FEW_CELLS, Experiment
 from jaxcontact.files.case_file import Case, CaseError
+from jaxcontact.files.case_schema import KINDS
 from jaxcontact.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body
@@ -19,10 +21,21 @@ COARSE = "cells across the first contact: below {few} it is coarse; accepted: gr
 
 
 def check(case: Case, path: Path) -> None:
-    """Everything that a run would refuse before it computes. Raises CaseError, which names the file."""
+    """What all experiments have in common, and the memory of this machine. Raises CaseError, which names the file."""
     try:
         Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
         _check_memory(case)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from error
+
+
+def check_whole(case: Case, path: Path) -> None:
+    """Everything that a run would refuse before it computes: its function is traced, which takes seconds."""
+    check(case, path)
+    if case.kind == "indentation":  # which refuses no more
+        return
+    try:
+        jax.eval_shape(case.run)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error
 
@@ -62,8 +75,10 @@ def describe(case: Case) -> str:
     nx, ny = case.grid.shape
     wide, high = (float(width) * 1e6 for width in case.grid.width)
     needed = footprint_of(case)
+    steady = KINDS[case.kind].times is None
+    times = "a steady state" if steady else f"{len(case.times)} times to {case.times[-1]:g} s"
     return (
-        f"{len(case.times)} times to {case.times[-1]:g} s, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um,"
+        f"{times}, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um,"
         f" about {in_bytes(needed.memory)} of memory, {in_bytes(needed.disk)} on disk"
     )
 

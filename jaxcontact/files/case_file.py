@@ -1,4 +1,4 @@
-"""Case files: one simulation as a TOML file, in SI units.
+"""Case files: one experiment as a TOML file, in SI units.
 
 ``read_case`` turns a file into the objects of the package by the schema in ``case_schema``, or raises a
 ``CaseError`` of one line that names the file, the key, what was found and what is accepted.
@@ -14,17 +14,20 @@ from typing import Any
 import numpy as np
 
 from jaxcontact import indenters, materials
-from jaxcontact.controls import Approach, Control, Load
+from jaxcontact.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
 from jaxcontact.files.case_schema import (
+    KIND,
+    KINDS,
     LARGEST,
     MATERIALS,
-    REQUIRED_SECTIONS,
-    SECTIONS,
+    OPTIONAL_SECTIONS,
     SHAPES,
     TABLE,
     TABLES,
     Key,
+    Keys,
     choice,
+    sections_of,
 )
 from jaxcontact.files.npz import read_npy
 from jaxcontact.grid import Grid
@@ -39,18 +42,27 @@ class CaseError(ValueError):
 
 @dataclass(frozen=True)
 class Case:
-    """A simulation as read: the arguments of ``simulation.simulate``; options: its keywords.
+    """An experiment as read: the arguments of the function that runs it.
 
-    tables: the file as it stood, without what is absent there.
+    kind: of ``KINDS``; tables: the file as it stood, without what is absent there; times: a single zero for a steady
+    state; motion: what the function of this kind takes beyond those of ``indent``; options: the keywords of its solver.
     """
 
+    kind: str
     tables: Table
     body: LayeredHalfSpace
     indenter: indenters.Indenter
     control: Control
     times: np.ndarray
     grid: Grid
+    motion: Table
     options: Table
+
+    def run(self) -> Any:
+        """The result, as the function gives it that runs an experiment of this kind."""
+        given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
+        over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
+        return KINDS[self.kind].verb(**given, **over_time, **self.motion, **self.options)
 
 
 def read_case(path: Path) -> Case:
@@ -74,18 +86,49 @@ def read_case(path: Path) -> Case:
 
 
 def _case(tables: Table, folder: Path) -> Case:
-    sections = {name: Key(TABLE, "", name in REQUIRED_SECTIONS) for name in SECTIONS} | {
-        "layer": Key(TABLES, "")
-    }
-    _check_table("", tables, sections)
-    for name in ("grid", "solver", "control", "times"):
-        _check_table(name, tables.get(name, {}), SECTIONS[name])
-    body = _body(tables)
-    indenter = _indenter(tables["indenter"], folder)
-    times = _times(tables["times"])
+    kind, sections = _kind(tables)
+    _check_table("", tables, _tables_of(sections))
+    for name in ("experiment", "grid", "solver", "control", "times"):
+        _check_table(name, tables.get(name, {}), sections.get(name, {}))
+    body = _body(tables, sections)
+    indenter = _indenter(tables["indenter"], sections["indenter"], folder)
+    times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
     control = _control(tables["control"], times.size)
-    grid = _grid(tables.get("grid", {}), body, indenter, control, times)
-    return Case(tables, body, indenter, control, times, grid, dict(tables.get("solver", {})))
+    grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
+    motion = _motion(kind, tables, times.size, folder)
+    options = dict(tables.get("solver", {}))
+    return Case(kind, tables, body, indenter, control, times, grid, motion, options)
+
+
+def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:
+    """The kind of experiment, and its tables; what belongs to another kind is refused by name."""
+    every = {name: keys for kind in KINDS for name, keys in sections_of(kind).items()}
+    _check_table("", tables, {name: Key(TABLES if name == "layer" else TABLE, "") for name in every})
+    kind = tables.get("experiment", {}).get("kind", KIND.default)
+    _check_table("experiment", {"kind": kind}, {"kind": KIND})
+    own = sections_of(kind)
+    for name, table in tables.items():
+        _check_of_kind(kind, f"[{name}]", {other: name in sections_of(other) for other in KINDS})
+        for key in table if name in ("experiment", "control", "solver") else ():
+            having = {other: key in sections_of(other).get(name, {}) for other in KINDS}
+            _check_of_kind(kind, f"{name}.{key}", having)
+    return kind, own
+
+
+def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:
+    others = [f'"{other}"' for other, has in having.items() if has]
+    if others and not having[kind]:
+        raise CaseError(
+            f'{path}: found with experiment.kind = "{kind}", accepted: with {" or ".join(others)}'
+        )
+
+
+def _tables_of(sections: dict[str, Keys]) -> Keys:
+    """The keys of the file itself, which are its tables."""
+    return {
+        name: Key(TABLES if name == "layer" else TABLE, "", name not in OPTIONAL_SECTIONS)
+        for name in sections
+    }
 
 
 def _check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
@@ -156,12 +199,12 @@ def _same_length(where: str, material: Any) -> Any:
     return material
 
 
-def _body(tables: Table) -> LayeredHalfSpace:
+def _body(tables: Table, sections: dict[str, Keys]) -> LayeredHalfSpace:
     layers = [
-        Layer(_material(where, table, SECTIONS["layer"]), float(table["thickness"]))
+        Layer(_material(where, table, sections["layer"]), float(table["thickness"]))
         for where, table in layer_tables(tables)
     ]
-    return LayeredHalfSpace(layers, _material("substrate", tables["substrate"], SECTIONS["substrate"]))
+    return LayeredHalfSpace(layers, _material("substrate", tables["substrate"], sections["substrate"]))
 
 
 def layer_tables(tables: Table) -> list[tuple[str, Table]]:
@@ -172,47 +215,89 @@ def layer_tables(tables: Table) -> list[tuple[str, Table]]:
     return [("layer", given)]
 
 
-def _indenter(table: Table, folder: Path) -> indenters.Indenter:
-    chosen, values = _choose("indenter", table, "shape", SECTIONS["indenter"], SHAPES)
+def _indenter(table: Table, own: Keys, folder: Path) -> indenters.Indenter:
+    chosen, values = _choose("indenter", table, "shape", own, SHAPES)
     material = None
     if "material" in table:
-        own = {"material": Key(choice("elastic"), "elastic when absent")}
-        material = _material("indenter.material", {"material": "elastic"} | table["material"], own)
+        elastic = {"material": Key(choice("elastic"), "elastic when absent")}
+        material = _material("indenter.material", {"material": "elastic"} | table["material"], elastic)
     if "heights" in values:
-        values["heights"] = _heights(folder / values["heights"])
+        values["heights"] = _field("indenter.heights", folder / values["heights"], "heights (nx, ny) [m]")
     return chosen(**values, material=material)
 
 
-def _heights(path: Path) -> np.ndarray:
-    """The heights in a .npy file: two-dimensional, finite."""
-    accepted = "accepted: a .npy file of finite heights (nx, ny) [m]"
+def _field(where: str, path: Path, meaning: str) -> np.ndarray:
+    """The numbers in a .npy file: two-dimensional, finite."""
+    accepted = f"accepted: a .npy file of finite {meaning}"
     try:
-        heights = read_npy(path)
+        field = read_npy(path)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "not a .npy file of numbers"
-        raise CaseError(f"indenter.heights: {path}: {reason}; {accepted}") from error
-    if heights.dtype.kind not in "fiu" or heights.ndim != 2:
-        raise CaseError(f"indenter.heights: {path}: not a two-dimensional array of numbers; {accepted}")
-    if not np.all(np.abs(heights) <= LARGEST):
+        raise CaseError(f"{where}: {path}: {reason}; {accepted}") from error
+    if field.dtype.kind not in "fiu" or field.ndim != 2:
+        raise CaseError(f"{where}: {path}: not a two-dimensional array of numbers; {accepted}")
+    if not np.all(np.abs(field) <= LARGEST):
         raise CaseError(
-            f"indenter.heights: {path}: found values that are not finite or not below {LARGEST:g}; {accepted}"
+            f"{where}: {path}: found values that are not finite or not below {LARGEST:g}; {accepted}"
         )
-    return heights.astype(float)
+    return field.astype(float)
+
+
+UNITS = {
+    "load": " [N]",
+    "approach": " [m]",
+    "tangential_load": " [N]",
+    "tangential_displacement": " [m]",
+    "creepage": "",
+}
+
+
+def _one_of(table: Table, *names: str) -> str:
+    """The one of some keys of [control] that is there."""
+    found = [name for name in names if name in table]
+    if len(found) != 1:
+        words = f"both {names[0]} and {names[1]}" if found else f"neither {names[0]} nor {names[1]}"
+        accepted = " and ".join(name + UNITS[name] for name in names)
+        raise CaseError(f"[control]: found {words}; accepted: one of {accepted}")
+    return found[0]
+
+
+def _over_times(where: str, value: Any, one: str, nt: int) -> np.ndarray:
+    """A value held, or a list of one for each time; one: what a single one is."""
+    single = isinstance(value, list) and one != "a number" and not isinstance(value[0], list)
+    if isinstance(value, list) and not single and len(value) != nt:
+        raise CaseError(f"{where}: found {len(value)} values; accepted: {one}, or {nt} values as times")
+    return np.array(value, dtype=float)
 
 
 def _control(table: Table, nt: int) -> Control:
-    if len(table) != 1:
-        found = "both load and approach" if table else "neither load nor approach"
-        raise CaseError(f"[control]: found {found}; accepted: one of load [N] and approach [m]")
-    ((name, value),) = table.items()
-    if isinstance(value, list) and len(value) != nt:
-        raise CaseError(
-            f"control.{name}: found {len(value)} values; accepted: a number, or {nt} values as times"
-        )
-    return (Load if name == "load" else Approach)(np.array(value, dtype=float))
+    name = _one_of(table, "load", "approach")
+    value = _over_times(f"control.{name}", table[name], "a number", nt)
+    return (Load if name == "load" else Approach)(value)
 
 
-def _times(table: Table) -> np.ndarray:
+def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
+    """What the function of this kind takes beyond the arguments of ``indent``."""
+    table, control = tables.get("experiment", {}), tables["control"]
+    motion = {name: value for name, value in table.items() if name != "kind"}
+    if "velocity" in motion:
+        motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", nt)
+    if isinstance(motion.get("friction"), str):
+        path = folder / motion["friction"]
+        motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
+    if kind == "shear":
+        name = _one_of(control, "tangential_load", "tangential_displacement")
+        value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
+        given = TangentialLoad if name == "tangential_load" else TangentialDisplacement
+        return motion | {"tangential": given(value)}
+    if kind == "steady-rolling":
+        name = _one_of(control, "creepage", "tangential_load")
+        value = np.array(control[name], dtype=float)
+        return motion | {"creepage": value if name == "creepage" else TangentialLoad(value)}
+    return motion
+
+
+def _times(table: Table, own: Keys) -> np.ndarray:
     """From the values, or steps from 0 to the end, uniform or logarithmic from ``first``."""
     if "values" in table:
         if len(table) > 1:
@@ -222,7 +307,7 @@ def _times(table: Table) -> np.ndarray:
     logarithmic = table.get("spacing") == "logarithmic"
     for name in ("end", "steps") + (("first",) if logarithmic else ()):
         if name not in table:
-            raise CaseError(f"times.{name}: missing; accepted: {SECTIONS['times'][name].words}")
+            raise CaseError(f"times.{name}: missing; accepted: {own[name].words}")
     end, steps = float(table["end"]), table["steps"]
     if not logarithmic:
         if "first" in table:
@@ -233,18 +318,23 @@ def _times(table: Table) -> np.ndarray:
     return np.append(0.0, np.geomspace(float(table["first"]), end, steps))
 
 
-def _grid(table: Table, body: Any, indenter: Any, control: Control, times: np.ndarray) -> Grid:
+def _grid(table: Table, own: Keys, body: Any, indenter: Any, control: Control, times: np.ndarray) -> Grid:
+    wraps = table.get("periodic", own["periodic"].default)
+    periodic = tuple(wraps) if isinstance(wraps, list) else wraps
     if ("shape" in table) != ("spacing" in table):
         name = "spacing" if "shape" in table else "shape"
-        raise CaseError(f"grid.{name}: missing; accepted: {SECTIONS['grid'][name].words}")
+        raise CaseError(f"grid.{name}: missing; accepted: {own[name].words}")
     if "shape" in table:
         extra = [name for name in ("n", "width") if name in table]
         if extra:
             raise CaseError(f"grid.{extra[0]}: found with shape; accepted: shape and spacing, or n and width")
-        return Grid(shape=tuple(table["shape"]), spacing=tuple(map(float, table["spacing"])))
-    n = table.get("n", 256)
+        return Grid(tuple(table["shape"]), tuple(map(float, table["spacing"])), periodic)
+    n = table.get("n", own["n"].default)
     if "width" in table:
-        return Grid.square(n, float(table["width"]))
+        cell = float(table["width"]) / n
+        return Grid((n, n), (cell, cell), periodic)
+    if periodic not in (False, (False, False)):
+        raise CaseError("grid.width: missing; accepted with periodic: width, or shape and spacing")
     if isinstance(indenter, indenters.HeightField):
         raise CaseError(
             "grid.shape: missing; accepted with a height field: shape and spacing, or n and width"

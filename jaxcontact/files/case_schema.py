@@ -1,6 +1,6 @@
 """The schema of case files: for every key what it accepts, what it means, and what holds when it is absent.
 
-``SECTIONS`` has the tables of a file, ``MATERIALS`` and ``SHAPES`` what may stand beside "material" and
+``KINDS`` has the experiments, each with its tables; ``MATERIALS`` and ``SHAPES`` what may stand beside "material" and
 "shape". ``case_file`` reads by it, ``case_text`` writes by it, so that the two cannot differ.
 """
 
@@ -10,6 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from jaxcontact import indenters, materials
+from jaxcontact.indentation import indent
+from jaxcontact.results import ContactHistory
+from jaxcontact.sliding.results import SlidingHistory, SteadySliding
+from jaxcontact.sliding.steady import slide_steady
+from jaxcontact.sliding.transient import slide
+from jaxcontact.slipping.results import ShearHistory, SteadyRolling
+from jaxcontact.slipping.rolling import roll_steady
+from jaxcontact.slipping.shearing import shear
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class Key:
     @property
     def words(self) -> str:
         """What it accepts and means, for a message."""
-        absent = "" if self.default is None else f", {self.default} when absent"
+        absent = "" if self.default is None else f", {str(self.default).lower()} when absent"
         return f"{self.accept.words}: {self.meaning}{absent}" if self.meaning else self.accept.words
 
 
@@ -63,6 +71,14 @@ def _is_load(value: Any) -> bool:
     return _all_numbers(values, 0.0) and max(values) >= SMALLEST
 
 
+def _is_vector(value: Any) -> bool:
+    return _pair(value, _is_number)
+
+
+def _is_flag(value: Any) -> bool:
+    return isinstance(value, bool)
+
+
 def choice(*names: str) -> Accept:
     """One of some words."""
     return Accept(lambda v: v in names, " | ".join(f'"{name}"' for name in names))
@@ -79,6 +95,7 @@ POSITIVE = Accept(
 )
 NOT_NEGATIVE = Accept(lambda v: _is_number(v) and v >= 0, f"a number >= 0, {RANGE}")
 POISSON = Accept(lambda v: _is_number(v) and -1 < v <= 0.5, "a number with -1 < nu <= 0.5")
+NUMBER = Accept(_is_number, f"a number, {RANGE}")
 LOAD = Accept(_is_load, f"a number > 0, or a list of numbers >= 0 that are not all zero, {RANGE}")
 NUMBERS = Accept(lambda v: _is_number(v) or _all_numbers(v), f"a number or a list of numbers, {RANGE}")
 POSITIVE_LIST = Accept(lambda v: _all_numbers(v) and min(v) >= SMALLEST, f"a list of numbers > 0, {RANGE}")
@@ -87,9 +104,24 @@ TIMES = Accept(
     lambda v: _all_numbers(v) and sorted(v) == v, "a list of numbers that do not decrease, one or more"
 )
 SHAPE = Accept(
-    lambda v: _pair(v, whole_number(4, MOST_CELLS).test), f"[nx, ny], whole numbers from 4 to {MOST_CELLS}"
+    lambda v: _pair(v, whole_number(1, MOST_CELLS).test),
+    f"[nx, ny], whole numbers from 4 to {MOST_CELLS}; ny = 1 with periodic = [false, true]",
 )
 SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
+VECTOR = Accept(_is_vector, f"[x, y], numbers {RANGE}")
+VECTORS = Accept(
+    lambda v: isinstance(v, list) and bool(v) and (_is_vector(v) or all(map(_is_vector, v))),
+    f"[x, y], or a list of them, numbers {RANGE}",
+)
+SPEED = Accept(lambda v: _is_number(v) or _is_vector(v), f"a number, along x, or [x, y], {RANGE}")
+SPEEDS = Accept(
+    lambda v: _is_number(v) or VECTORS.test(v), f"a number, along x, or [x, y], or a list of those, {RANGE}"
+)
+COEFFICIENT = Accept(
+    lambda v: NOT_NEGATIVE.test(v) or isinstance(v, str), f"a number >= 0, {RANGE}, or a .npy file"
+)
+FLAG = Accept(_is_flag, "true or false")
+PERIODIC = Accept(lambda v: _is_flag(v) or _pair(v, _is_flag), "true, false or [x, y] of them")
 TEXT = Accept(lambda v: isinstance(v, str), "text")
 TABLE = Accept(lambda v: isinstance(v, dict), "a table")
 TABLES = Accept(
@@ -140,36 +172,138 @@ SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
 
 MATERIAL = Key(choice(*MATERIALS), "the model, whose parameters stand beside it", required=True)
 
-SECTIONS: dict[str, dict[str, Key]] = {
-    "layer": {"material": MATERIAL, "thickness": Key(POSITIVE, "thickness [m]", required=True)},
-    "substrate": {"material": MATERIAL},
-    "indenter": {
-        "shape": Key(choice(*SHAPES), "the shape, whose sizes stand beside it", required=True),
-        "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
-    },
-    "control": {
-        "load": Key(LOAD, "normal load [N], held or one per time"),
-        "approach": Key(NUMBERS, "approach from first touch [m], held or one per time"),
-    },
-    "times": {
-        "end": Key(POSITIVE, "the last time [s]; the first is 0"),
-        "steps": Key(whole_number(1, MOST_TIMES), "number of steps to the end"),
-        "spacing": Key(choice("uniform", "logarithmic"), "of the times", default="uniform"),
-        "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
-        "values": Key(TIMES, "the times themselves [s], in place of the others"),
-    },
-    "grid": {
-        "n": Key(whole_number(4, MOST_CELLS), "cells along x and y", default=256),
-        "width": Key(POSITIVE, "width along x and y [m]; from the expected contact when absent"),
-        "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
-        "spacing": Key(SPACING, "size of a cell [m]; with shape"),
-    },
-    "solver": {
-        "tolerance": Key(POSITIVE, "dimensionless error of a step", default=1e-8),
-        "max_iterations": Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", default=500),
-        "substeps": Key(whole_number(1, 1000), "inner steps between two times", default=1),
-        "correspondence": Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact"),
-        "save": Key(choice("all", "last"), "fields kept, of which times", default="all"),
-    },
+LOAD_ON = Key(LOAD, "normal load [N], held or one per time")
+APPROACH = Key(NUMBERS, "approach from first touch [m], held or one per time")
+STEADY_LOAD = Key(POSITIVE, "normal load [N]")
+STEADY_APPROACH = Key(NUMBER, "approach from first touch [m]")
+TANGENTIAL = {
+    "tangential_load": Key(VECTORS, "tangential load on the indenter [N], held or one per time"),
+    "tangential_displacement": Key(VECTORS, "of the indenter from first touch [m], held or one per time"),
 }
-REQUIRED_SECTIONS = ("substrate", "indenter", "control", "times")
+CREEPAGE = {
+    "creepage": Key(VECTOR, "slip velocity of the indenter over the body, as rigid bodies, over the speed"),
+    "tangential_load": Key(VECTOR, "tangential load on the indenter [N], in place of creepage"),
+}
+
+OVER_THE_BODY = "velocity of the indenter over the body [m/s]"
+SLIP_FRICTION = Key(COEFFICIENT, "coefficient of friction, or a file of one per cell (nx, ny)", required=True)
+SLIDE_FRICTION = Key(
+    NOT_NEGATIVE, "coefficient of friction, whose traction moves the pressure; none when absent"
+)
+COUPLED = Key(FLAG, "whether shear moves the pressure, and pressure the surface sideways", default=True)
+
+TOLERANCE = Key(POSITIVE, "dimensionless error of a step", default=1e-8)
+ITERATIONS = Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", default=500)
+MORE_ITERATIONS = Key(ITERATIONS.accept, ITERATIONS.meaning, default=2000)
+SUBSTEPS = Key(whole_number(1, 1000), "inner steps between two times", default=1)
+CORRESPONDENCE = Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact")
+SAVE = Key(choice("all", "last"), "fields kept, of which times", default="all")
+
+Keys = dict[str, Key]
+TIMES_KEYS: Keys = {
+    "end": Key(POSITIVE, "the last time [s]; the first is 0"),
+    "steps": Key(whole_number(1, MOST_TIMES), "number of steps to the end"),
+    "spacing": Key(choice("uniform", "logarithmic"), "of the times", default="uniform"),
+    "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
+    "values": Key(TIMES, "the times themselves [s], in place of the others"),
+}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An experiment: the function that runs it, what that gives, and its own keys; without times it is a steady state.
+
+    beside: those beside "kind"; control: what is prescribed; solver: the options of the function.
+    """
+
+    verb: Callable[..., Any]
+    result: type
+    beside: Keys
+    control: Keys
+    solver: Keys
+    times: Keys | None = None
+
+
+KINDS: dict[str, Kind] = {
+    "indentation": Kind(
+        indent,
+        ContactHistory,
+        {},
+        {"load": LOAD_ON, "approach": APPROACH},
+        {
+            "tolerance": TOLERANCE,
+            "max_iterations": ITERATIONS,
+            "substeps": SUBSTEPS,
+            "correspondence": CORRESPONDENCE,
+            "save": SAVE,
+        },
+        TIMES_KEYS,
+    ),
+    "shear": Kind(
+        shear,
+        ShearHistory,
+        {"friction": SLIP_FRICTION, "coupled": COUPLED},
+        {"load": LOAD_ON, "approach": APPROACH} | TANGENTIAL,
+        {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
+        TIMES_KEYS,
+    ),
+    "sliding": Kind(
+        slide,
+        SlidingHistory,
+        {
+            "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, held or one per time", required=True),
+            "friction": SLIDE_FRICTION,
+        },
+        {"load": LOAD_ON, "approach": APPROACH},
+        {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
+        TIMES_KEYS,
+    ),
+    "steady-sliding": Kind(
+        slide_steady,
+        SteadySliding,
+        {"velocity": Key(SPEED, OVER_THE_BODY, required=True), "friction": SLIDE_FRICTION},
+        {"load": STEADY_LOAD, "approach": STEADY_APPROACH},
+        {"tolerance": TOLERANCE, "max_iterations": ITERATIONS},
+    ),
+    "steady-rolling": Kind(
+        roll_steady,
+        SteadyRolling,
+        {
+            "velocity": Key(SPEED, OVER_THE_BODY, required=True),
+            "friction": SLIP_FRICTION,
+            "coupled": COUPLED,
+        },
+        {"load": STEADY_LOAD, "approach": STEADY_APPROACH} | CREEPAGE,
+        {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS},
+    ),
+}
+KIND = Key(choice(*KINDS), "what is done, whose parameters stand beside it", default="indentation")
+
+
+def sections_of(kind: str) -> dict[str, Keys]:
+    """The tables of a case of this kind, in their order, each with its keys."""
+    own = KINDS[kind]
+    return {
+        "experiment": {"kind": KIND} | own.beside,
+        "layer": {"material": MATERIAL, "thickness": Key(POSITIVE, "thickness [m]", required=True)},
+        "substrate": {"material": MATERIAL},
+        "indenter": {
+            "shape": Key(choice(*SHAPES), "the shape, whose sizes stand beside it", required=True),
+            "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
+        },
+        "control": own.control,
+        **({} if own.times is None else {"times": own.times}),
+        "grid": {
+            "n": Key(whole_number(4, MOST_CELLS), "cells along x and y", default=256),
+            "width": Key(POSITIVE, "width along x and y [m]; from the expected contact when absent"),
+            "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
+            "spacing": Key(SPACING, "size of a cell [m]; with shape"),
+            "periodic": Key(
+                PERIODIC, "whether all repeats itself along x, y; [false, true]: plane strain", default=False
+            ),
+        },
+        "solver": own.solver,
+    }
+
+
+OPTIONAL_SECTIONS = ("experiment", "layer", "grid", "solver")

@@ -4,33 +4,34 @@ import json
 from typing import Any
 
 from jaxcontact.files.case_file import Case, layer_tables
-from jaxcontact.files.case_schema import MATERIALS, SECTIONS, SHAPES, Key
+from jaxcontact.files.case_schema import KINDS, MATERIALS, SHAPES, Key, Keys, sections_of
 
 Table = dict[str, Any]
 
 
 def case_text(case: Case) -> str:
     """TOML that reads back as the same case; each line has its meaning and unit as a comment."""
-    sections = {name: _section(name, case) for name in SECTIONS if name != "layer"}
-    blocks = [_block(name, *section) for name, section in sections.items()]
-    layers = [_solid(table, SECTIONS["layer"]) for _, table in layer_tables(case.tables)]
+    sections = sections_of(case.kind)
+    blocks = {
+        name: _block(name, *_section(name, keys, case)) for name, keys in sections.items() if name != "layer"
+    }
+    layers = [_solid(table, sections["layer"]) for _, table in layer_tables(case.tables)]
     heading = "[layer]" if isinstance(case.tables.get("layer"), list) else "layer"
-    blocks[:0] = [_block(heading, *layer) for layer in layers]
-    if not layers:
-        blocks.insert(0, "# no [layer]: the substrate is all there is\n")
+    none = ["# no [layer]: the substrate is all there is\n"]
+    first = [blocks.pop("experiment"), *([_block(heading, *layer) for layer in layers] or none)]
+    solids = [blocks.pop("substrate"), blocks.pop("indenter")]
     if case.indenter.material is None:
-        blocks.append("# no [indenter.material]: the indenter is rigid\n")
-    else:
-        own = case.tables["indenter"]["material"]
-        blocks.insert(
-            -4, _block("indenter.material", *_filled({"material": "elastic"} | own, _elastic_keys()))
+        return "\n".join(
+            [*first, *solids, *blocks.values(), "# no [indenter.material]: the indenter is rigid\n"]
         )
-    return "\n".join(blocks)
+    own = {"material": "elastic"} | case.tables["indenter"]["material"]
+    elastic = sections["substrate"] | MATERIALS["elastic"][1]
+    return "\n".join([*first, *solids, _block("indenter.material", *_filled(own, elastic)), *blocks.values()])
 
 
-def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]]:
+def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
     """The values and keys of a section."""
-    table, keys = case.tables.get(name, {}), SECTIONS[name]
+    table = case.tables.get(name, {})
     if name == "substrate":
         return _solid(table, keys)
     if name == "indenter":
@@ -43,7 +44,7 @@ def _section(name: str, case: Case) -> tuple[Table, dict[str, Key]]:
     return _filled(table, keys)
 
 
-def _solid(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
+def _solid(table: Table, keys: Keys) -> tuple[Table, Keys]:
     """The values and keys of a layer or the substrate."""
     own = MATERIALS[table["material"]][1] | keys
     return _filled(
@@ -51,11 +52,7 @@ def _solid(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
     )
 
 
-def _elastic_keys() -> dict[str, Key]:
-    return {"material": SECTIONS["substrate"]["material"]} | MATERIALS["elastic"][1]
-
-
-def _filled(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
+def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
     """The table in the order of the keys, with their defaults where it has nothing."""
     defaults = {name: key.default for name, key in keys.items() if key.default is not None}
     values = defaults | table
@@ -63,16 +60,16 @@ def _filled(table: Table, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
     return {name: values[name] for name in dict.fromkeys(order) if name in values}, keys
 
 
-def _grid(case: Case, keys: dict[str, Key]) -> tuple[Table, dict[str, Key]]:
+def _grid(case: Case, keys: Keys) -> tuple[Table, Keys]:
     """The grid, with the width that was found from the expected contact where none is given."""
     table = dict(case.tables.get("grid", {}))
     if "shape" in table:
-        return _filled(table, {name: keys[name] for name in ("shape", "spacing")})
+        return _filled(table, {name: keys[name] for name in ("shape", "spacing", "periodic")})
     table.setdefault("width", float(case.grid.width[0]))
     return _filled(table, keys)
 
 
-def _block(name: str, values: Table, keys: dict[str, Key]) -> str:
+def _block(name: str, values: Table, keys: Keys) -> str:
     lines = [f"{key} = {_toml(value)}" for key, value in values.items()]
     width = max((len(line) for line in lines if len(line) < 60), default=0)
     meanings = [_meaning(key, value, keys[key]) for key, value in values.items()]
@@ -81,19 +78,21 @@ def _block(name: str, values: Table, keys: dict[str, Key]) -> str:
 
 
 def _meaning(name: str, value: Any, key: Key) -> str:
-    """What a value means; of a material or a shape, its formula."""
+    """What a value means; of a material or a shape, its formula; of an experiment, the first line of its function."""
+    if name == "kind":
+        return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
     if isinstance(value, str) and name in ("material", "shape"):  # the shape of a grid is two numbers
         return ((MATERIALS | SHAPES)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
     return key.meaning.split("; from the expected")[0]
 
 
 def _toml(value: Any) -> str:
-    """A value of a case file: text, a number, or a list of numbers."""
+    """A value of a case file: text, a number, true or false, or a list of them."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, list):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
-    if isinstance(value, int):
-        return str(value)
+    if isinstance(value, bool | int):
+        return str(value).lower()
     short = f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)
     return short if any(mark in short for mark in ".e") else f"{short}.0"

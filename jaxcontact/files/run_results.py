@@ -1,18 +1,20 @@
 """What a run leaves in its directory: result.npz, summary.json and the pictures."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jaxcontact import labels, plotting
+from jaxcontact import figures, labels, plotting
 from jaxcontact._version import __version__
 from jaxcontact.files import storage
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.npz import Stacked, write_npz, write_whole
+from jaxcontact.summaries import component
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
@@ -20,22 +22,66 @@ BESIDE = {
     "contact_radius": "(nt,) [m]",
     "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
     "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
-}  # the fields of the history
+}  # the fields of an indentation
+FIGURES = {  # of the summary, where a result has them: name, unit
+    "approach": "m",
+    "load": "N",
+    "peak_pressure": "Pa",
+    "contact_radius": "m",
+    "contact_area": "m2",
+    "film_strain": "m_per_m",
+    "tangential_force": "N",
+    "coulomb_force": "N",
+    "friction_coefficient": "N_per_N",
+    "tangential_load_x": "N",
+    "tangential_load_y": "N",
+    "tangential_displacement_x": "m",
+    "tangential_displacement_y": "m",
+    "creepage_x": "m_per_m",
+    "creepage_y": "m_per_m",
+    "sticking_share": "m2_per_m2",
+    "power": "W",
+    "dissipated": "J",
+}
 
 
-def write_results(run: FinishedRun, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
-    """Write the arrays, the summary and the pictures of the finished steps; the summary.
+@dataclass(frozen=True)
+class Report:
+    """What is to be written of a run.
+
+    result: its kind and its grid count; arrays: those of result.npz; values: of ``FIGURES``, (nt,) each, or () where
+    there is one alone; pictures: by file name.
+    """
+
+    result: Any
+    arrays: dict[str, np.ndarray | Stacked]
+    values: dict[str, np.ndarray]
+    pictures: dict[str, Any]
+
+
+def of_steps(run: FinishedRun) -> Report:
+    """The report of an indentation, from its finished steps."""
+    values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
+    return Report(run.history, arrays(run), values, pictures(run))
+
+
+def of_result(result: Any) -> Report:
+    """The report of any other experiment."""
+    return Report(result, dict(labels.arrays_of(result)), values_of(result), figures.pictures_of(result))
+
+
+def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
+    """Write the arrays, the summary and the pictures of a run; the summary.
 
     facts: what else the summary is to say. Each file is complete or as it was before.
     """
-    figures, all_arrays = pictures(run), arrays(run)
-    described = {"pictures": list(figures), "arrays_in_result_npz": meanings(all_arrays)}
-    summary = facts | summarise(run, case) | described
-    notes = {storage.KIND: "ContactHistory", "case": case_text(case)}
-    write_whole(directory / "result.npz", lambda path: write_npz(path, all_arrays | notes))
+    described = {"pictures": list(report.pictures), "arrays_in_result_npz": meanings(report.arrays)}
+    summary = facts | summarise(report, case) | described
+    notes = {"case": case_text(case)} | storage.notes_of(report.result)
+    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
-    for name, figure in figures.items():
+    for name, figure in report.pictures.items():
         write_picture(directory / name, figure)
     return summary
 
@@ -60,60 +106,98 @@ def arrays(run: FinishedRun) -> dict[str, np.ndarray | Stacked]:
 def meanings(all_arrays: dict[str, np.ndarray | Stacked]) -> dict[str, str]:
     """Shape, unit and meaning of each array in result.npz."""
     fields = {
-        name: f"({', '.join(labels.dimensions(name, len(values.shape)))}) {meaning} [{unit}]"
+        name: f"({', '.join(labels.dimensions(spec, len(values.shape)))}) {meaning} [{unit}]"
         for name, values in all_arrays.items()
         if name in labels.FIELDS
-        for _, unit, meaning in [labels.FIELDS[name]]
+        for spec, unit, meaning in [labels.FIELDS[name]]
     }
-    return AXES | fields | BESIDE
+    return AXES | fields | {name: text for name, text in BESIDE.items() if name in all_arrays}
 
 
-def summarise(run: FinishedRun, case: Case) -> dict[str, Any]:
-    """The figures of a run, each with its unit at the end of its key."""
-    history = run.history
-    ends: dict[str, Any] = {
-        "approach_{}_m": history.approach,
-        "load_{}_N": history.load,
-        "peak_pressure_{}_Pa": run.peak_pressure,
-        "contact_radius_{}_m": history.contact_radius,
-        "contact_area_{}_m2": history.contact_area,
-        "film_strain_{}_m_per_m": history.film_strain,
-    }
-    summary = _extent(run, case)
-    for key, values in ends.items():
-        summary[key.format("start")] = float(values[0])
-        summary[key.format("end")] = float(values[-1])
+def values_of(result: Any) -> dict[str, np.ndarray]:
+    """Those of ``FIGURES`` that a result has."""
+    values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
+    if hasattr(result, "stick"):
+        touching = np.sum(np.asarray(result.pressure) > 0.0, axis=(-2, -1))
+        values["sticking_share"] = np.sum(np.asarray(result.stick), axis=(-2, -1)) / np.maximum(touching, 1)
+    for name in FIGURES:
+        vector, _, axis = name.rpartition("_")
+        if hasattr(result, name):
+            values[name] = np.asarray(getattr(result, name))
+        elif axis in ("x", "y") and hasattr(result, vector):
+            values[name] = component(getattr(result, vector), axis)
+    return values
+
+
+def summarise(report: Report, case: Case) -> dict[str, Any]:
+    """The figures of a run, each with its unit at the end of its key: over time the first, last and largest."""
+    summary, over_time = _extent(report.result, case), hasattr(report.result, "times")
+    for name, unit in FIGURES.items():
+        values = report.values.get(name)
+        if values is None:
+            continue
+        if not over_time:
+            summary[f"{name}_{unit}"] = float(values)
+        elif values.ndim == 0:  # save = "last"
+            summary[f"{name}_end_{unit}"] = float(values)
+        else:
+            picked = {"start": 0, "end": -1, "largest": int(np.argmax(np.abs(values)))}
+            summary |= {f"{name}_{when}_{unit}": float(values[i]) for when, i in picked.items()}
     return summary
 
 
-def _extent(run: FinishedRun, case: Case) -> dict[str, Any]:
+def lines_of(summary: dict[str, Any]) -> list[str]:
+    """The figures of a summary as lines of text."""
+    lines = []
+    for name, unit in FIGURES.items():
+        shown = "" if "_per_" in unit else unit
+        values = [summary.get(f"{name}{when}_{unit}") for when in ("_start", "_end", "_largest", "")]
+        start, end, largest, held = ("" if value is None else f"{value:.6g}" for value in values)
+        course = f"{start} -> {end} {shown}".strip() + (
+            f", largest {largest} {shown}".rstrip() if largest else ""
+        )
+        if end or held:
+            lines.append(f"  {name.replace('_', ' '):25s} {course if end else f'{held} {shown}'}".rstrip())
+    return lines
+
+
+def _extent(result: Any, case: Case) -> dict[str, Any]:
     """How many steps, and on which grid."""
-    history = run.history
+    times = np.atleast_1d(np.asarray(getattr(result, "times", 0.0)))
+    over_time = {"time_start_s": float(times[0]), "time_end_s": float(times[-1])}
     return {
         "jaxcontact_version": __version__,
+        "experiment": case.kind,
         "steps_requested_count": case.times.size,
-        "steps_finished_count": len(history.times),
-        "iterations_total_count": int(np.sum(history.iterations)),
-        "grid_cells_count": list(history.grid.shape),
-        "cell_size_m": [float(size) for size in history.grid.spacing],
-        "time_start_s": float(history.times[0]),
-        "time_end_s": float(history.times[-1]),
-    }
+        "steps_finished_count": times.size,
+        "iterations_total_count": int(np.sum(result.iterations)),
+        "grid_cells_count": list(result.grid.shape),
+        "cell_size_m": [float(size) for size in result.grid.spacing],
+    } | (over_time if hasattr(result, "times") else {})
 
 
 def pictures(run: FinishedRun) -> dict[str, Any]:
-    """The pictures of a run, by file name."""
+    """The pictures of an indentation, by file name."""
     history = run.history
-    x, y = history.grid.axes()
+    x = history.grid.axes()[0]
     times, middle = np.asarray(history.times), history.grid.shape[1] // 2
-    maps = [(times[-1], history.pressure)]
-    if run.first_pressure is not None:
-        maps.insert(0, (times[0], run.first_pressure))
-    fields, titles = [field for _, field in maps], [f"t = {time:g} s" for time, _ in maps]
     profile = np.asarray(history.profile)[:, middle]
-    return {
+    own = {
         "pressure_profiles.png": plotting.profiles_figure(x, run.pressure_line, times),
-        "pressure_map.png": plotting.maps_figure(x, y, fields, titles),
+        "pressure_map.png": _maps(run),
         "history.png": plotting.history_figure(history),
         "surface.png": plotting.surface_figure(x, profile, run.displacement_line, history.approach, times),
     }
+    return {name: figure for name, figure in own.items() if figure is not None}
+
+
+def _maps(run: FinishedRun) -> Any:
+    """Pressure of the first and the last time; none in plane strain, where a map is a line."""
+    history = run.history
+    if history.grid.plane_strain:
+        return None
+    maps = [(history.times[-1], history.pressure)]
+    if run.first_pressure is not None:
+        maps.insert(0, (history.times[0], run.first_pressure))
+    titles = [f"t = {float(time):g} s" for time, _ in maps]
+    return plotting.maps_figure(*history.grid.axes(), [field for _, field in maps], titles)

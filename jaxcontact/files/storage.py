@@ -14,15 +14,16 @@ import numpy as np
 
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.grid import Grid
-from jaxcontact.labels import FIELDS, arrays_of, dataset, status_names, stored_fields
+from jaxcontact.interior_fields import InteriorFields
+from jaxcontact.labels import arrays_of, dataset, fields_of, status_names, stored_fields
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
-Result = ContactHistory | SteadySliding | SteadyRolling
-STEADY = (SteadySliding, SteadyRolling)
+Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
+TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *STEADY)
+    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *TIMELESS)
 }
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
@@ -33,8 +34,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all.
 
     Args:
-        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding`` or ``SteadyRolling``; what a
-            ``save`` function kept is left out.
+        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
+            ``InteriorFields``; what a ``save`` function kept is left out.
         path: with the ending ``.npz`` or ``.nc``.
         case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
             of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
@@ -59,9 +60,9 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
-    arrays, of_grid = arrays_of(result), _notes_of(result.grid)
-    _check_arrays(type(result), arrays | of_grid)
-    notes = {KIND: type(result).__name__, STATUS_NAMES: status_names()} | dict(_flat(case)) | of_grid
+    arrays = arrays_of(result)
+    _check_arrays(type(result), arrays | _of_grid(result.grid))
+    notes = {STATUS_NAMES: status_names()} | dict(_flat(case)) | notes_of(result)
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
 
@@ -99,7 +100,7 @@ def load(path: str | Path) -> Any:
         _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    saved = {} if cls in STEADY else {"saved": None}
+    saved = {} if cls in TIMELESS else {"saved": None}
     return cls(**{name: arrays[name] for name in stored_fields(cls)}, **saved, grid=_grid(arrays))
 
 
@@ -115,23 +116,29 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     for name in ("x", "y"):
         _check_axis(name, arrays[name], alone=wraps and name == "y")
     sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
-    if cls not in STEADY:
+    if cls is InteriorFields:
+        sizes |= {"depth": arrays["depths"].size, "row": 3, "column": 3, "component": 3}
+    if cls not in TIMELESS:
         sizes["time"] = _count_of_times(arrays["times"])
     for name in names:
-        accepted = _shapes(name, sizes)
+        accepted = _shapes(fields_of(names)[name][0], sizes)
         if arrays[name].shape not in accepted:
             raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} as its axes")
 
 
-def _shapes(name: str, sizes: dict[str, int]) -> list[tuple[int, ...]]:
+def _shapes(dims: tuple[str, ...], sizes: dict[str, int]) -> list[tuple[int, ...]]:
     """The shape of a field on axes of these sizes; of a map the one without time as well, with save="last"."""
-    spec = [dim for dim in FIELDS[name][0] if dim in sizes]
+    spec = [dim for dim in dims if dim in sizes]
     without_time = [dim for dim in spec if dim != "time"] if "x" in spec else spec
     return [tuple(sizes[dim] for dim in dims) for dims in (spec, without_time)]
 
 
-def _notes_of(grid: Grid) -> dict[str, np.ndarray]:
-    """What cell centres do not tell of a grid."""
+def notes_of(result: Any) -> dict[str, Any]:
+    """What a file says beside the arrays: the kind, and of the grid what cell centres do not tell."""
+    return {KIND: type(result).__name__} | _of_grid(result.grid)
+
+
+def _of_grid(grid: Grid) -> dict[str, np.ndarray]:
     if not any(grid.periodic):
         return {}
     return {PERIODIC: np.array(grid.periodic, int), SPACING: np.array([float(d) for d in grid.spacing])}
@@ -256,6 +263,6 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
         raise ValueError(
             f"{path}: not a whole NetCDF file; accepted: a file written by jaxcontact.save"
         ) from error
-    if "time" in arrays:
-        arrays["times"] = arrays.pop("time")
+    for axis in {"time", "depth"} & set(arrays):
+        arrays[f"{axis}s"] = arrays.pop(axis)
     return arrays, kind

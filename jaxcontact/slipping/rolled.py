@@ -83,9 +83,9 @@ def creeping_surface(
     time = wake.crossing_time
     stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))
     relaxed = Coupled(normal, kernels.family.combined(stood))
-    plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), None
-    if coupled:
-        coupling = at_once.coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
+    plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), at_once.coupling
+    if coupling is not None and shapes.coupling is not None:
+        coupling = coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
     return RolledSurface(normal, plane, coupling, relaxed)
 
 
