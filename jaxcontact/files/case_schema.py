@@ -163,6 +163,10 @@ SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
         indenters.Cylinder,
         {"radius": RADIUS, "length": Key(POSITIVE, "length along y [m]", required=True)},
     ),
+    "cone": (
+        indenters.Cone,
+        {"half_angle": Key(POSITIVE, "between axis and side [rad], 1.227 for Berkovich", required=True)},
+    ),
     "flat-punch": (indenters.FlatPunch, {"radius": RADIUS}),
     "height-field": (
         indenters.HeightField,
