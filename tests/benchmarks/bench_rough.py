@@ -2,7 +2,8 @@
 
 Persson's theory has sqrt(8/pi) = 1.596 (B. N. J. Persson, J. Chem. Phys. 115 (2001) 3840), asperities sqrt(2 pi) = 2.507
 (A. W. Bush, R. D. Gibson, T. R. Thomas, Wear 35 (1975) 87), calculations 2.0 to 2.2 (S. Hyun, L. Pei, J.-F. Molinari,
-M. O. Robbins, Phys. Rev. E 70 (2004) 026117, and others since), less the broader the spectrum is. Beside it stands the area
+M. O. Robbins, Phys. Rev. E 70 (2004) 026117; of several authors "slightly greater than 2", as reviewed in Tribol. Lett. 66
+(2018), doi 10.1007/s11249-018-1061-7), less the broader the spectrum is. Beside it stands the area
 less the part (pi - 1 + ln 2)/24 of the cells along its rim: V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int.
 114 (2017) 161.
 
