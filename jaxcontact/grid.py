@@ -142,12 +142,3 @@ def check_not_periodic(grid: Grid, verb: str) -> None:
         not any(grid.periodic),
         f"grid: expected one that is not periodic in {verb}, which knows free space alone, got periodic={grid.periodic}",
     )
-
-
-def check_not_a_strip(grid: Grid, verb: str) -> None:
-    """For what knows plane strain, but not several cells along the one axis that is periodic."""
-    require(
-        all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
-        f"grid: expected one that is periodic along both axes, along none, or in plane strain in {verb},"
-        f" got periodic={grid.periodic} with {tuple(grid.shape)} cells; indent takes it",
-    )

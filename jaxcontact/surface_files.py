@@ -19,7 +19,10 @@ SAME = 1e-6  # of a cell, that two sizes count as one
 
 
 class Surface(NamedTuple):
-    """heights (nx, ny) [m], larger ones towards what the surface is pressed on; grid: a ``Grid`` of the file's cells."""
+    """A measured surface.
+
+    heights: (nx, ny) [m], larger ones towards what the surface is pressed on; grid: a ``Grid`` of the file's cells.
+    """
 
     heights: np.ndarray
     grid: Grid
