@@ -151,12 +151,3 @@ def check_free_along_x(grid: Grid, verb: str) -> None:
         f"grid: expected one that is not periodic along x, and along y in plane strain alone, in {verb}, got"
         f" periodic={grid.periodic} with {tuple(grid.shape)} cells",
     )
-
-
-def check_not_a_strip(grid: Grid, verb: str) -> None:
-    """For what knows plane strain, but not several cells along the one axis that is periodic."""
-    require(
-        all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
-        f"grid: expected one that is periodic along both axes, along none, or in plane strain in {verb},"
-        f" got periodic={grid.periodic} with {tuple(grid.shape)} cells; indent takes it",
-    )

@@ -19,7 +19,7 @@ SAME = 1e-6  # of a cell, that two sizes count as one
 
 
 class Surface(NamedTuple):
-    """What ``read_surface`` read.
+    """A measured surface.
 
     heights: (nx, ny) [m], larger ones towards what the surface is pressed on; grid: a ``Grid`` of the file's cells.
     """

@@ -110,3 +110,18 @@ def test_a_small_contact_in_a_long_cell_is_that_of_free_space():
     np.testing.assert_allclose(*peaks, rtol=3e-3)
     np.testing.assert_allclose(both[0].smooth_area, both[1].smooth_area, rtol=5e-3)
     np.testing.assert_allclose(both[0].film_strain, both[1].film_strain, rtol=3e-3)
+
+
+@pytest.mark.slow
+def test_a_long_slide_over_a_film_becomes_the_steady_one():
+    """A ball in a row of balls along y, over four widths of the grid, aslant."""
+    ball, grid = jc.Sphere(1e-3, STEEL), jc.Grid((32, 27), (3e-6, 3e-6), ALONG_Y)
+    given = {"grid": grid, "tolerance": 1e-10, "velocity": (2e-5, 1e-5)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        late = jc.slide(ON_FILM, ball, jc.Load(0.02), [0.0, 20.0], substeps=80, save="last", **given)
+        steady = jc.slide_steady(ON_FILM, ball, jc.Load(0.02), **given)
+    assert int(late.status[-1]) == int(steady.status) == jc.Status.FINE
+    np.testing.assert_allclose(late.pressure, steady.pressure, rtol=0.0, atol=2e-4 * np.max(steady.pressure))
+    np.testing.assert_allclose(late.friction_coefficient[-1], steady.friction_coefficient, rtol=2e-4)
+    np.testing.assert_allclose(late.power[-1], steady.power, rtol=2e-4)

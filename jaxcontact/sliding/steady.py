@@ -69,7 +69,8 @@ def slide_steady(
 
     Raises:
         ValueError: what cannot be computed; no steady state: a flowing body at rest or on a periodic grid, and a
-            flowing half-space under a fixed approach or in plane strain.
+            flowing half-space under a fixed approach or in plane strain; a half-space or substrate that creeps, on
+            a grid that is periodic along one axis with several cells along it.
 
     Example:
         >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
@@ -99,7 +100,12 @@ def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
 def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
     """A finite velocity; ValueError where there is no steady state."""
     finite = _checks.finite("velocity [m/s]", velocity)
-    response = response_of(experiment.body)
+    response, grid = response_of(experiment.body), experiment.grid
+    _checks.require(
+        not response.creeps_far() or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
+        "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
+        f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
+    )
     flows = response.flows()
     if not is_concrete(flows, velocity) or not bool(flows):
         return finite

@@ -9,7 +9,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import is_concrete
-from jaxcontact.grid import Grid, check_not_a_strip
+from jaxcontact.grid import Grid
 from jaxcontact.history.moving import Shift
 
 FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
@@ -90,8 +90,7 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
 
 
 def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
-    """One number, of this shape, in plane strain; no grid that is periodic along one axis alone."""
-    check_not_a_strip(grid, "slide and slide_steady")
+    """One number, of this shape, in plane strain."""
     _checks.require(
         not grid.plane_strain or shape == (),
         f"velocity: expected one number, along x, in plane strain, got shape {shape}",
