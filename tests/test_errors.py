@@ -50,9 +50,9 @@ def shear(tangential=jc.TangentialLoad((1.0, 0.0)), body=FLOWS, friction=0.3, **
     return jc.shear(body, STEEL_BALL, LOAD, tangential, TIMES, **given)
 
 
-def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, **keywords):
+def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, indenter=BALL, **keywords):
     given = {"friction": 0.3, "grid": GRID} | keywords
-    return jc.roll_steady(body(), BALL, control, velocity=velocity, creepage=creepage, **given)
+    return jc.roll_steady(body(), indenter, control, velocity=velocity, creepage=creepage, **given)
 
 
 def rough(grid=GRID, **keywords):
@@ -369,11 +369,11 @@ PYTHON = {
         r"friction: expected >= 0, got -0.3",
     ),
     "rolling on a half-space that flows under a line": (
-        lambda: roll(body=lambda: FLOWS, grid=LINE),
+        lambda: roll(body=lambda: FLOWS, indenter=ROLLER, grid=LINE),
         r"body: expected one that does not flow without limit, on this grid",
     ),
     "rolling across a line": (
-        lambda: roll(velocity=(1.0, 0.0), grid=LINE),
+        lambda: roll(velocity=(1.0, 0.0), indenter=ROLLER, grid=LINE),
         r"velocity: expected one number, along x, in plane strain, got shape \(2,\)",
     ),
     "rolling under a history": (

@@ -84,7 +84,7 @@ def creeping_surface(
     stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))
     relaxed = Coupled(normal, kernels.family.combined(stood))
     plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), None
-    if coupled:
+    if at_once.coupling is not None and shapes.coupling is not None:
         coupling = at_once.coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
     return RolledSurface(normal, plane, coupling, relaxed)
 
