@@ -231,3 +231,22 @@ def test_what_left_the_grid_is_still_felt():
     np.testing.assert_allclose(narrow.tangential_load, wide.tangential_load, rtol=3e-5)
     within = np.asarray(wide.traction)[:, 8:24, 8:24]
     np.testing.assert_allclose(narrow.traction, within, atol=2e-3 * np.max(np.abs(within)))
+
+
+@pytest.mark.slow
+def test_a_film_that_creeps_is_rolled_on_as_on_its_elastic_limits():
+    film = jc.StandardLinearSolid(G1=4e9, G2=2e9, eta2=2e9, nu=0.3)
+
+    def rolled(material, speed):
+        body = jc.LayeredHalfSpace([jc.Layer(material, 2e-5)], jc.Elastic(G, NU))
+        return jc.roll_steady(
+            body, jc.Cylinder(RADIUS, 1e-3), jc.Load(20.0), velocity=speed, creepage=(2e-3, 0.0), friction=0.3,
+            grid=jc.Grid((64, 1), (3e-4 / 64, 1e-3), periodic=(False, True)),
+        )  # fmt: skip
+
+    for speed, modulus in ((1e-9, 1.0 / (1.0 / 4e9 + 1.0 / 2e9)), (1e4, 4e9)):
+        found, expected = rolled(film, speed), rolled(jc.Elastic(modulus, 0.3), 1.0)
+        assert bool(found.converged)
+        for name in ("pressure", "traction"):
+            exact = np.asarray(getattr(expected, name))
+            np.testing.assert_allclose(getattr(found, name), exact, atol=1e-4 * np.max(np.abs(exact)))

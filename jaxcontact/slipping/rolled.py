@@ -65,7 +65,7 @@ class RolledSurface:
 
 def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface:
     """Of what is moved at once."""
-    tangential = kernels.family.combined(jnp.zeros(1 + kernels.rates.size).at[0].set(1.0))
+    tangential = kernels.family.combined(jnp.zeros(1 + len(kernels.mix)).at[0].set(1.0))
     coupling = None if tangential.coupling is None else 1j * tangential.coupling
     return RolledSurface(normal, tangential.plane, coupling, Coupled(normal, tangential))
 
