@@ -40,7 +40,7 @@ class Tangential:
     ) -> Tangential:
         """From coefficients (..., nx, ny), of one cell along a periodic axis."""
         k = kernels
-        of = lambda kernel, x, y: spectrum(kernel, x, y, periodic)
+        of = lambda kernel, along_x, along_y: spectrum(kernel, along_x, along_y, periodic)
         plane = [of(k.xx, 1, 1).real, of(k.yy, 1, 1).real, of(k.xy, -1, -1).real]
         coupling = [of(k.x, -1, 1).imag, of(k.y, 1, -1).imag] if coupled else None
         return cls(

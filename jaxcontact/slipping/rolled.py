@@ -25,7 +25,7 @@ from jax import Array
 
 from jaxcontact._experiment import Experiment
 from jaxcontact._exponential import phi1
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._pytree import pytree, replace
 from jaxcontact.operators.base import Operator
 from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.operators.traction_kernels import TractionKernels, scaled_coefficients
@@ -65,7 +65,7 @@ class RolledSurface:
 
 def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface:
     """Of what is moved at once."""
-    tangential = kernels.family.combined(jnp.zeros(1 + kernels.rates.size).at[0].set(1.0))
+    tangential = kernels.family.combined(jnp.zeros(1 + len(kernels.mix)).at[0].set(1.0))
     coupling = None if tangential.coupling is None else 1j * tangential.coupling
     return RolledSurface(normal, tangential.plane, coupling, Coupled(normal, tangential))
 
@@ -79,13 +79,13 @@ def creeping_surface(
     coefficients, separable = scaled_coefficients(experiment.body, experiment.indenter, wide, scale)
     shapes = Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic)
     lasting = separable.terms[:, 1:, 0] @ kernels.mix
-    track = _Track(wake, kernels.rates, kernels.mix, lasting, coupled)
+    track = _Track(wake, kernels.rates, kernels.mix, lasting)
     time = wake.crossing_time
     stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))
     relaxed = Coupled(normal, kernels.family.combined(stood))
-    plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), at_once.coupling
-    if coupling is not None and shapes.coupling is not None:
-        coupling = coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
+    plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), None
+    if at_once.coupling is not None and shapes.coupling is not None:
+        coupling = at_once.coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
     return RolledSurface(normal, plane, coupling, relaxed)
 
 
@@ -98,7 +98,6 @@ class _Track:
     rates: Array
     mix: Array
     lasting: Array
-    coupled: bool = static()
 
     def spectra(self, shapes: Array, far: list[Array]) -> Array:
         """Of entries whose S_m on the doubled grid have the spectra (M + 1, n, MY/2 + 1, MX), and which are felt from

@@ -34,6 +34,7 @@ from jaxcontact.slipping.rolled import RolledSurface
 
 STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
 SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
+FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
 FARTHEST = 20  # grid lengths that are rolled
 
 
@@ -97,12 +98,12 @@ class RollingContact:
         pressed, traction = state.pressed, state.sheared.traction
         if self.coupled:
             problem = self.pressed(traction)
-            pressed = solve_contact(problem, pressed.pressure, self.tolerance, self.max_iterations)
+            pressed = solve_contact(problem, pressed.pressure, FINER * self.tolerance, self.max_iterations)
         return self._further(pressed, traction, state.steps)
 
     def _further(self, pressed: Solution, traction: Array, steps: Array) -> Rolled:
         problem = self.sheared(traction, pressed.pressure)
-        sheared = friction.solve(problem, traction, self.tolerance, self.max_iterations)
+        sheared = friction.solve(problem, traction, FINER * self.tolerance, self.max_iterations)
         size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
         change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
         return Rolled(pressed, sheared, jnp.where(steps > 0, change, 1.0), steps + 1)
