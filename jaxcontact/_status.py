@@ -40,7 +40,7 @@ MESSAGES = {
     Status.TOO_COARSE: "fewer than 3 cells across the contact: a finer grid",
     Status.MOVED_TOO_FAR: "a step of sliding moved more than half the grid's width: more substeps",
     Status.CAME_BACK: "the indenter came back to where history has left the grid: a wider grid",
-    Status.NOT_STEADY: "there is no steady state: the body flows without limit",
+    Status.NOT_STEADY: "no steady state: the body flows without limit, or rolling had not settled after 20 grid lengths",
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say), which jit or vmap kept from sight",
     Status.SLIDES: "friction cannot hold the tangential load: a smaller one, or a given displacement",
 }
