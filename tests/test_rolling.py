@@ -16,10 +16,10 @@ GRID = jc.Grid.square(32, 2.4 * A)
 
 
 @functools.cache
-def rolled(xi_x, xi_y, friction=MU, velocity=1.0, n=32):
+def rolled(xi_x, xi_y, friction=MU, velocity=1.0):
     return jc.roll_steady(
-        RAIL, WHEEL, jc.Load(LOAD), velocity=velocity, creepage=(xi_x, xi_y), friction=friction,
-        grid=jc.Grid.square(n, 2.4 * A), coupled=False,
+        RAIL, WHEEL, jc.Load(LOAD), velocity=velocity, creepage=(xi_x, xi_y), friction=friction, grid=GRID,
+        coupled=False,
     )  # fmt: skip
 
 
@@ -27,8 +27,8 @@ def rolled(xi_x, xi_y, friction=MU, velocity=1.0, n=32):
 @pytest.mark.parametrize(("direction", "coefficient"), [((1.0, 0.0), 4.12), ((0.0, 1.0), 3.67)])
 def test_without_slip_the_force_is_kalkers(direction, coefficient):
     """F = C G a^2 xi; C11 = 4.12 and C22 = 3.67 for a round contact and nu = 0.25 (J. J. Kalker, Three-Dimensional
-    Elastic Bodies in Rolling Contact, 1990, table E3). First order in the cell: 0.2 and 0.6 % at 60 cells, 1.4 here."""
-    state = rolled(1e-4 * direction[0], 1e-4 * direction[1], friction=100.0, n=40)
+    Elastic Bodies in Rolling Contact, 1990, table E3). It is 0.8 and 1.1 % more at 30 cells a radius, 1.1 and 1.3 here."""
+    state = rolled(1e-4 * direction[0], 1e-4 * direction[1], friction=5.0)
     assert bool(state.converged)
     force = np.asarray(state.tangential_load) / (1e-4 * G * A**2)
     np.testing.assert_allclose(force, coefficient * np.array(direction), atol=0.015 * coefficient)
