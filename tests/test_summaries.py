@@ -106,7 +106,7 @@ def test_the_last_field_alone_and_steady_states_and_many_runs(history):
     assert re.search(
         r"tangential force +1.5 N\n", repr(steady)
     ) and "peak pressure                3 MPa" in str(steady)
-    assert "1 there is no steady state" in str(steady)
+    assert "1 no steady state" in str(steady)
     many = jax.tree.map(lambda a: np.stack([a, a]), history)
     assert repr(many) == "ContactHistory of status (2, 3): no single run"
     assert repr(jax.tree.map(lambda a: a[0], many)).startswith("ContactHistory of 3 times")
