@@ -64,7 +64,7 @@ LAYERS = {
     # traction -> displacement on a grid
     "operators.spectral": 0,
     "operators.base": 0,
-    "operators.free_space": 1,
+    "operators.convolution": 1,
     "operators.moving": 2,
     "operators.kernels": 11,
     "operators.coupled": 4,

@@ -15,7 +15,7 @@ from jaxcontact import materials
 from jaxcontact.contact import implicit
 from jaxcontact.contact.normal import Problem
 from jaxcontact.operators import kernels as gridded
-from jaxcontact.operators.free_space import FreeSpaceFamily
+from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.operators.kernels import build
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
@@ -88,7 +88,7 @@ def small_contact(q):
     kernel = jnp.exp(q[0]) * influence_coefficients(grid, Images(jnp.zeros(0), jnp.ones(1)))
     x, y = grid.coordinates()
     gap = 0.02 * jnp.exp(q[1]) * (x**2 + 1.3 * y**2)
-    operator = FreeSpaceFamily.of(kernel[None]).combined([1.0])
+    operator = Convolutions.of(kernel[None]).combined([1.0])
     problem = Problem(operator, gap, 9.0 * jnp.exp(q[2]), jnp.zeros(()), True)
     s = implicit.solve_contact(problem, jnp.zeros((16, 16)), jnp.asarray(1e-13), jnp.asarray(500))
     return jnp.stack([s.approach, jnp.sum(s.pressure**2), s.displacement[3, 4]])

@@ -19,7 +19,7 @@ from jax import Array
 from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, TractionOperator
-from jaxcontact.operators.free_space import FLOOR, FreeSpace
+from jaxcontact.operators.convolution import FLOOR, Convolution
 from jaxcontact.response.tangential_coefficients import SurfaceKernels
 
 
@@ -27,7 +27,7 @@ from jaxcontact.response.tangential_coefficients import SurfaceKernels
 class Tangential:
     """Spectra of tangential kernels: plane (..., 3, my/2 + 1, mx) of xx, yy and xy; coupling (..., 2, my/2 + 1, mx), the
     imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, and periodic, as in
-    ``FreeSpace``."""
+    ``Convolution``."""
 
     plane: Array
     coupling: Array | None
@@ -76,7 +76,7 @@ def spectrum(
 class Coupled(TractionOperator):
     """normal: the entry zz; tangential: all others."""
 
-    normal: FreeSpace
+    normal: Convolution
     tangential: Tangential
 
     def along(self, q: Array) -> Array:

@@ -16,7 +16,7 @@ from jaxcontact._scale import Scale
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.indenters import Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
-from jaxcontact.operators.free_space import FreeSpaceFamily
+from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
 from jaxcontact.response.coefficients import influence_coefficients
@@ -54,7 +54,7 @@ class Kernels:
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``.
     """
 
-    family: FreeSpaceFamily
+    family: Convolutions
     rates: Array
     mix: Array
     film: Film | None
@@ -82,7 +82,7 @@ class ImageKernels:
     """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
     ``Film``; image_error: as in ``Kernels``."""
 
-    family: FreeSpaceFamily
+    family: Convolutions
     film_coefficients: Array | None
     scale: Scale
     image_error: Array
@@ -208,13 +208,13 @@ _expansion = jax.jit(expansion, static_argnames=("nodes",))
 _assembled = jax.jit(assembled, static_argnames=("nodes",))
 
 
-def on_grid(grid: Grid, images: Images) -> tuple[FreeSpaceFamily, Array]:
+def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:
     """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny)."""
     if all(grid.periodic):
-        family = FreeSpaceFamily.of_spectra(periodic_response(grid, images))
+        family = Convolutions.of_spectra(periodic_response(grid, images))
         return family, periodic_coefficients(grid, images)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
-    return FreeSpaceFamily.of(coefficients, grid.periodic), coefficients
+    return Convolutions.of(coefficients, grid.periodic), coefficients
 
 
 def _images(response: Response, separable: Separable) -> Images:

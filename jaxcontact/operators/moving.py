@@ -9,12 +9,12 @@ from jax import Array
 from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, Operator
-from jaxcontact.operators.free_space import FLOOR, FreeSpace
+from jaxcontact.operators.convolution import FLOOR, Convolution
 
 
 @pytree
 class Moving(Operator):
-    """A kernel that is not even: all as in ``FreeSpace``, but complex and without a window."""
+    """A kernel that is not even: all as in ``Convolution``, but complex and without a window."""
 
     spectrum: Array
     circulant: Array
@@ -43,8 +43,8 @@ class Moving(Operator):
         """The whole: there is no window."""
         return self
 
-    def even(self) -> FreeSpace:
-        return FreeSpace(self.spectrum.real, self.circulant.real, None, self.periodic)
+    def even(self) -> Convolution:
+        return Convolution(self.spectrum.real, self.circulant.real, None, self.periodic)
 
     def plus_even(self, share: Array | float) -> Moving:
         return jax.tree.map(lambda a: a + share * a.real, self)

@@ -1,4 +1,4 @@
-"""Operators of an even kernel on a grid, by FFT, zero-padded in free space; and families of them."""
+"""Operators of an even kernel on a grid, by FFT, zero-padded along axes that are not periodic; and families of them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 
 
 @pytree
-class FreeSpace(Operator):
+class Convolution(Operator):
     """An even kernel, by its spectra, which are real.
 
     spectrum (my/2 + 1, mx): on the padded grid; circulant (ny/2 + 1, nx): of the periodic operator nearest to
@@ -25,7 +25,7 @@ class FreeSpace(Operator):
 
     spectrum: Array
     circulant: Array
-    window: FreeSpace | None
+    window: Convolution | None
     periodic: spectral.Periodic = static(default=spectral.FREE)
 
     symmetric = True
@@ -33,7 +33,7 @@ class FreeSpace(Operator):
     def __call__(self, pressure: Array) -> Array:
         return spectral.convolve(self.spectrum, pressure, self.periodic)
 
-    def transpose(self) -> FreeSpace:
+    def transpose(self) -> Convolution:
         return self
 
     def preconditioner(self) -> Linear:
@@ -45,25 +45,25 @@ class FreeSpace(Operator):
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.window is None else spectral.window_shape(shape, self.periodic)
 
-    def restricted(self) -> FreeSpace:
+    def restricted(self) -> Convolution:
         assert self.window is not None
         return self.window
 
-    def even(self) -> FreeSpace:
+    def even(self) -> Convolution:
         return self
 
-    def plus_even(self, share: Array | float) -> FreeSpace:
+    def plus_even(self, share: Array | float) -> Convolution:
         return jax.tree.map(lambda a: (1.0 + share) * a, self)
 
 
 @pytree
-class FreeSpaceFamily(Family):
-    """members: a ``FreeSpace`` whose leaves have a first axis, over the members."""
+class Convolutions(Family):
+    """members: a ``Convolution`` whose leaves have a first axis, over the members."""
 
-    members: FreeSpace
+    members: Convolution
 
     @classmethod
-    def of(cls, kernels: Array, periodic: spectral.Periodic = spectral.FREE) -> FreeSpaceFamily:
+    def of(cls, kernels: Array, periodic: spectral.Periodic = spectral.FREE) -> Convolutions:
         """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; along a periodic axis those of a period.
 
         The window is without derivative, since only searches use it.
@@ -73,15 +73,15 @@ class FreeSpaceFamily(Family):
         return cls(_members(kernels, _members(part, None, periodic), periodic))
 
     @classmethod
-    def of_spectra(cls, spectra: Array) -> FreeSpaceFamily:
+    def of_spectra(cls, spectra: Array) -> Convolutions:
         """Periodic along both axes, from spectra (m, ny/2 + 1, nx) that are zero at wavenumber zero.
 
         The preconditioner takes the mean for the softest of the waves.
         """
         softest = jnp.max(spectra, (1, 2))
-        return cls(FreeSpace(spectra, spectra.at[:, 0, 0].set(softest), None, (True, True)))
+        return cls(Convolution(spectra, spectra.at[:, 0, 0].set(softest), None, (True, True)))
 
-    def combined(self, weights: Sequence[Array | float]) -> FreeSpace:
+    def combined(self, weights: Sequence[Array | float]) -> Convolution:
         # term by term: at a time, all members and their tangents would leave the processor's cache
         mixed = lambda a: sum(
             (w * part for w, part in zip(weights[1:], a[1:], strict=True)), weights[0] * a[0]
@@ -95,6 +95,6 @@ class FreeSpaceFamily(Family):
         return spectral.inverse(sum(terms), shape, periodic) if terms else jnp.zeros(shape)
 
 
-def _members(kernels: Array, window: FreeSpace | None, periodic: spectral.Periodic) -> FreeSpace:
+def _members(kernels: Array, window: Convolution | None, periodic: spectral.Periodic) -> Convolution:
     spectrum = spectral.kernel_spectrum(kernels, periodic)
-    return FreeSpace(spectrum, spectral.circulant_spectrum(kernels), window, periodic)
+    return Convolution(spectrum, spectral.circulant_spectrum(kernels), window, periodic)
