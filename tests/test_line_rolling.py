@@ -2,13 +2,11 @@
 
 import functools
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import ive, kve
-from tolerances import CENTRAL_DIFFERENCE
 
 import jaxcontact as jc
 from jaxcontact.reference import hunter
@@ -105,29 +103,6 @@ def test_carters_force_over_creepage(share):
     assert float(state.power) == pytest.approx(
         float(state.tangential_load[0]) * share * MU * HALF / RADIUS, rel=1e-12
     )
-
-
-@pytest.mark.slow
-def test_forward_derivatives_by_creepage_friction_and_modulus():
-    """What sticks and what slips is held; reverse mode does not go through the rolling start, and says so."""
-    at = np.array([1e-3, MU, G])
-
-    @jax.jit
-    def force(creepage, friction, modulus):
-        rail = jc.LayeredHalfSpace([], jc.Elastic(modulus, NU))
-        found = jc.roll_steady(
-            rail, jc.Cylinder(RADIUS, WIDTH, STEEL), jc.Load(LOAD), velocity=1.0, friction=friction,
-            creepage=jnp.stack([creepage, 0.0 * creepage]), grid=line(48, 3 * HALF), coupled=False, tolerance=1e-11,
-        )  # fmt: skip
-        return found.tangential_load[0]
-
-    slopes = jax.jacfwd(force, (0, 1, 2))(*at)
-    for i, slope in enumerate(slopes):
-        step = 1e-3 * at * np.eye(3)[i]
-        difference = (force(*(at + step)) - force(*(at - step))) / (2e-3 * at[i])
-        assert float(slope) == pytest.approx(float(difference), rel=CENTRAL_DIFFERENCE)
-    with pytest.raises(ValueError, match="Reverse-mode differentiation does not work"):
-        jax.grad(force)(*at)
 
 
 def test_a_roller_that_creeps_too_far_slides():

@@ -16,7 +16,8 @@ zero the approach goes with the place of first touch. A derivative whose linear 
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
-(``contact.friction``). Pressure and traction then follow from one linear system, by BiCGSTAB.
+(``contact.friction``). Pressure and traction then follow from one linear system, by BiCGSTAB; in rolling, whose
+operator is nearly skew, by GMRES.
 
 First derivatives go over into those of the continuous problem as cells shrink. Second derivatives do not:
 they are those of the discrete problem with its area of contact held, and miss what the moving edge adds
@@ -24,14 +25,16 @@ they are those of the discrete problem with its area of contact held, and miss w
 Differences of gradients over steps in which many cells enter see the edge.
 """
 
+from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.ad_checkpoint import checkpoint_name
+from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._pytree import replace
 from jaxcontact.contact import nonsymmetric, partial_slip
@@ -44,6 +47,8 @@ from jaxcontact.operators.base import Linear, Operator
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
+DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for what neither conjugate gradients nor BiCGSTAB solves,
+LEFT = 1e-7  # and what may be left of its right side (measured: 3e-9, where the system itself holds a solve)
 ROUNDING = 1e-12
 KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs
 
@@ -262,3 +267,32 @@ def _multipliers(space: _SlipSpace, change: SlipProblem, p: Array, moved: Array)
         first_touch = change.gap.ravel()[jnp.argmin(space.problem.gap)]
         approach = jnp.where(jnp.any(p > 0.0), masked_mean(moved[2], p > 0.0), first_touch)
     return shift, approach
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def implied(equations: Callable[[Any, Any], Any], given: Any, solution: Any) -> Any:
+    """The solution of equations(given, solution) = 0, found elsewhere, with the derivatives that this implies.
+
+    ``equations`` is a function of a module; what is to be held in derivatives, it holds itself.
+    """
+    return solution
+
+
+@implied.defjvp
+def _implied_jvp(equations, primals, tangents):
+    (given, solution), (change, _) = primals, tangents
+    forcing = jax.jvp(lambda given: equations(given, solution), (given,), (change,))[1]
+    slope = lambda change: jax.jvp(lambda z: equations(given, z), (solution,), (change,))[1]
+    moved = jax.lax.custom_linear_solve(slope, forcing, _gmres, transpose_solve=_gmres)
+    return solution, jax.tree.map(jnp.negative, moved)
+
+
+def _gmres(operator: Linear, b: Any) -> Any:
+    """Of a system in any pytree; nan if it fails."""
+    x, _ = gmres(
+        operator, b, tol=TANGENT_TOLERANCE, restart=DIRECTIONS, maxiter=RESTARTS, solve_method="incremental"
+    )
+    squares = lambda a: sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(a))
+    left = jax.tree.map(jnp.subtract, b, operator(x))
+    met = squares(left) <= LEFT**2 * squares(b)
+    return jax.tree.map(lambda a: jnp.where(met, a, jnp.nan), x)

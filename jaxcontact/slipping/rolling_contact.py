@@ -25,10 +25,10 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, static
+from jaxcontact._pytree import pytree, replace, static
 from jaxcontact.contact import friction, nonsymmetric
 from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
-from jaxcontact.contact.implicit import solve_contact
+from jaxcontact.contact.implicit import implied, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.slipping.rolled import RolledSurface
 
@@ -85,6 +85,16 @@ class RollingContact:
         return TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
 
     def rolled(self) -> Rolled:
+        """The steady state, with its derivatives: what sticks, slips and touches is held."""
+        found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
+        held = _Held(self, found.sheared.stick, found.pressed.pressure)
+        traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
+        pressed, slip = held.pressed(traction), held.slip(traction, shift)
+        slip = jnp.where(held.pressure > 0.0, slip, 0.0)
+        sheared = replace(found.sheared, traction=traction, shift=shift, slip=slip)
+        return found._replace(pressed=replace(pressed, iterations=found.pressed.iterations), sheared=sheared)
+
+    def _rolled(self) -> Rolled:
         """Step by step until nothing changes."""
         nothing = jnp.zeros((2, *self.profile.shape))
         problem = self.pressed(nothing)
@@ -107,6 +117,38 @@ class RollingContact:
         size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
         change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
         return Rolled(pressed, sheared, jnp.where(steps > 0, change, 1.0), steps + 1)
+
+
+@pytree
+class _Held:
+    """What a steady state follows from: the contact, which cells stick, (nx, ny) bool, and the pressure found, (nx, ny)."""
+
+    contact: RollingContact
+    stick: Array
+    pressure: Array
+
+    def pressed(self, traction: Array) -> Solution:
+        """The normal contact under a traction."""
+        contact = self.contact
+        return solve_contact(
+            contact.pressed(traction), self.pressure, contact.tolerance, contact.max_iterations
+        )
+
+    def slip(self, traction: Array, shift: Array) -> Array:
+        """In a step, (2, nx, ny), under that traction and the pressure that goes with it."""
+        moved = self.contact.surface.moved(traction, self.pressed(traction).pressure)
+        return moved - ahead(moved, self.contact.way) - shift[:, None, None]
+
+
+def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
+    """What is zero of tractions and shift in the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
+    traction, shift = state
+    contact, slip = held.contact, held.slip(traction, shift)
+    size = jnp.sqrt(jnp.sum(slip**2, 0))
+    bound = contact.coefficient * held.pressed(traction).pressure
+    sliding = traction + bound * slip / jnp.where(size > 0.0, size, 1.0)
+    asked = jnp.sum(traction, (1, 2)) if contact.tangential_load_controlled else shift
+    return jnp.where(held.stick, slip, sliding), asked - contact.tangential_target
 
 
 def ahead(field: Array, step: Array) -> Array:

@@ -1,0 +1,53 @@
+"""Derivatives of steady rolling: reverse, forward and central differences, by creepage or force, friction and materials."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tolerances import CENTRAL_DIFFERENCE, MODES
+
+import jaxcontact as jc
+
+pytestmark = pytest.mark.slow
+
+STEEL = jc.Elastic.from_young(210e9, nu=0.3)
+RUBBER = jc.StandardLinearSolid(2e6, 1e6, 1e3, nu=0.45)
+LINE = jc.Grid((48, 1), (6e-6, 1e-3), periodic=(False, True))
+CASES = {
+    "line": (jc.Cylinder(9.5e-3, 1e-3, STEEL), LINE, 200.0, lambda g: jc.Elastic(g * 80e9, 0.3), 1e-3, False),
+    "coupled ball": (
+        jc.Sphere(9.5e-3, STEEL), jc.Grid.square(16, 300e-6), 20.0, lambda g: jc.Elastic(g * 60e9, 0.2), 1e-3, True),
+    "line that creeps": (
+        jc.Cylinder(9.5e-3, 1e-3), LINE, 2e-3, lambda g: RUBBER.scaled(g), 1e-3, False),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "forced"), [("line", False), ("coupled ball", True), ("line that creeps", False)]
+)
+def test_derivatives_reverse_forward_and_central(name, forced):
+    """Of the force that a creepage takes, or the creepage of a force; what touches, sticks and slips is held."""
+    indenter, grid, load, material, creepage, coupled = CASES[name]
+
+    @jax.jit
+    def outcome(x):
+        drive, friction, stiffness = x
+        given = jnp.stack([drive * creepage, 0.2 * drive * creepage])
+        if forced:
+            given = jc.TangentialLoad(0.3 * load * given / creepage)
+        found = jc.roll_steady(
+            jc.LayeredHalfSpace([], material(stiffness)), indenter, jc.Load(load), velocity=0.5, creepage=given,
+            friction=0.6 * friction, grid=grid, coupled=coupled, tolerance=1e-11,
+        )  # fmt: skip
+        return (found.creepage if forced else found.tangential_load)[0] * (
+            1.0 / creepage if forced else 1.0 / load
+        )
+
+    at = jnp.ones(3)
+    forward, reverse = jax.jacfwd(outcome)(at), jax.grad(outcome)(at)
+    np.testing.assert_allclose(reverse, forward, rtol=10 * MODES)
+    steps = 3e-4 * np.eye(3)
+    differences = [(outcome(at + step) - outcome(at - step)) / 6e-4 for step in steps]
+    np.testing.assert_allclose(
+        forward, differences, rtol=CENTRAL_DIFFERENCE, atol=CENTRAL_DIFFERENCE * np.max(np.abs(forward))
+    )
