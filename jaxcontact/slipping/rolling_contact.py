@@ -90,7 +90,7 @@ class RollingContact:
         held = _Held(self, found.sheared.stick, found.pressed.pressure)
         traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
         pressed, slip = held.pressed(traction), held.slip(traction, shift)
-        slip = jnp.where(held.pressure > 0.0, slip, 0.0)
+        slip = jnp.where(held.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0) + found.sheared.slip
         sheared = replace(found.sheared, traction=traction, shift=shift, slip=slip)
         return found._replace(pressed=replace(pressed, iterations=found.pressed.iterations), sheared=sheared)
 
