@@ -48,6 +48,7 @@ def test_a_held_load_creeps_and_a_held_depth_relaxes(name):
     assert found.to_dict()["indenter_half_angle_rad" if name == "cone" else "indenter_radius_m"] > 0
 
 
+@pytest.mark.slow
 def test_a_punch_that_is_drawn_back_follows_the_linear_integral():
     """P = 4 R/(1 - nu) int G(t - s) d(depth): its contact stays as wide, so nothing of Ting's is needed."""
     t = np.linspace(0.0, 100.0, 101)
@@ -63,6 +64,7 @@ def test_a_punch_that_is_drawn_back_follows_the_linear_integral():
     agree(fit(load, depth, jc.FlatPunch(R), t=knots, control="depth"), rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_cone_that_is_drawn_back_follows_ting():
     """P = size/(1 - nu) int_0^t1 G(t - s) d(depth^2), int_t1^t G(t - s) d(depth) = 0, after the turn at 60 s."""
     turn, v = 60.0, 1e-8

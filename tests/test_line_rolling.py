@@ -56,6 +56,7 @@ def test_line_coefficients_are_integrals_of_line_loads_over_a_strip(z):
 # shear --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_cattaneo_and_mindlin_in_plane_strain_and_across_it():
     """c = a sqrt(1 - Q/(mu P)), q = mu p0 [sqrt(1 - x^2/a^2) - (c/a) sqrt(1 - x^2/c^2)] for two similar solids, and the
     same across the line, where it slips in anti-plane shear (K. L. Johnson, Contact Mechanics, 1985, section 7.2)."""
@@ -180,6 +181,7 @@ def adhering(contact, speed, creepage, nu):
     return np.pi * contact.half_width * c0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1e-5, 3e-4, 1e-3, 0.3])
 def test_an_adhering_cylinder_is_driven_by_what_creeps(speed):
     """From the relaxed solid to the one of the first instant, a fifth as compliant; 0.1 % at twice the cells."""
@@ -204,6 +206,7 @@ def test_rolling_slowly_is_on_the_relaxed_solid_and_fast_on_that_of_the_first_in
             np.testing.assert_allclose(getattr(found, name), exact, atol=2e-3 * np.max(exact))
 
 
+@pytest.mark.slow
 def test_without_friction_rolling_is_sliding():
     """In pressure, approach and place of the contact."""
     state = roll_on(rubber(0.3), 20.0, 1e-3, 1e-3, 1e-9)

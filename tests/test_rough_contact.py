@@ -64,6 +64,7 @@ def test_the_rim_is_pi_over_4_of_the_sides_and_a_free_edge_is_none(periodic, sid
     np.testing.assert_allclose(found.corrected_fraction, 4 / 24 - excess)
 
 
+@pytest.mark.slow
 def test_the_area_of_hertz_is_met_over_twice_as_closely_without_the_error_of_the_rim():
     """Balls of 11 to 21 cells across, in the mean over 31 loads: pi a^2, and 2 pi a for the rim."""
     n, side, radius = 24, 1e-6, 1e-3

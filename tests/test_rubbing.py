@@ -74,6 +74,7 @@ def test_an_elastic_half_space_is_drawn_down_ahead_of_the_ball(velocity):
     )
 
 
+@pytest.mark.slow
 def test_a_half_space_that_creeps_remembers_what_was_dragged():
     """u(x) = J(0) g(x) + int J'(s) g(x + v s) ds, g of one instant: by quadrature, along the middle row of cells."""
     state = slid(RUBBER, load=LOAD / 3)

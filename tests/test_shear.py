@@ -64,6 +64,7 @@ def test_poissons_ratio_turns_the_traction_by_a_few_percent():
     assert 2e-4 < 1.0 - float(history.tangential_displacement[1, 0]) / mindlin < 1e-3
 
 
+@pytest.mark.slow
 def test_mindlin_and_deresiewicz_loop():
     """The energy of a cycle between 60 % there and back; no more is lost on the way out and back than in it."""
     a, history = sheared(64, 0.0, *LOOP)

@@ -73,7 +73,9 @@ def sunk(exact, speed, datum):
 
 
 @pytest.mark.versions
-@pytest.mark.parametrize("speed", [0.1, 0.02, 0.5])
+@pytest.mark.parametrize(
+    "speed", [pytest.param(0.1, marks=pytest.mark.slow), 0.02, pytest.param(0.5, marks=pytest.mark.slow)]
+)
 def test_line_contact_of_a_standard_solid(speed):
     """Under Hunter's load, with 200 of 512 cells or so in contact: edges within a cell, all else within 0.1 %."""
     n, dy, exact = 512, 0.5, line_contact(speed)
