@@ -47,11 +47,14 @@ class Volume(NamedTuple):
             raise ValueError(
                 f"nu: expected it or bulk_modulus, one of the two, got nu={nu}, bulk_modulus={bulk_modulus}"
             )
-        if nu is not None and not -1.0 < nu <= 0.5:
-            raise ValueError(f"nu: expected -1 < nu <= 0.5, got {nu}")
-        if bulk_modulus is not None and not 0.0 < bulk_modulus < math.inf:
-            raise ValueError(f"bulk_modulus: expected a number > 0 Pa, got {bulk_modulus}")
-        return cls("bulk_modulus", bulk_modulus) if nu is None else cls("nu", nu)
+        name = "bulk_modulus" if nu is None else "nu"
+        value: Any = bulk_modulus if nu is None else nu
+        known = np.ndim(value) == 0 and np.asarray(value).dtype.kind in "fiu"
+        if name == "nu" and not (known and -1.0 < value <= 0.5):
+            raise ValueError(f"nu: expected -1 < nu <= 0.5, got {value!r}")
+        if name == "bulk_modulus" and not (known and 0.0 < value < math.inf):
+            raise ValueError(f"bulk_modulus: expected a number > 0 Pa, got {value!r}")
+        return cls(name, value)
 
     @property
     def keyword(self) -> dict[str, Any]:

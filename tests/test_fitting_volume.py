@@ -68,6 +68,7 @@ def test_a_bulk_modulus_that_is_uncertain_moves_the_fit():
         ({"nu": 0.3}, "one of the two"),
         ({"bulk_modulus": None}, "one of the two"),
         ({"bulk_modulus": -1.0}, "> 0 Pa, got -1"),
+        ({"bulk_modulus": "3 MPa"}, "> 0 Pa, got '3 MPa'"),
     ],
 )
 def test_what_is_held_in_volume_is_one_number(options, words):
