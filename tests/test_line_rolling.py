@@ -219,6 +219,7 @@ def test_without_friction_rolling_is_sliding():
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:only")  # few cells: that the contact is coarse is known
 def test_what_left_the_grid_is_still_felt():
     """By a ball that rolls askew: on a grid of twice the width, where it has not left yet, it is the same."""
     body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=0.5e6, eta2=0.5e6, nu=0.3))
