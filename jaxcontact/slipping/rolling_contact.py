@@ -89,7 +89,8 @@ class RollingContact:
         found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
         held = _Held(self, found.sheared.stick, found.pressed.pressure)
         traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
-        pressed, slip = held.pressed(traction), held.slip(traction, shift)
+        pressed = held.pressed(traction)
+        slip = held.slip(traction, shift, pressed.pressure)
         slip = jnp.where(held.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0) + found.sheared.slip
         sheared = replace(found.sheared, traction=traction, shift=shift, slip=slip)
         return found._replace(pressed=replace(pressed, iterations=found.pressed.iterations), sheared=sheared)
@@ -134,19 +135,19 @@ class _Held:
             contact.pressed(traction), self.pressure, contact.tolerance, contact.max_iterations
         )
 
-    def slip(self, traction: Array, shift: Array) -> Array:
+    def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
         """In a step, (2, nx, ny), under that traction and the pressure that goes with it."""
-        moved = self.contact.surface.moved(traction, self.pressed(traction).pressure)
+        moved = self.contact.surface.moved(traction, pressure)
         return moved - ahead(moved, self.contact.way) - shift[:, None, None]
 
 
 def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
     """What is zero of tractions and shift in the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
     traction, shift = state
-    contact, slip = held.contact, held.slip(traction, shift)
+    contact, pressure = held.contact, held.pressed(traction).pressure
+    slip = held.slip(traction, shift, pressure)
     size = jnp.sqrt(jnp.sum(slip**2, 0))
-    bound = contact.coefficient * held.pressed(traction).pressure
-    sliding = traction + bound * slip / jnp.where(size > 0.0, size, 1.0)
+    sliding = traction + contact.coefficient * pressure * slip / jnp.where(size > 0.0, size, 1.0)
     asked = jnp.sum(traction, (1, 2)) if contact.tangential_load_controlled else shift
     return jnp.where(held.stick, slip, sliding), asked - contact.tangential_target
 
