@@ -4,8 +4,6 @@ It reads some forty formats of microscopes, profilers and interferometers: SDF, 
 Source: M. C. Roettger and others, Surf. Topogr.: Metrol. Prop. 10 (2022) 035032.
 """
 
-from __future__ import annotations
-
 import importlib
 from pathlib import Path
 from typing import Any, NamedTuple
