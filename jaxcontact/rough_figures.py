@@ -27,8 +27,11 @@ def is_round(history: ContactHistory) -> bool:
 def rough_figure(history: ContactHistory) -> Figure:
     """Maps of pressure, gap and contact at the last time, over area against load and the spread of the pressures."""
     figure = Figure(figsize=(12.0, 6.2), layout="constrained")
-    panels = figure.add_gridspec(2, 6, height_ratios=(1.15, 1.0))
-    maps = [figure.add_subplot(panels[0, i : i + 2]) for i in (0, 2, 4)]
+    # a grid for each row: in one with spanning columns matplotlib below 3.11 leaves no room to some maps
+    rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
+    above, below = rows[0].subgridspec(1, 3), rows[1].subgridspec(1, 2)
+    maps = [figure.add_subplot(above[i]) for i in range(3)]
+    graphs = [figure.add_subplot(below[i]) for i in range(2)]
     x, y = history.grid.axes()
     time = f"{float(history.times[-1]):g} s"
     last = lambda field: np.asarray(field)[-1] if np.ndim(field) == 3 else np.asarray(field)
@@ -37,8 +40,8 @@ def rough_figure(history: ContactHistory) -> Figure:
     contact_map(maps[2], history)
     for ax in maps:
         _fit(ax, history)
-    area_against_load(figure.add_subplot(panels[1, :3]), history)
-    spread_of_pressure(figure.add_subplot(panels[1, 3:]), history)
+    area_against_load(graphs[0], history)
+    spread_of_pressure(graphs[1], history)
     return figure
 
 
