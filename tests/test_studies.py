@@ -104,7 +104,7 @@ def test_a_killed_sweep_goes_on_and_computes_again_what_was_running_alone(tmp_pa
 
 def test_a_folder_holds_one_function(tmp_path):
     jc.sweep(noted, CASES[:1], tmp_path, executor=ThreadPoolExecutor(1))
-    with pytest.raises(ValueError, match="another function or version"):
+    with pytest.raises(ValueError, match="of another function, of one with other values"):
         jc.sweep(words, CASES[:1], tmp_path)
     for cases, told in (
         ([1.0], r"cases\[0\]: expected a dict of names, got 1.0"),
@@ -113,6 +113,8 @@ def test_a_folder_holds_one_function(tmp_path):
     ):
         with pytest.raises(ValueError, match=told):
             jc.sweep(noted, cases, tmp_path)
+    with pytest.raises(ValueError, match="processes: expected none with an executor, got 2"):
+        jc.sweep(noted, CASES, tmp_path, executor=ThreadPoolExecutor(1), processes=2)
     with pytest.raises(ValueError, match="f: expected a function of a case, got partial"):
         jc.sweep(__import__("functools").partial(noted), CASES, tmp_path)
 
@@ -128,14 +130,14 @@ def test_a_changed_function_of_the_same_name_is_another(tmp_path):
 
     one = ThreadPoolExecutor(1)
     assert jc.sweep(made(1.0), CASES[:2], tmp_path, executor=one).stacked("v").tolist() == [0.0, 1.0]
-    with pytest.raises(ValueError, match="another function or version"):
+    with pytest.raises(ValueError, match="of another function, of one with other values"):
         jc.sweep(made(2.0), CASES[:2], tmp_path, executor=one)
     for text in ("2.0", "3.0"):
         names = {}
         exec(f"def f(case): return {{'v': {text} * case['x']}}", names)
         if text == "2.0":
             jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
-    with pytest.raises(ValueError, match="another function or version"):
+    with pytest.raises(ValueError, match="of another function, of one with other values"):
         jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
 
 
