@@ -33,7 +33,7 @@ HERE = {  # the other commands, and what runs them
 def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     monkeypatch.chdir(tmp_path)
-    assert len(PYTHON) == 6
+    assert len(PYTHON) == 7
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         exec("\n".join(PYTHON), {"__name__": "__main__"})
