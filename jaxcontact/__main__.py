@@ -1,7 +1,8 @@
 """The command line: ``jaxcontact``, the same as ``python -m jaxcontact``.
 
 Exit status: 0; 1 when a comparison with the paper does not hold; 2 for bad input, a contact at the grid's
-edge or a grid too coarse; 3 when a solve did not converge; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+edge or a grid too coarse; 3 when a solve did not converge or cases of a
+study failed; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 What goes wrong is one line on stderr.
 """
 
@@ -16,14 +17,18 @@ from jaxcontact.commands import look
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
+from jaxcontact.commands.sweep import run_study
 from jaxcontact.compilation_cache import enable_compilation_cache
 
 CASE_HELP = "a case file in SI units, or the name of one that comes with the package; see: jaxcontact cases"
+
+STUDY_HELP = "a case file with a table [sweep] of what varies, or the name of one that comes with the package"
 
 EXAMPLES = """examples:
   jaxcontact run tribofilm_creep -o out        a case that comes with the package
   jaxcontact run --show tribofilm_creep        print it, to begin a case of your own
   jaxcontact check mine.toml                   valid? grid and steps fine enough?
+  jaxcontact sweep film_map -o study           many cases of one, in one table
   jaxcontact fit creep film.csv -o film        material parameters from data
   jaxcontact reproduce figure_4 -o paper       against the paper"""
 
@@ -61,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"jaxcontact {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_case_commands(commands)
+    _add_sweep(commands)
     commands.add_parser("fit", help="material parameters from creep or indentation data")
     command = commands.add_parser("plot", help="draw a saved result")
     command.add_argument("result", type=Path, metavar="RESULT", help="a result.npz, or a .nc file")
@@ -87,6 +93,25 @@ def _add_case_commands(commands: "argparse._SubParsersAction[argparse.ArgumentPa
     command.set_defaults(command=look.check)
     command = commands.add_parser("cases", help="list the case files that come with the package")
     command.set_defaults(command=look.cases)
+
+
+def _add_sweep(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    command = commands.add_parser("sweep", help="run the many cases of a study")
+    command.add_argument("study", type=look.case_path, metavar="STUDY.toml", help=STUDY_HELP)
+    command.add_argument(
+        "-o",
+        dest="directory",
+        type=Path,
+        metavar="DIR",
+        required=True,
+        help="where results go, or are already",
+    )
+    where = command.add_mutually_exclusive_group()
+    where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, as tcp://host:8786")
+    where.add_argument(
+        "--processes", type=int, metavar="N", help="of this machine; one for each core when absent"
+    )
+    command.set_defaults(command=run_study)
 
 
 def _add_output(parser: argparse.ArgumentParser, required: bool) -> "argparse._MutuallyExclusiveGroup":

@@ -17,6 +17,7 @@ import loky
 import numpy as np
 from tqdm import tqdm
 
+from jaxcontact import _checks
 from jaxcontact._version import __version__
 from jaxcontact.compilation_cache import enable_compilation_cache
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
@@ -78,6 +79,7 @@ def sweep(
     out: str | Path,
     *,
     executor: Executor | None = None,
+    processes: int | None = None,
 ) -> Study:
     """Call f for each case, in parallel, and keep what it returns; what is in ``out`` already is not computed again.
 
@@ -91,15 +93,16 @@ def sweep(
         cases: dicts of numbers, text, or lists of them; ``itertools.product`` makes a grid of them.
         out: the folder, made if need be; one sweep at a time writes into it.
         executor: any ``concurrent.futures.Executor``, ``distributed.Client(...).get_executor()`` and
-            ``mpi4py.futures.MPIPoolExecutor`` among them; by default a process for each core, which share the store of
-            compiled programs.
+            ``mpi4py.futures.MPIPoolExecutor`` among them; by default processes of this machine, which share the store
+            of compiled programs.
+        processes: how many of those; by default one for each core.
 
     Returns:
         A ``Study``: ``study[i]`` is the result of a case, ``study.stacked(name)`` one result of all cases.
 
     Raises:
-        ValueError: cases that are not such dicts, f that is no function, or a folder of another function or another
-            version of it, or in use.
+        ValueError: cases that are not such dicts, f that is no function, a folder of another function or another
+            version of it, or in use, or processes beside an executor.
 
     Example:
         >>> import tempfile
@@ -111,6 +114,9 @@ def sweep(
         array([ 3.14159265, 12.56637061])
     """
     chosen = _checked(f, cases)
+    if executor is not None and processes is not None:
+        raise ValueError(f"processes: expected none with an executor, got {processes}")
+    _checks.whole("processes", 1 if processes is None else processes, 1, 10**4)
     folder = Path(out)
     if folder.is_file():
         raise ValueError(f"out: expected a folder, got the file {folder}")
@@ -119,7 +125,7 @@ def sweep(
     with locked(folder):
         _check_function(f, folder)
         missing = {name: case for name, case in zip(names, chosen, strict=True) if not _whole(folder / name)}
-        failed = _fill(f, missing, folder, executor)
+        failed = _fill(f, missing, folder, executor or processes or loky.cpu_count())
     return Study(folder, chosen, {index: failed[name] for index, name in enumerate(names) if name in failed})
 
 
@@ -180,18 +186,27 @@ def _check_function(f: types.FunctionType, folder: Path) -> None:
     if not path.exists():
         write_whole(path, lambda partial: partial.write_text(json.dumps(own)))
     elif path.read_text() != json.dumps(own):
-        raise ValueError(f"out: {folder} holds results of another function or version; take another folder")
+        raise ValueError(
+            f"out: {folder} holds results of another function, of one with other values in it, or of another version;"
+            " take another folder"
+        )
 
 
-def _fill(f: Callable, missing: dict[str, Case], folder: Path, executor: Executor | None) -> dict[str, str]:
+def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor | int) -> dict[str, str]:
     """Compute what is missing into the folder; {file: what went wrong}."""
     with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
-        errors = _keep(_outcomes(f, missing, executor), missing, folder, bar)
-        died = [name for name, error in errors.items() if isinstance(error, BrokenExecutor)]
-        if executor is None:
-            for name in died:  # its own process died, or one beside it: once more, alone
+        try:
+            errors = _keep(_outcomes(f, missing, workers), missing, folder, bar)
+            died = [name for name, error in errors.items() if isinstance(error, BrokenExecutor)]
+            for name in died if isinstance(workers, int) else ():  # its own process died, or one beside it
                 del errors[name]
-                errors |= _keep(_outcomes(f, {name: missing[name]}, None), missing, folder, bar)
+                errors |= _keep(
+                    _outcomes(f, {name: missing[name]}, 1), missing, folder, bar
+                )  # once more, alone
+        except KeyboardInterrupt:
+            if isinstance(workers, int):  # they would go on with what nobody waits for
+                _processes(max(1, min(workers, len(missing)))).shutdown(kill_workers=True)
+            raise
     return {name: _line(error) for name, error in errors.items()}
 
 
@@ -217,16 +232,17 @@ def _line(error: BaseException) -> str:
 
 
 def _outcomes(
-    f: Callable, cases: dict[str, Case], executor: Executor | None
+    f: Callable, cases: dict[str, Case], workers: Executor | int
 ) -> Iterator[tuple[str, Result | BaseException]]:
-    """What f returned or raised, as it comes; of our own processes each has one case at a time."""
+    """What f returned or raised, as it comes; workers: how many processes of our own, of which each has one case."""
     waiting, running = deque(cases.items()), dict[Future, str]()
-    width = min(loky.cpu_count(), len(cases)) if executor is None else len(cases)
+    width = min(workers, len(cases)) if isinstance(workers, int) else len(cases)
     try:
         while waiting or running:
             while waiting and len(running) < width:
                 name, case = waiting.popleft()
-                running[(executor or _processes(width)).submit(_call, f, case)] = name
+                executor = _processes(width) if isinstance(workers, int) else workers
+                running[executor.submit(_call, f, case)] = name
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 yield running.pop(future), future.exception() or future.result()
     finally:
@@ -234,7 +250,7 @@ def _outcomes(
             future.cancel()
 
 
-def _processes(count: int) -> Executor:
+def _processes(count: int) -> loky.ProcessPoolExecutor:
     """The processes of this machine, made anew where one has died; together they take no more than its cores."""
     threads = {"NPROC": str(max(1, loky.cpu_count() // count))}  # what XLA reads
     return loky.get_reusable_executor(count, initializer=_share_programs, env=threads, timeout=60)

@@ -122,7 +122,9 @@ LAYERS = {
     "footprint": 21,
     "files.advice": 22,
     "files.finished_steps": 21,
+    "files.run_figures": 4,
     "files.run_results": 22,
+    "files.study_file": 22,
 }
 FITTING_LAYERS = {
     "units": 0,

@@ -289,7 +289,8 @@ def test_cite_and_cases_print(capfd):
     assert main(["cite"]) == 0
     assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
     assert main(["cases"]) == 0
-    assert capfd.readouterr().out.count(".toml") == len(READY_MADE) == 7
+    listed = capfd.readouterr().out
+    assert listed.count(".toml") == len(READY_MADE) + 1 == 8 and "film_map: A study" in listed
 
 
 def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):

@@ -780,12 +780,83 @@ def shell(folder, *words):
     (folder / "bad.npz").write_text("no arrays")
     np.savez(folder / "other.npz", a=1.0)
     np.savez(folder / "part.npz", kind="ContactHistory")
+    for number, (sweep, _) in enumerate(STUDIES.values()):
+        (folder / f"study_{number}.toml").write_text(f"{sweep}\n{CASE}")
     (folder / "full").mkdir(exist_ok=True)
     (folder / "full" / "mine.txt").write_text("mine")
     return main([str(folder / word[1:]) if word.startswith("@") else word for word in words])
 
 
+STUDIES = {
+    "a study of nothing": ("", r"\[sweep\]: missing; accepted: keys and their values"),
+    "a number for a study": ("sweep = 1", r"\[sweep\]: found 1, accepted: a table"),
+    "a key without its table": (
+        "[sweep]\nload = [1.0]",
+        r"sweep.load: unknown key; accepted: method, samples, seed,",
+    ),
+    "one value": (
+        '[sweep]\n"control.load" = 1.0',
+        r"sweep.control.load: found 1.0, accepted: a list of values, or",
+    ),
+    "no value": (
+        '[sweep]\n"control.load" = []',
+        r"sweep.control.load: found \[\], accepted: a list of values, or",
+    ),
+    "a range without count": (
+        '[sweep]\n"control.load" = {from = 1, to = 2}',
+        r"sweep.control.load.count: missing; accepted: a whole number from 2",
+    ),
+    "a range by steps": (
+        '[sweep]\n"control.load" = {from = 1, to = 2, steps = 3}',
+        r"sweep.control.load.steps: unknown key; accepted: from, to, count, log",
+    ),
+    "a range down": (
+        '[sweep]\n"control.load" = {from = 2, to = 1, count = 3}',
+        r"sweep.control.load: found 2 to 1, accepted: from < to",
+    ),
+    "a logarithm of nothing": (
+        '[sweep]\n"control.load" = {from = 0, to = 1, count = 3, log = true}',
+        r"found 0 to 1, accepted: 0 < from < to, since log = true",
+    ),
+    "samples of a grid": (
+        '[sweep]\nsamples = 3\n"control.load" = [1.0]',
+        r'sweep.samples: found with a grid, accepted: with method = "latin-hypercube"',
+    ),
+    "a hypercube of no size": (
+        '[sweep]\nmethod = "latin-hypercube"\n"control.load" = [1.0]',
+        r"sweep.samples: missing; accepted: a whole number from 1",
+    ),
+    "too many cases": (
+        '[sweep]\n"control.load" = {from = 1, to = 2, count = 400}\n"grid.n" = {from = 1, to = 2, count = 400}',
+        r"\[sweep\]: found 160000, accepted: up to 100000 cases",
+    ),
+    "a layer that is not there": (
+        '[sweep]\n"layer[3].thickness" = [1e-6]',
+        r"\[sweep\] layer\[3\].thickness = 1e-06: layer\[3\]: found no such table",
+    ),
+    "a value that no case takes": (
+        '[sweep]\n"control.load" = [1.0, -1.0]',
+        r"\[sweep\] control.load = -1.0: control.load: found -1.0, accepted: a number > 0",
+    ),
+}
+
 SHELL = {
+    **{
+        name: (["sweep", f"@study_{i}.toml", "-o", "@out"], words)
+        for i, (name, (_, words)) in enumerate(STUDIES.items())
+    },
+    "a study in a directory of others": (
+        ["sweep", "film_map", "-o", "@full"],
+        r"full: found a directory that is not empty, accepted: a new one, or that of this study",
+    ),
+    "a study to run": (
+        ["run", "film_map", "-o", "@out"],
+        r"\[sweep\]: found a study, accepted: by jaxcontact sweep",
+    ),
+    "processes without number": (
+        ["sweep", "film_map", "-o", "@out", "--processes", "0"],
+        r"processes: expected 1 to 10000, got 0",
+    ),
     "no such case": (["run", "@none.toml", "-o", "@out"], r"none.toml: No such file.*expected a TOML file"),
     "no place for results": (["run", "@case.toml"], r"-o: missing; accepted: -o DIR"),
     "results into a file": (
@@ -856,6 +927,10 @@ ELSEWHERE = {  # reached by no row, and why
     "interrupts.py: _raise": "needs a signal: test_command_line.py",
     "run_directory.py: locked": "needs two runs: test_command_line.py",
     "finished_steps.py: standing": "needs a stopped run: test_command_line.py",
+    "sweep.py: run_study": "a folder of another study: test_study_files.py",
+    "sweep.py: _executor": "without the extra",
+    "sweep.py: figures": "test_study_files.py",
+    "sweep.py: _trusted": "a solve that fails: test_study_files.py",
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivities.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",

@@ -85,6 +85,7 @@ KEYWORDS = {
     jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
+    jc.sweep: "f cases out executor processes",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.surface_statistics: "heights grid",
     jc.read_surface: "path grid",

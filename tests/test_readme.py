@@ -33,7 +33,7 @@ HERE = {  # the other commands, and what runs them
 def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     monkeypatch.chdir(tmp_path)
-    assert len(PYTHON) == 6
+    assert len(PYTHON) == 7
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         exec("\n".join(PYTHON), {"__name__": "__main__"})
@@ -43,18 +43,20 @@ def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
-    """With the case files as from the root of a checkout but on few cells; the paper's figures stand aside."""
+    """With the case files as from the root of a checkout but few cells and cases; the paper's figures stand aside."""
     cases = tmp_path / "jaxcontact" / "cases"
-    cases.mkdir(parents=True)
-    for path in (Path(jc.__file__).parent / "cases").glob("*.toml"):
-        (cases / path.name).write_text(path.read_text().replace("n = 256", "n = 32"))
+    (cases / "studies").mkdir(parents=True)
+    packaged = Path(jc.__file__).parent / "cases"
+    for path in packaged.rglob("*.toml"):
+        few = path.read_text().replace("n = 256", "n = 32").replace("count = 6", "count = 2")
+        (cases / path.relative_to(packaged)).write_text(few)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("jaxcontact.commands.look.CASES", cases)
     asked = []
     monkeypatch.setattr(
         "jaxcontact.cases.reproduce.main", lambda names, directory, force: asked.extend(names) or 0
     )
-    assert len(COMMANDS) == 9
+    assert len(COMMANDS) == 10
     for command in COMMANDS:
         if "--help" in command:
             with pytest.raises(SystemExit, match="0"):

@@ -104,7 +104,7 @@ def test_a_killed_sweep_goes_on_and_computes_again_what_was_running_alone(tmp_pa
 
 def test_a_folder_holds_one_function(tmp_path):
     jc.sweep(noted, CASES[:1], tmp_path, executor=ThreadPoolExecutor(1))
-    with pytest.raises(ValueError, match="another function or version"):
+    with pytest.raises(ValueError, match="of another function, of one with other values"):
         jc.sweep(words, CASES[:1], tmp_path)
     for cases, told in (
         ([1.0], r"cases\[0\]: expected a dict of names, got 1.0"),
@@ -113,6 +113,8 @@ def test_a_folder_holds_one_function(tmp_path):
     ):
         with pytest.raises(ValueError, match=told):
             jc.sweep(noted, cases, tmp_path)
+    with pytest.raises(ValueError, match="processes: expected none with an executor, got 2"):
+        jc.sweep(noted, CASES, tmp_path, executor=ThreadPoolExecutor(1), processes=2)
     with pytest.raises(ValueError, match="f: expected a function of a case, got partial"):
         jc.sweep(__import__("functools").partial(noted), CASES, tmp_path)
 
@@ -128,14 +130,14 @@ def test_a_changed_function_of_the_same_name_is_another(tmp_path):
 
     one = ThreadPoolExecutor(1)
     assert jc.sweep(made(1.0), CASES[:2], tmp_path, executor=one).stacked("v").tolist() == [0.0, 1.0]
-    with pytest.raises(ValueError, match="another function or version"):
+    with pytest.raises(ValueError, match="of another function, of one with other values"):
         jc.sweep(made(2.0), CASES[:2], tmp_path, executor=one)
     for text in ("2.0", "3.0"):
         names = {}
         exec(f"def f(case): return {{'v': {text} * case['x']}}", names)
         if text == "2.0":
             jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
-    with pytest.raises(ValueError, match="another function or version"):
+    with pytest.raises(ValueError, match="of another function, of one with other values"):
         jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
 
 
@@ -179,3 +181,58 @@ def test_through_dask(tmp_path):
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
         study = jc.sweep(noted, CASES, tmp_path, executor=client.get_executor())
     np.testing.assert_array_equal(study.stacked("square"), np.arange(6.0) ** 2)
+
+
+FIVE_WAYS = """
+import sys
+import jax, numpy as np
+import jaxcontact as jc
+from distributed import Client
+from jax.sharding import Mesh, PartitionSpec
+
+body = jc.LayeredHalfSpace([], jc.Maxwell(G=1e9, eta=1e11, nu=0.4))
+grid, times = jc.Grid.square(32, 3e-3), np.array([0.0, 30.0, 60.0])
+
+def press(case):
+    run = jc.indent(body, jc.Sphere(case["R"]), jc.Load(case["W"]), times, grid=grid, save="last")
+    return {"pressure": run.pressure, "approach": run.approach, "status": run.status}
+
+if __name__ == "__main__":
+    assert jax.device_count() == 4
+    given = {"R": np.linspace(5e-3, 1e-2, 8), "W": np.linspace(20.0, 6.0, 8)}
+    cases = [{name: float(values[i]) for name, values in given.items()} for i in range(8)]
+    serial = [jax.jit(press)(case) for case in cases]
+    assert not any(np.any(one["status"]) for one in serial)
+    along = PartitionSpec("cases")
+    in_chunks = jax.shard_map(
+        lambda some: jax.lax.map(press, some, batch_size=2),
+        mesh=Mesh(jax.devices(), ("cases",)), in_specs=along, out_specs=along, check_vma=False,
+    )
+    found = {"vmapped": jax.jit(jax.vmap(press))(given), "sharded": jax.jit(in_chunks)(given)}
+    assert len(found["sharded"]["approach"].sharding.device_set) == 4
+    study = {"processes": jc.sweep(press, cases, sys.argv[1] + "/processes", processes=2)}
+    with Client(n_workers=1, threads_per_worker=2, dashboard_address=None) as client:
+        study["cluster"] = jc.sweep(press, cases, sys.argv[1] + "/cluster", executor=client.get_executor())
+    found |= {way: {name: s.stacked(name) for name in serial[0]} for way, s in study.items()}
+    for way, results in found.items():
+        for name in ("pressure", "approach"):
+            expected = np.stack([one[name] for one in serial])
+            largest = np.max(np.abs(expected), axis=tuple(range(1, expected.ndim)), keepdims=True)
+            print(way, name, np.max(np.abs(results[name] - expected) / largest))
+"""
+
+
+@pytest.mark.slow
+def test_serial_vmapped_sharded_process_and_cluster_runs_agree(tmp_path):
+    """On four virtual devices. Loads and radii vary; where a film does, vmap rounds the fit of its kernels otherwise."""
+    pytest.importorskip("distributed", reason="the extra cluster")
+    script = tmp_path / "study.py"
+    script.write_text(FIVE_WAYS)
+    four = {"XLA_FLAGS": "--xla_force_host_platform_device_count=4"}
+    done = subprocess.run(
+        [sys.executable, str(script), str(tmp_path)], env=os.environ | four, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    differences = [line.split() for line in done.stdout.splitlines()]
+    assert {way for way, *_ in differences} == {"vmapped", "sharded", "processes", "cluster"}
+    assert len(differences) == 8 and all(float(each[-1]) <= 1e-12 for each in differences), done.stdout

@@ -14,13 +14,13 @@ CASES = Path(__file__).parents[1] / "cases"
 
 def case_path(text: str) -> Path:
     """A case file by its path, or one that comes with the package by its name alone: ``tribofilm_creep``."""
-    path, packaged = Path(text), CASES / f"{text}.toml"
-    return packaged if not path.exists() and "/" not in text and packaged.exists() else path
+    packaged = [] if "/" in text or Path(text).exists() else list(CASES.rglob(f"{text}.toml"))
+    return packaged[0] if packaged else Path(text)
 
 
 def cases(options: argparse.Namespace) -> int:
-    """Each ready-made case: its name, for ``run``, the first line of its comment, and its file."""
-    for path in sorted(CASES.glob("*.toml")):
+    """Each ready-made case, for ``run``, and study, for ``sweep``: its name, the first line of its comment, its file."""
+    for path in [*sorted(CASES.glob("*.toml")), *sorted((CASES / "studies").glob("*.toml"))]:
         title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
         print(f"{path.stem}: {title}\n    {path}")
     return FINE

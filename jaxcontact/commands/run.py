@@ -25,6 +25,7 @@ from jaxcontact.files import advice, run_directory
 from jaxcontact.files.case_file import Case, CaseError, read_case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
+from jaxcontact.files.run_figures import lines_of
 from jaxcontact.simulation import prepare
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
@@ -160,7 +161,7 @@ def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) ->
     rows = [
         f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
     ]
-    rows += run_results.lines_of(summary)
+    rows += lines_of(summary)
     rows.append("pictures: " + ", ".join(str(options.directory / name) for name in summary["pictures"]))
     tell("\n".join(rows), sys.stdout)
 

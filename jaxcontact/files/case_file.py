@@ -67,8 +67,13 @@ class Case:
 
 def read_case(path: Path) -> Case:
     """The case in a TOML file. Raises CaseError for a file that is missing, broken or wrong."""
+    return case_of(read_tables(path), path)
+
+
+def read_tables(path: Path) -> Table:
+    """What stands in a TOML file. Raises CaseError for a file that is missing or broken."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise CaseError(
@@ -79,6 +84,10 @@ def read_case(path: Path) -> Case:
         RecursionError,
     ) as error:  # a decoding error, a number of too many digits, too deep a list
         raise CaseError(f"{path}: not TOML: {error}") from error
+
+
+def case_of(tables: Table, path: Path) -> Case:
+    """The case in the tables of a file. Raises CaseError for one that is wrong."""
     try:
         return _case(tables, path.parent)
     except ValueError as error:
@@ -86,10 +95,12 @@ def read_case(path: Path) -> Case:
 
 
 def _case(tables: Table, folder: Path) -> Case:
+    if "sweep" in tables:
+        raise CaseError("[sweep]: found a study, accepted: by jaxcontact sweep")
     kind, sections = _kind(tables)
-    _check_table("", tables, _tables_of(sections))
+    check_table("", tables, _tables_of(sections))
     for name in ("experiment", "grid", "solver", "control", "times"):
-        _check_table(name, tables.get(name, {}), sections.get(name, {}))
+        check_table(name, tables.get(name, {}), sections.get(name, {}))
     body = _body(tables, sections)
     indenter = _indenter(tables["indenter"], sections["indenter"], folder)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
@@ -103,9 +114,9 @@ def _case(tables: Table, folder: Path) -> Case:
 def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:
     """The kind of experiment, and its tables; what belongs to another kind is refused by name."""
     every = {name: keys for kind in KINDS for name, keys in sections_of(kind).items()}
-    _check_table("", tables, {name: Key(TABLES if name == "layer" else TABLE, "") for name in every})
+    check_table("", tables, {name: Key(TABLES if name == "layer" else TABLE, "") for name in every})
     kind = tables.get("experiment", {}).get("kind", KIND.default)
-    _check_table("experiment", {"kind": kind}, {"kind": KIND})
+    check_table("experiment", {"kind": kind}, {"kind": KIND})
     own = sections_of(kind)
     for name, table in tables.items():
         _check_of_kind(kind, f"[{name}]", {other: name in sections_of(other) for other in KINDS})
@@ -131,13 +142,13 @@ def _tables_of(sections: dict[str, Keys]) -> Keys:
     }
 
 
-def _check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
+def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
     """No unknown key, no missing one, and each value as accepted."""
     for name, value in table.items():
         if name not in keys:
             raise CaseError(f"{_path(where, name)}: unknown key; {_suggestion(name, list(keys))}")
         if not keys[name].accept.test(value):
-            raise CaseError(f"{_path(where, name)}: found {_show(value)}, accepted: {keys[name].words}")
+            raise CaseError(f"{_path(where, name)}: found {shown(value)}, accepted: {keys[name].words}")
     for name, key in keys.items():
         if key.required and name not in table:
             raise CaseError(f"{_path(where, name)}: missing; accepted: {key.words}")
@@ -153,7 +164,7 @@ def _suggestion(name: str, known: list[str]) -> str:
     return f"{hint}accepted: {', '.join(known)}"
 
 
-def _show(value: Any) -> str:
+def shown(value: Any) -> str:
     """The value as found, on one line and not too long."""
     try:
         text = f'"{value}"' if isinstance(value, str) else reprlib.repr(value)
@@ -166,9 +177,9 @@ def _show(value: Any) -> str:
 def _choose(where: str, table: Table, key: str, own: dict[str, Key], choices: dict[str, Any]) -> Any:
     """The class that ``table[key]`` names, and the values of its parameters, all checked."""
     if key not in table or not own[key].accept.test(table[key]):
-        _check_table(where, {k: v for k, v in table.items() if k == key}, {key: own[key]})
+        check_table(where, {k: v for k, v in table.items() if k == key}, {key: own[key]})
     chosen, parameters = choices[table[key]]
-    _check_table(where, table, own | parameters)
+    check_table(where, table, own | parameters)
     return chosen, {name: _as_float(table[name]) for name in parameters if name in table}
 
 

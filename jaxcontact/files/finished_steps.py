@@ -64,7 +64,8 @@ class FinishedRun:
 
 def fingerprint(case: Case) -> str:
     """The same for two cases only if they give the same result: every number in them, and the version."""
-    leaves, structure = jax.tree.flatten((case.body, case.indenter, case.control, case.times, case.grid))
+    given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
+    leaves, structure = jax.tree.flatten(given)
     words = f"{__version__} {case.kind} {structure} {sorted(case.options.items())}"
     numbers = b"".join(np.asarray(leaf, dtype=float).tobytes() for leaf in leaves)
     return hashlib.sha256(words.encode() + numbers).hexdigest()

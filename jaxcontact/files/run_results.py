@@ -14,7 +14,7 @@ from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.npz import Stacked, write_npz, write_whole
-from jaxcontact.summaries import component
+from jaxcontact.files.run_figures import figures_in, values_of
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
@@ -23,26 +23,6 @@ BESIDE = {
     "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
     "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
 }  # the fields of an indentation
-FIGURES = {  # of the summary, where a result has them: name, unit
-    "approach": "m",
-    "load": "N",
-    "peak_pressure": "Pa",
-    "contact_radius": "m",
-    "contact_area": "m2",
-    "film_strain": "m_per_m",
-    "tangential_force": "N",
-    "coulomb_force": "N",
-    "friction_coefficient": "N_per_N",
-    "tangential_load_x": "N",
-    "tangential_load_y": "N",
-    "tangential_displacement_x": "m",
-    "tangential_displacement_y": "m",
-    "creepage_x": "m_per_m",
-    "creepage_y": "m_per_m",
-    "sticking_share": "m2_per_m2",
-    "power": "W",
-    "dissipated": "J",
-}
 
 
 @dataclass(frozen=True)
@@ -76,7 +56,8 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
     facts: what else the summary is to say. Each file is complete or as it was before.
     """
     described = {"pictures": list(report.pictures), "arrays_in_result_npz": meanings(report.arrays)}
-    summary = facts | summarise(report, case) | described
+    figures = figures_in(report.values, hasattr(report.result, "times"))
+    summary = facts | _extent(report.result, case) | figures | described
     notes = {"case": case_text(case)} | storage.notes_of(report.result)
     write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
@@ -112,53 +93,6 @@ def meanings(all_arrays: dict[str, np.ndarray | Stacked]) -> dict[str, str]:
         for spec, unit, meaning in [labels.FIELDS[name]]
     }
     return AXES | fields | {name: text for name, text in BESIDE.items() if name in all_arrays}
-
-
-def values_of(result: Any) -> dict[str, np.ndarray]:
-    """Those of ``FIGURES`` that a result has."""
-    values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
-    if hasattr(result, "stick"):
-        touching = np.sum(np.asarray(result.pressure) > 0.0, axis=(-2, -1))
-        values["sticking_share"] = np.sum(np.asarray(result.stick), axis=(-2, -1)) / np.maximum(touching, 1)
-    for name in FIGURES:
-        vector, _, axis = name.rpartition("_")
-        if hasattr(result, name):
-            values[name] = np.asarray(getattr(result, name))
-        elif axis in ("x", "y") and hasattr(result, vector):
-            values[name] = component(getattr(result, vector), axis)
-    return values
-
-
-def summarise(report: Report, case: Case) -> dict[str, Any]:
-    """The figures of a run, each with its unit at the end of its key: over time the first, last and largest."""
-    summary, over_time = _extent(report.result, case), hasattr(report.result, "times")
-    for name, unit in FIGURES.items():
-        values = report.values.get(name)
-        if values is None:
-            continue
-        if not over_time:
-            summary[f"{name}_{unit}"] = float(values)
-        elif values.ndim == 0:  # save = "last"
-            summary[f"{name}_end_{unit}"] = float(values)
-        else:
-            picked = {"start": 0, "end": -1, "largest": int(np.argmax(np.abs(values)))}
-            summary |= {f"{name}_{when}_{unit}": float(values[i]) for when, i in picked.items()}
-    return summary
-
-
-def lines_of(summary: dict[str, Any]) -> list[str]:
-    """The figures of a summary as lines of text."""
-    lines = []
-    for name, unit in FIGURES.items():
-        shown = "" if "_per_" in unit else unit
-        values = [summary.get(f"{name}{when}_{unit}") for when in ("_start", "_end", "_largest", "")]
-        start, end, largest, held = ("" if value is None else f"{value:.6g}" for value in values)
-        course = f"{start} -> {end} {shown}".strip() + (
-            f", largest {largest} {shown}".rstrip() if largest else ""
-        )
-        if end or held:
-            lines.append(f"  {name.replace('_', ' '):25s} {course if end else f'{held} {shown}'}".rstrip())
-    return lines
 
 
 def _extent(result: Any, case: Case) -> dict[str, Any]:

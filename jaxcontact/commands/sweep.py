@@ -1,0 +1,140 @@
+"""``jaxcontact sweep``: run the cases of a study and write their figures in one table.
+
+Each case is on disk as it is done, so that the same command goes on with a study that was stopped, however it was.
+"""
+
+import argparse
+import contextlib
+import csv
+import json
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._status import Status
+from jaxcontact._version import __version__
+from jaxcontact.commands.interrupts import exit_status, signal_of
+from jaxcontact.commands.status import FINE, NOT_CONVERGED, complain, tell
+from jaxcontact.compilation_cache import enable_compilation_cache
+from jaxcontact.files import advice, run_directory
+from jaxcontact.files.case_file import Case, CaseError
+from jaxcontact.files.npz import write_whole
+from jaxcontact.files.run_figures import figures_in, values_of
+from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
+from jaxcontact.studies import FUNCTION, Study, sweep
+
+CASE = "fingerprint"  # beside what varies: a case is another where a file that it names has changed
+TABLE, SUMMARY = "study.csv", "summary.json"
+
+
+def run_study(options: argparse.Namespace) -> int:
+    """Compute what is missing of a study, then write its table; the exit status."""
+    study = read_study(options.study)
+    _check_directory(options.directory)
+    advice.check(varied(study.tables, study.cases[0], study.path), study.path)
+    compute = figures_by(study.tables, str(study.path.resolve()))
+    cases = [values | {CASE: mark} for values, mark in zip(study.cases, study.fingerprints, strict=True)]
+    try:
+        with _executor(options.scheduler) as executor:
+            found = sweep(compute, cases, options.directory, executor=executor, processes=options.processes)
+    except KeyboardInterrupt as interrupt:
+        reason = "what is finished is kept; the same command goes on"
+        name = signal_of(interrupt).name
+        return complain(f"{study.path}: interrupted by {name}: {reason}", exit_status(interrupt))
+    except ValueError as error:
+        raise CaseError(f"{study.path}: {error}") from error
+    return _finish(study, found, options.directory)
+
+
+def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    """The function that runs a case of the tables, with other values, to its figures."""
+
+    def figures(values: dict[str, Any]) -> dict[str, Any]:
+        changed = {key: value for key, value in values.items() if key != CASE}
+        case = varied(tables, changed, Path(path))
+        advice.check(case, Path(path))
+        with warnings.catch_warnings(record=True) as notes:
+            warnings.simplefilter("always")
+            return _trusted(case, case.run()) | {"warnings_count": len(notes)}
+
+    return figures
+
+
+def _trusted(case: Case, result: Any) -> dict[str, float]:
+    """The figures of a result. Raises RuntimeError at the first step that is not fine."""
+    status = np.atleast_1d(np.asarray(result.status))
+    if np.any(status):
+        step = int(np.argmax(status > 0))
+        where = f"step {step + 1} of {status.size}: " if status.size > 1 else ""
+        raise RuntimeError(where + Status(int(status[step])).message)
+    return figures_in(values_of(result), hasattr(result, "times"))
+
+
+def _check_directory(directory: Path) -> None:
+    """It is new, empty, or that of a study."""
+    if directory.is_dir() and any(directory.iterdir()) and not (directory / FUNCTION).exists():
+        raise run_directory.DirectoryTakenError(
+            f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
+        )
+
+
+@contextlib.contextmanager
+def _executor(scheduler: str | None) -> Iterator[Executor | None]:
+    """The workers of a Dask scheduler, which keep their compiled programs; None: processes of this machine."""
+    if scheduler is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ImportError("--scheduler: needs the extra jaxcontact[cluster]") from error
+    with Client(scheduler) as client:
+        client.run(enable_compilation_cache)
+        yield client.get_executor()
+
+
+def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
+    """Write the table and the summary, and say what failed; the exit status."""
+    rows = [_row(study, found, index) for index in range(len(found))]
+    names = list(dict.fromkeys(name for row in rows for name in row if name != "failure"))
+    write_whole(directory / TABLE, lambda path: _write_table(path, [*names, "failure"], rows))
+    summary = {
+        "jaxcontact_version": __version__,
+        "study": study.path.name,
+        "varied": list(study.cases[0]),
+        "cases_count": len(found),
+        "failed_count": len(found.failures),
+        "failures": [study.cases[i] | {"case": i, "failure": why} for i, why in found.failures.items()],
+    }
+    text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
+    write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
+    tell(f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", sys.stdout)
+    for index, why in found.failures.items():
+        tell(f"jaxcontact: warning: case {index}, {in_words(study.cases[index])}: {why}", sys.stderr)
+    if not found.failures:
+        return FINE
+    reason = f"{len(found.failures)} of {len(found)} cases failed; the same command tries them again"
+    return complain(f"{study.path}: {reason}", NOT_CONVERGED)
+
+
+def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:
+    """A case in the table: what varies, and its figures or what went wrong."""
+    varying = {
+        key: json.dumps(value) if isinstance(value, list) else value
+        for key, value in study.cases[index].items()
+    }
+    if index in found.failures:
+        return {"case": index} | varying | {"failure": found.failures[index]}
+    return {"case": index} | varying | {name: value.item() for name, value in found[index].items()}
+
+
+def _write_table(path: Path, names: list[str], rows: list[dict[str, Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names, restval="")
+        writer.writeheader()
+        writer.writerows(rows)

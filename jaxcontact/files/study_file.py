@@ -1,0 +1,178 @@
+"""Study files: a case file with a table [sweep], whose keys are keys of the case and whose values those they take.
+
+    [sweep]
+    method = "grid"                                  # every combination; or "latin-hypercube", with samples and seed
+    "control.load" = [10.0, 60.0]                    # these
+    "layer[0].thickness" = {from = 1e-7, to = 1e-6, count = 4, log = true}     # or a range
+
+A list in a case is one value (a vector, a history), so that only a table of its own can say what is to vary.
+"""
+
+import copy
+import itertools
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from jaxcontact.files.case_file import Case, CaseError, Table, case_of, check_table, read_tables, shown
+from jaxcontact.files.case_schema import FLAG, NUMBER, Key, Keys, choice, whole_number
+from jaxcontact.files.finished_steps import fingerprint
+
+MOST_CASES = 10**5
+
+OPTIONS: Keys = {
+    "method": Key(choice("grid", "latin-hypercube"), "how values are combined", default="grid"),
+    "samples": Key(whole_number(1, MOST_CASES), "cases of a Latin hypercube"),
+    "seed": Key(whole_number(0, 2**32 - 1), "of the Latin hypercube", default=0),
+}
+RANGE: Keys = {
+    "from": Key(NUMBER, "the first value", required=True),
+    "to": Key(NUMBER, "the last value", required=True),
+    "count": Key(whole_number(2, MOST_CASES), "how many values, both ends included; for a grid"),
+    "log": Key(FLAG, "whether they are evenly spaced in their logarithm", default=False),
+}
+
+
+@dataclass(frozen=True)
+class CaseStudy:
+    """A case, and what some of its keys are to be in turn.
+
+    path, tables: of its file, without [sweep]; cases: {dotted key: value} of each; fingerprints: of each, with what
+    the files that it names hold.
+    """
+
+    path: Path
+    tables: Table
+    cases: tuple[Table, ...]
+    fingerprints: tuple[str, ...]
+
+
+def read_study(path: Path) -> CaseStudy:
+    """The study in a TOML file, every case of which can be read. Raises CaseError, which names file and key."""
+    tables = read_tables(path)
+    try:
+        cases = _combined(tables.pop("sweep", {}))
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from error
+    return CaseStudy(
+        path, tables, cases, tuple(fingerprint(varied(tables, values, path)) for values in cases)
+    )
+
+
+def varied(tables: Table, values: Table, path: Path) -> Case:
+    """The case of the tables with other values. Raises CaseError, which names them."""
+    tables = copy.deepcopy(tables)
+    try:
+        for key, value in values.items():
+            _put(tables, key, value)
+        return case_of(tables, path)
+    except CaseError as error:
+        words = str(error).removeprefix(f"{path}: ")
+        raise CaseError(f"{path}: [sweep] {in_words(values)}: {words}") from error
+
+
+def in_words(values: Table) -> str:
+    """What a case varies, in one line."""
+    return ", ".join(f"{key} = {shown(value)}" for key, value in values.items())
+
+
+def _put(tables: Table, dotted: str, value: Any) -> None:
+    """Set a key of a case, in a table that is there or an empty one."""
+    *parents, name = dotted.split(".")
+    table: Any = tables
+    for part in parents:
+        named = re.fullmatch(r"(\w+)\[(\d+)\]", part)
+        if named is None:
+            table = table.setdefault(part, {})
+        else:
+            group = table.get(named[1])
+            inside = isinstance(group, list) and int(named[2]) < len(group)
+            table = group[int(named[2])] if inside else None
+        if not isinstance(table, dict):
+            raise CaseError(f'{part}: found no such table; accepted: a table of the case, as in "layer[0]"')
+    table[name] = value
+
+
+def _combined(sweep: Any) -> tuple[Table, ...]:
+    """The cases of a table [sweep]."""
+    if not isinstance(sweep, dict):
+        raise CaseError(f"[sweep]: found {shown(sweep)}, accepted: a table")
+    given = dict(_flat(sweep))
+    options = {name: given.pop(name) for name in OPTIONS if name in given}
+    check_table("sweep", options, OPTIONS)
+    latin = options.get("method") == "latin-hypercube"
+    for name, value in given.items():
+        _check_values(name, value, latin)
+    if not given:
+        raise CaseError('[sweep]: missing; accepted: keys and their values, as "control.load" = [10.0, 60.0]')
+    if not latin and len(options) > ("method" in options):
+        name = next(name for name in options if name != "method")
+        raise CaseError(f'sweep.{name}: found with a grid, accepted: with method = "latin-hypercube"')
+    if latin and "samples" not in options:
+        raise CaseError(f"sweep.samples: missing; accepted: {OPTIONS['samples'].words}")
+    return tuple(_sampled(given, options) if latin else _grid(given))
+
+
+def _flat(table: Table, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys and their values: TOML takes a key for tables in tables where it has no quotation marks."""
+    for name, value in table.items():
+        nested = isinstance(value, dict) and value and all(isinstance(v, dict | list) for v in value.values())
+        yield from _flat(value, f"{above}{name}.") if nested else [(above + name, value)]
+
+
+def _check_values(name: str, value: Any, latin: bool) -> None:
+    """A list, or a range that a grid counts and a Latin hypercube does not."""
+    if "." not in name:
+        raise CaseError(
+            f"sweep.{name}: unknown key; accepted: {', '.join(OPTIONS)}, and keys of the case by their table, as in"
+            ' "control.load"'
+        )
+    if isinstance(value, list) and value:
+        return
+    if not isinstance(value, dict):
+        accepted = "a list of values, or a range {from, to, count, log}"
+        raise CaseError(f"sweep.{name}: found {shown(value)}, accepted: {accepted}")
+    check_table(f"sweep.{name}", value, {key: RANGE[key] for key in RANGE if key != "count" or not latin})
+    if not latin and "count" not in value:
+        raise CaseError(f"sweep.{name}.count: missing; accepted: {RANGE['count'].words}")
+    if value["to"] <= value["from"] or (value.get("log") and value["from"] <= 0):
+        lowest = "0 < from < to, since log = true" if value.get("log") else "from < to"
+        raise CaseError(f"sweep.{name}: found {value['from']:g} to {value['to']:g}, accepted: {lowest}")
+
+
+def _grid(given: Table) -> Iterator[Table]:
+    """Every combination; the last key varies fastest."""
+    counts = [len(value) if isinstance(value, list) else value["count"] for value in given.values()]
+    if math.prod(counts) > MOST_CASES:
+        raise CaseError(f"[sweep]: found {math.prod(counts)}, accepted: up to {MOST_CASES} cases")
+    columns = [
+        value
+        if isinstance(value, list)
+        else [_between(value, share) for share in np.linspace(0.0, 1.0, count)]
+        for value, count in zip(given.values(), counts, strict=True)
+    ]
+    for row in itertools.product(*columns):
+        yield dict(zip(given, row, strict=True))
+
+
+def _sampled(given: Table, options: Table) -> Iterator[Table]:
+    """Samples, each of which has a stratum of every key to itself; of a list, as many of each value."""
+    random = np.random.default_rng(options.get("seed", 0))
+    for shares in qmc.LatinHypercube(len(given), seed=random).random(options["samples"]):
+        yield {
+            name: value[int(share * len(value))] if isinstance(value, list) else _between(value, share)
+            for (name, value), share in zip(given.items(), shares, strict=True)
+        }
+
+
+def _between(given: Table, share: float) -> float:
+    """A value of a range, in twelve digits, so that it is the same on every machine."""
+    low, high = float(given["from"]), float(given["to"])
+    value = low * (high / low) ** share if given.get("log") else low + (high - low) * share
+    return float(f"{value:.12g}")
