@@ -2,6 +2,8 @@
 
 from fitting.batch import BatchFit as BatchFit
 from fitting.batch import fit_creep_batch as fit_creep_batch
+from fitting.bayes import Posterior as Posterior
+from fitting.bayes import posterior as posterior
 from fitting.creep import Comparison as Comparison
 from fitting.creep import CreepFit as CreepFit
 from fitting.creep import compare as compare
@@ -36,6 +38,7 @@ __all__ = [
     "IndentationFit",
     "ModulusFit",
     "OscillationData",
+    "Posterior",
     "PronyFit",
     "Propagated",
     "RelaxationData",
@@ -47,6 +50,7 @@ __all__ = [
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
+    "posterior",
     "propagate",
     "read_creep",
     "read_indentation",

@@ -182,7 +182,7 @@ def _fit(
     ends = nonlinear.profile(objective, best, allowed.level)
     quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, x)
     still = lambda name: np.zeros(best.theta.size)
-    found = estimate(space, best, still, ends, quality.spread(known))
+    found = estimate(space, best, still, ends, quality.spread(known), objective.residual)
     return ModulusFit(
         **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label, curve=curve,
         duration=duration, notes=data.notes, starts=(best.starts, best.agreed),

@@ -158,6 +158,8 @@ FITTING_LAYERS = {
     "batch": 4,
     "planning": 4,
     "propagation": 4,
+    "sampling": 0,
+    "bayes": 5,
     "layered_search": 5,
     "prony": 6,
     "files": 0,
