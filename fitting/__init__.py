@@ -27,6 +27,8 @@ from fitting.propagation import Propagated as Propagated
 from fitting.propagation import propagate as propagate
 from fitting.readers import read_creep as read_creep
 from fitting.readers import read_indentation as read_indentation
+from fitting.together import JointFit as JointFit
+from fitting.together import fit_together as fit_together
 
 __all__ = [
     "BatchFit",
@@ -36,6 +38,7 @@ __all__ = [
     "Design",
     "IndentationData",
     "IndentationFit",
+    "JointFit",
     "ModulusFit",
     "OscillationData",
     "Posterior",
@@ -50,6 +53,7 @@ __all__ = [
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
+    "fit_together",
     "posterior",
     "propagate",
     "read_creep",

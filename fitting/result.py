@@ -150,11 +150,8 @@ class Fit:
 
     def summary(self) -> str:
         """The fit in words, for the terminal."""
-        t = self.curve[2]
-        over, unit = self.abscissa
-        head = f"{self.model.__name__} fit of {t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
         lines = [
-            "; ".join([head, *self._choices()]),
+            "; ".join([f"{self.model.__name__} fit of {self._points()}", *self._choices()]),
             *(report.parameter(self, name) for name in self.values),
             *self._nuisance_lines(),
         ]
@@ -165,6 +162,11 @@ class Fit:
             *report.verdict(self),
         ]
         return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
+
+    def _points(self) -> str:
+        """What was fitted, for the first line."""
+        t, (over, unit) = self.curve[2], self.abscissa
+        return f"{t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
 
     def _choices(self) -> list[str]:
         """What the user chose, for the first line."""

@@ -160,6 +160,7 @@ FITTING_LAYERS = {
     "propagation": 4,
     "sampling": 0,
     "bayes": 5,
+    "together": 6,
     "layered_search": 5,
     "prony": 6,
     "files": 0,

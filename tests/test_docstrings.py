@@ -33,10 +33,11 @@ GIVEN = [  # what users are given, and do not make
         jc.SurfaceStatistics,
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
-    *(fitting.ModulusFit, fitting.Posterior, fitting.PronyFit, fitting.Propagated),
+    *(fitting.JointFit, fitting.ModulusFit, fitting.Posterior, fitting.PronyFit, fitting.Propagated),
 ]
 DEAR = (
     "posterior",
+    "fit_together",
     "sensitivity",
     "compare",
     "shear",
