@@ -2,6 +2,8 @@
 
 from fitting.batch import BatchFit as BatchFit
 from fitting.batch import fit_creep_batch as fit_creep_batch
+from fitting.bayes import Posterior as Posterior
+from fitting.bayes import posterior as posterior
 from fitting.creep import Comparison as Comparison
 from fitting.creep import CreepFit as CreepFit
 from fitting.creep import compare as compare
@@ -25,6 +27,8 @@ from fitting.propagation import Propagated as Propagated
 from fitting.propagation import propagate as propagate
 from fitting.readers import read_creep as read_creep
 from fitting.readers import read_indentation as read_indentation
+from fitting.together import JointFit as JointFit
+from fitting.together import fit_together as fit_together
 
 __all__ = [
     "BatchFit",
@@ -34,8 +38,10 @@ __all__ = [
     "Design",
     "IndentationData",
     "IndentationFit",
+    "JointFit",
     "ModulusFit",
     "OscillationData",
+    "Posterior",
     "PronyFit",
     "Propagated",
     "RelaxationData",
@@ -47,6 +53,8 @@ __all__ = [
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
+    "fit_together",
+    "posterior",
     "propagate",
     "read_creep",
     "read_indentation",

@@ -141,6 +141,11 @@ class Space:
         own, logs = vector[self.material], self.logarithmic[self.material]
         return np.where(logs, np.exp(np.where(logs, own, 0.0)), own)
 
+    def vector(self, values: Array) -> Array:
+        """The coordinates (m,) of compliances > 0 and nuisances (m,), scaled, which may be traced."""
+        logs = self.logarithmic
+        return jnp.where(logs, jnp.log(jnp.where(logs, values, 1.0)), values)
+
     def slope(self, vector: np.ndarray) -> np.ndarray:
         """d compliance/d coordinate, (size,), scaled."""
         return np.where(self.logarithmic[self.material], self.compliances(vector), 1.0)

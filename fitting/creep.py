@@ -9,12 +9,13 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting import creep_search, evidence, padding, report
 from fitting.creep_search import Optimum, Scaled
 from fitting.data import CreepData
-from fitting.result import Estimate, Fit, findings, plain
+from fitting.result import Estimate, Fit, Landscape, findings, plain
 from fitting.structure import Structure, Volume, limits, resolve
 from fitting.uncertainty import covariance, linear_sd, log_covariance
 from fitting.unsupported import Supported, keep_all, leave_out
@@ -193,6 +194,9 @@ def _estimate(
         parts * unit, parts * unit, ends[own] * unit[:, None],
         covariance(J, lower < upper, spread) * np.outer(unit, unit),
         log_covariance(J * parts, inside, spread), lambda name: np.zeros(parts.size),
+        Landscape(
+            Partial(creep_search.residuals_at, scaled.problem), parts, np.stack([lower, upper], -1), unit
+        ),
     )  # fmt: skip
 
 

@@ -94,6 +94,12 @@ def residuals(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     return _residual(problem, optimum.parts, optimum.tau)
 
 
+def residuals_at(problem: varpro.TauSearch, values: Array) -> Array:
+    """Weighted residuals (n,) at the compliances of a material, (2,) or (4,), all > 0."""
+    parts = jnp.zeros(4).at[np.asarray(varpro.PLACES[values.size])].set(values)
+    return _residual(problem, parts, jnp.ones(()))
+
+
 def inside_jacobian(problem: varpro.TauSearch, optimum: Optimum) -> np.ndarray:
     """The columns of ``jacobian`` of the compliances off their bounds, (n, k)."""
     inside = strictly_inside(optimum.parts, *problem.limits)

@@ -41,6 +41,28 @@ def draw(fit: Any, path: Any) -> Any:
     return figure
 
 
+def draw_tests(fit: Any, path: Any) -> Any:
+    """A Figure of a ``JointFit``: the data and the fit of every test side by side, and the parameters below."""
+    from matplotlib.figure import Figure
+
+    tests = fit.curves
+    figure = Figure(figsize=(4.5 * len(tests), 5.0), layout="constrained")
+    figure.suptitle("\n".join(_verdict(fit)), fontsize="medium", color="C3" if fit.refused else "black")
+    places = figure.add_gridspec(2, len(tests), height_ratios=(4, 1))
+    for k, (name, unit, x, values, fitted) in enumerate(tests):
+        axes = figure.add_subplot(places[0, k])
+        axes.plot(x, values, ".", markersize=3, color="0.4", label="data")
+        axes.plot(*_broken(x, fitted), label=fit.model.__name__)
+        positive = np.all(values > 0) and np.all(fitted > 0)
+        over = "angular frequency [rad/s]" if name.startswith("G'") else "t [s]"
+        axes.set(xlabel=over, ylabel=f"{name} [{unit}]", xscale="log", yscale="log" if positive else "linear")
+        axes.legend()
+    _parameters(figure.add_subplot(places[1, :]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
 def _verdict(fit: Any) -> list[str]:
     return [f"refused: {reason}" for reason in fit.refused] or ["the fit stands"]
 

@@ -11,7 +11,8 @@ Neither is linear in the compliances, so the fit begins from several retardation
 import dataclasses
 import functools
 import itertools
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -108,10 +109,7 @@ def fit_relaxation(
             "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
         )
     weights = "estimated" if weights is None and sigma is None else weights
-    weight, label = choose_weights(data.t, data.shear, weights, sigma)
-    curve = ("G", "Pa", data.t, data.shear)
-    table, duration = limits(structure, fixed, bounds), float(data.t[-1])
-    return _fit("relaxation", data, structure, table, curve, weight, label, duration, nu, level)
+    return _fit(data, weigh(data, weights, sigma), structure, limits(structure, fixed, bounds), nu, level)
 
 
 def fit_oscillation(
@@ -149,32 +147,48 @@ def fit_oscillation(
     structure = structure_of(model, tau)
     if weights not in (None, "relative", "absolute"):
         raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
-    sigma_of = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
+    weighed = weigh(data, None if sigma is not None else weights, sigma)
+    return _fit(data, weighed, structure, limits(structure, fixed, bounds), nu, level)
+
+
+class Weighed(NamedTuple):
+    """kind: "relaxation" or "oscillation"; curve: as of a ``Fit``, G' and then G'' of an oscillation; weight (n,)
+    [1/Pa] and its label; duration [s]."""
+
+    kind: str
+    curve: tuple[str, str, np.ndarray, np.ndarray]
+    weight: np.ndarray
+    label: str
+    duration: float
+
+
+def weigh(data: RelaxationData | OscillationData, weights: str | None, sigma: Any) -> Weighed:
+    """What is fitted, in shear, and how much each point counts; ValueError unless one choice is made."""
+    if isinstance(data, RelaxationData):
+        curve = ("G", "Pa", data.t, data.shear)
+        weight, label = choose_weights(data.t, data.shear, weights, sigma)
+        return Weighed("relaxation", curve, weight, label, float(data.t[-1]))
+    sigma = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
     both = np.append(data.omega, data.omega)
-    measured = np.append(data.shear.real, data.shear.imag)
-    size = np.tile(np.abs(data.shear), 2)
-    weight, label = choose_weights(both, size, None if sigma is not None else weights, sigma_of)
-    curve = ("G', G''", "Pa", both, measured)
-    table, duration = limits(structure, fixed, bounds), 1.0 / float(data.omega[0])
-    return _fit("oscillation", data, structure, table, curve, weight, label, duration, nu, level)
+    weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
+    curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))
+    return Weighed("oscillation", curve, weight, label, 1.0 / float(data.omega[0]))
 
 
 def _fit(
-    kind: str, data: Any, structure: Structure, table: dict, curve: tuple, weight: np.ndarray, label: str,
-    duration: float, nu: float, level: float,
-) -> ModulusFit:  # fmt: skip
+    data: Any, weighed: Weighed, structure: Structure, table: dict, nu: float, level: float
+) -> ModulusFit:
     """Scale, search, and say what there is to say."""
+    kind, curve, weight, label, duration = weighed
     *_, x, measured = curve
     unit, n, known = 1.0 / float(np.max(np.abs(measured))), measured.size, label == "sigma"
-    units = structure.units(unit, duration)
-    box = np.concatenate([structure.box(table) / units[:, None], np.zeros((len(NUISANCES), 2))])
-    space = Space(structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
+    space = material_space(structure, table, unit, duration)
     p = space.free.size
     evidence.check(level, n, p)
     objective = _objective(
         kind, space, x / duration if kind == "relaxation" else x * duration, measured * unit, weight / unit
     )
-    best = nonlinear.minimise_from(objective, _starts(space))
+    best = nonlinear.minimise_from(objective, starts(space, STARTS))
     J = best.jacobian[:, inside_box(space, best.theta)[space.free]]
     if kind == "relaxation":  # those of an oscillation follow |G*|, which its noise hardly moves
         J = J * without_noise(label, weight, measured, best.residual)[:, None]
@@ -182,22 +196,29 @@ def _fit(
     ends = nonlinear.profile(objective, best, allowed.level)
     quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, x)
     still = lambda name: np.zeros(best.theta.size)
-    found = estimate(space, best, still, ends, quality.spread(known))
+    found = estimate(space, best, still, ends, quality.spread(known), objective.residual)
     return ModulusFit(
         **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label, curve=curve,
         duration=duration, notes=data.notes, starts=(best.starts, best.agreed),
     )  # fmt: skip
 
 
-def _starts(space: Space) -> list[np.ndarray]:
-    """Coordinates from the retardation times and shares of ``STARTS``; of a series, its parts alike."""
+def material_space(structure: Structure, table: dict, unit: float, duration: float) -> Space:
+    """Of a search over a material alone, in units of compliance [1/Pa] and time [s]."""
+    units = structure.units(unit, duration)
+    box = np.concatenate([structure.box(table) / units[:, None], np.zeros((len(NUISANCES), 2))])
+    return Space(structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
+
+
+def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
+    """Coordinates from pairs of a retardation time over the duration and its share; of a series, its parts alike."""
     structure = space.structure
     if structure.tau is not None:
         even = np.append(np.ones(1 + structure.branches) / (1 + structure.branches), 0.1)
         return [space.near(even, LEAST)]
     if structure.branches == 0:
         return [space.near(np.array([1.0, flow]), LEAST) for flow in (0.1, 1.0, 10.0)]
-    return [space.near(np.array([1.0, share, 1.0 - share, share / tau]), LEAST) for tau, share in STARTS]
+    return [space.near(np.array([1.0, share, 1.0 - share, share / tau]), LEAST) for tau, share in pairs]
 
 
 def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
@@ -212,7 +233,8 @@ def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np
     )
 
 
-def _residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
+def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    """Weighted (n,), of a kind of test, at scaled times or frequencies x (n,)."""
     c = point.compliances()
     if kind == "relaxation":
         weights, rates = relaxation_modes(c, jnp.zeros(()))
@@ -231,11 +253,11 @@ def _complex_modulus(c: Any, omega: Array) -> Array:
 @functools.partial(jax.jit, static_argnames="kind")
 def _evaluate(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
     """Weighted residuals (n,)."""
-    return _residual(point, x, y, weight, kind)
+    return residual(point, x, y, weight, kind)
 
 
 @functools.partial(jax.jit, static_argnames="kind")
 def _slopes(point: Coordinates, free: Array, x: Array, y: Array, weight: Array, kind: str) -> Array:
     """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda values: _residual(point.moved(free, values), x, y, weight, kind)
+    some = lambda values: residual(point.moved(free, values), x, y, weight, kind)
     return jax.jacfwd(some)(point.vector()[free])

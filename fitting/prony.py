@@ -10,12 +10,14 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from jax import Array
+from jax.tree_util import Partial
 from scipy import optimize
 
 from fitting import evidence, history, nonlinear
 from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
-from fitting.result import Estimate, Fit, findings
+from fitting.result import Estimate, Fit, Landscape, findings
 from fitting.structure import Volume, limits, series
 from fitting.uncertainty import covariance, log_covariance
 from fitting.weights import without_noise
@@ -84,7 +86,7 @@ def fit_prony(
     allowed = evidence.allow(best.residual, J, p, float(y @ y), level, known)
     ends = nonlinear.profile(objective, best, allowed.level) * scale[:, None]
     quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known, J, data.t)
-    found = _estimate(structure.size, places, best.theta * scale, ends, whole, quality.spread(known))
+    found = _estimate(structure.size, places, best.theta * scale, ends, whole, y, quality.spread(known))
     return PronyFit(
         **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label,
         duration=float(data.t[-1]), notes=notes, curve=measured_curve(data),
@@ -118,11 +120,19 @@ def _basis(data: CreepData) -> history.Step | history.History:
 
 
 def _estimate(
-    size: int, places: list[int], x: np.ndarray, ends: np.ndarray, A: np.ndarray, spread: float
+    size: int, places: list[int], x: np.ndarray, ends: np.ndarray, A: np.ndarray, y: np.ndarray, spread: float
 ) -> Estimate:
     """From the compliances sought, at ``places``, and their columns A (n, p); the others are zero."""
     best, spans, J = np.zeros(size), np.zeros((size, 2)), np.zeros((len(A), size))
     best[places], spans[places], J[:, places] = x, ends, A
     free = np.isin(np.arange(size), places)
     log = log_covariance(J * best, best > 0, spread)
-    return Estimate(best, best, spans, covariance(J, free, spread), log, lambda name: np.zeros(size))
+    unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))  # alone is all
+    box = np.where(free[:, None], [0.0, np.inf], 0.0)
+    land = Landscape(Partial(_residual, J * unit, y), best / unit, box, unit)
+    still = lambda name: np.zeros(size)
+    return Estimate(best, best, spans, covariance(J, free, spread), log, still, land)
+
+
+def _residual(A: Array, y: Array, values: Array) -> Array:
+    return A @ values - y

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.tree_util import Partial
 from scipy import stats
 
 from fitting import fit_picture, report
@@ -17,12 +18,26 @@ from fitting.structure import Compliances, Structure, Volume
 from fitting.uncertainty import LogCovariance
 
 
+class Landscape(NamedTuple):
+    """What the residuals of a fit are over, for those that go on from it.
+
+    residual (n,): weighted, of values (k,): the compliances, then nuisances, scaled; a pytree. best (k,); box (k,
+    2): bounds, equal where held; unit (k,): of each in SI; nuisances: their names.
+    """
+
+    residual: Partial
+    best: np.ndarray
+    box: np.ndarray
+    unit: np.ndarray
+    nuisances: tuple[str, ...] = ()
+
+
 class Estimate(NamedTuple):
     """What a search found, in SI, in the order of the structure's list of compliances.
 
     best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): ends of the intervals;
     covariance (m, m), zero for what was held; log: of the log parameters; moves(name) (m,): change of the
-    compliances with a quantity that was held.
+    compliances with a quantity that was held; landscape: None where the residuals are runs of the contact solver.
     """
 
     best: np.ndarray
@@ -31,6 +46,7 @@ class Estimate(NamedTuple):
     covariance: np.ndarray
     log: LogCovariance
     moves: Callable[[str], np.ndarray]
+    landscape: Landscape | None
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
@@ -134,11 +150,8 @@ class Fit:
 
     def summary(self) -> str:
         """The fit in words, for the terminal."""
-        t = self.curve[2]
-        over, unit = self.abscissa
-        head = f"{self.model.__name__} fit of {t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
         lines = [
-            "; ".join([head, *self._choices()]),
+            "; ".join([f"{self.model.__name__} fit of {self._points()}", *self._choices()]),
             *(report.parameter(self, name) for name in self.values),
             *self._nuisance_lines(),
         ]
@@ -149,6 +162,11 @@ class Fit:
             *report.verdict(self),
         ]
         return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
+
+    def _points(self) -> str:
+        """What was fitted, for the first line."""
+        t, (over, unit) = self.curve[2], self.abscissa
+        return f"{t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
 
     def _choices(self) -> list[str]:
         """What the user chose, for the first line."""

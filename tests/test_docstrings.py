@@ -33,9 +33,19 @@ GIVEN = [  # what users are given, and do not make
         jc.SurfaceStatistics,
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
-    *(fitting.ModulusFit, fitting.PronyFit, fitting.Propagated),
+    *(fitting.JointFit, fitting.ModulusFit, fitting.Posterior, fitting.PronyFit, fitting.Propagated),
 ]
-DEAR = ("sensitivity", "compare", "shear", "roll_steady", "subsurface", "slide", "slide_steady")  # to compile
+DEAR = (
+    "posterior",
+    "fit_together",
+    "sensitivity",
+    "compare",
+    "shear",
+    "roll_steady",
+    "subsurface",
+    "slide",
+    "slide_steady",
+)  # to compile
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))

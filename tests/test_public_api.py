@@ -26,9 +26,9 @@ ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_cl
 pressure_histogram surface_statistics Surface read_surface
 """
 FITTING = """
-BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit ModulusFit OscillationData PronyFit
-Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
-fit_relaxation propagate read_creep read_indentation read_oscillation read_relaxation
+BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit JointFit ModulusFit OscillationData Posterior
+PronyFit Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
+fit_relaxation fit_together posterior propagate read_creep read_indentation read_oscillation read_relaxation
 """
 
 
