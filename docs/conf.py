@@ -64,7 +64,7 @@ def _literal_formulas(lines: list[str]) -> list[str]:
         inside = bool(SECTION.match(line)) or (inside and (indented or not line))
         begins = indented and not inside and not literal and (not out or not out[-1])
         if begins:
-            out += ["::", ""]
+            out += [".. code-block:: text", ""]
         literal = begins or (literal and (indented or not line))
         out.append(line if literal or ">>>" in line else _plain_bars(line))
     return out

@@ -38,6 +38,7 @@ DEAR = {  # to compile
 def test_there_are_twenty_recipes_of_about_ten_lines():
     assert len(RECIPES) >= 20 and set(RECIPES) > DEAR
     assert max(len(block.splitlines()) for block in RECIPES.values()) <= 14
+    assert max(len(line) for block in RECIPES.values() for line in block.splitlines()) <= 90  # no scrolling
 
 
 @pytest.mark.parametrize(
