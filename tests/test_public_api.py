@@ -2,9 +2,6 @@
 
 import inspect
 import re
-import shlex
-import subprocess
-import sys
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -130,16 +127,3 @@ def test_one_version_everywhere_and_a_citation_with_the_doi():
 
 def test_at_most_ten_direct_dependencies():
     assert len(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]) <= 10
-
-
-@pytest.mark.slow
-def test_the_reference_builds_from_docstrings_without_warnings(tmp_path):
-    command = re.search(r"^\S*python -m pdoc .*$", (ROOT / "README.md").read_text(), re.MULTILINE).group()
-    words = shlex.split(command.replace("-o api", f"-o {tmp_path}"), comments=True)[1:]
-    done = subprocess.run(
-        [sys.executable, "-W", "error", *words], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert "warn" not in (done.stdout + done.stderr).lower()
-    page = (tmp_path / "jaxcontact.html").read_text()
-    assert [name for name in JAXCONTACT.split() if f'id="{name}"' not in page] == []
-    assert 'id="fit_creep"' in (tmp_path / "fitting.html").read_text()

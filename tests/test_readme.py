@@ -23,7 +23,8 @@ COMMANDS = [
 HERE = {  # the other commands, and what runs them
     "python3 -m venv": ".ci/run, both",
     ".ci/run": "itself",
-    "python -m pdoc": "test_public_api.py",
+    "python -m sphinx": "test_docs.py",
+    "python -m http.server": "the standard library",
     "jupyter nbconvert": "test_notebooks.py",
     "jaxcontact ": "below",
 }

@@ -1,0 +1,121 @@
+"""How the site is built: python -m sphinx docs site."""
+
+import inspect
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math import latex2mathml
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+sys.path.insert(0, str(ROOT))
+
+from jaxcontact import __version__  # noqa: E402
+
+project, author, release = "jaxcontact", "The jaxcontact developers", __version__
+version = release
+copyright = author  # shown at the foot of each page
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "myst_nb",
+]
+exclude_patterns = ["README.md"]
+html_theme = "furo"
+html_title = f"jaxcontact {release}"
+html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_show_sphinx = False
+html_theme_options = {"navigation_with_keys": True}
+pygments_style, pygments_dark_style = "a11y-high-contrast-light", "a11y-high-contrast-dark"
+
+# Notebooks as they were committed: tests/test_notebooks.py runs them.
+nb_execution_mode = "off"
+nb_merge_streams = True
+myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
+myst_heading_anchors = 3
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+# Signatures read as they were written.
+autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
+autodoc_member_order = "bysource"
+napoleon_numpy_docstring = False
+napoleon_use_rtype, napoleon_use_ivar = False, True
+python_maximum_signature_line_length = 88
+python_use_unqualified_type_names = True
+
+SECTION = re.compile(r"(Args|Attributes|Example|Raises|Returns):$")
+
+
+def _literal_formulas(lines: list[str]) -> list[str]:
+    """Indented blocks of a docstring as literal text: its formulas, which reStructuredText would take for prose."""
+    out: list[str] = []
+    inside = literal = False
+    for line in lines:
+        indented = line.startswith("    ")
+        inside = bool(SECTION.match(line)) or (inside and (indented or not line))
+        begins = indented and not inside and not literal and (not out or not out[-1])
+        if begins:
+            out += [".. code-block:: text", ""]
+        literal = begins or (literal and (indented or not line))
+        out.append(line if literal or ">>>" in line else _plain_bars(line))
+    return out
+
+
+def _plain_bars(line: str) -> str:
+    """|v| is no substitution, outside of literals."""
+    parts = line.split("``")
+    return "``".join(part if i % 2 else part.replace("|", r"\|") for i, part in enumerate(parts))
+
+
+def _docstring(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    lines[:] = _literal_formulas(lines)
+    if what == "property" and lines:  # napoleon takes what stands before a colon for a type
+        lines[0] = lines[0].replace(": ", " \N{EN DASH} ", 1)
+
+
+def _signature(
+    app: Any, what: str, name: str, thing: Any, options: Any, signature: Any, returns: Any
+) -> tuple | None:
+    """None for what users are given, and do not make."""
+    if inspect.isclass(thing) and "\nArgs:\n" not in (inspect.getdoc(thing) or ""):
+        return "", None
+    return None
+
+
+def _skip(app: Any, what: str, name: str, thing: Any, skip: bool, options: Any) -> bool | None:
+    """Fields of named tuples: the docstring of the class says what they are."""
+    return True if type(thing).__name__ == "_tuplegetter" else None
+
+
+def _formula(self: Any, node: nodes.Element) -> None:
+    """MathML, which browsers draw by themselves: no script, and nothing from elsewhere on the net."""
+    block = isinstance(node, nodes.math_block)
+    mathml = latex2mathml.tex2mathml(node.astext(), as_block=block)
+    self.body.append(f'<div class="math">{mathml}</div>' if block else mathml)
+    raise nodes.SkipNode
+
+
+def _copy_notebooks() -> None:
+    """Into the folder of the pages, where Sphinx finds them."""
+    target = HERE / "notebooks"
+    shutil.rmtree(target, ignore_errors=True)
+    target.mkdir()
+    for source in sorted((ROOT / "notebooks").glob("*.ipynb")):
+        shutil.copy(source, target)
+
+
+def setup(app: Any) -> None:
+    _copy_notebooks()
+    app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
+    app.connect("autodoc-process-docstring", _docstring, priority=400)  # before napoleon reads the sections
+    app.connect("autodoc-process-signature", _signature)
+    app.connect("autodoc-skip-member", _skip)
