@@ -63,7 +63,7 @@ def add_parser(kinds: Any) -> None:
     flags.add_file(oscillation)
     flags.add_model(oscillation)
     errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
-    flags.add_common(oscillation, "relative", errors, "omega, storage, loss")
+    flags.add_common(oscillation, "relative", errors, "omega, storage, loss, complex, delta, tan_delta")
     flags.add_volume(oscillation)
     flags.add_segment(oscillation, "a sweep of several, by name or position from 0; repeat to join")
     oscillation.set_defaults(command=_oscillation)
@@ -73,7 +73,7 @@ def _add_indentation(press: Any) -> None:
     flags.add_file(press)
     flags.add_model(press)
     errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
-    flags.add_common(press, "absolute", errors, "t, load, depth, height")
+    flags.add_common(press, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
     flags.add_segment(press, "approach, hold or retract; repeat for several")
     press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
     press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
@@ -233,10 +233,11 @@ def _indentation(options: argparse.Namespace) -> int:
         substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
         extra |= {"layer": options.layer, "substrate": substrate}
     nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
+    has_sigma = (data.sigma_load if options.control == "depth" else data.sigma_depth) is not None
     with flags.about(options.file):
         found = fit_indentation(
             data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
-            control=options.control, **flags.weighting(options, False), **flags.known(options), **extra,
+            control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
         )  # fmt: skip
     return _finish(options, found)
 

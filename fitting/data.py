@@ -11,6 +11,7 @@ from fitting.probe import probe_of
 from fitting.segments import SEGMENTS, infer
 
 CONVENTIONS = ("J", "1/(2G)", "D")
+ERRORS = ("sigma_depth", "sigma_load")
 
 
 def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
@@ -28,6 +29,14 @@ def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarra
         raise ValueError(f"{name}: expected finite values, got {array[k]} at index {k}")
     array.setflags(write=False)
     return array
+
+
+def _deviations(name: str, value: object, like: np.ndarray) -> np.ndarray:
+    """Standard deviations (n,), > 0."""
+    found = array(name, value, like)
+    if np.any(found <= 0):
+        raise ValueError(f"{name}: expected standard deviations > 0, got {found.min():g}")
+    return found
 
 
 def times(value: object) -> np.ndarray:
@@ -82,9 +91,7 @@ class CreepData:
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
         if self.sigma is not None:
-            put("sigma", array("sigma", self.sigma, self.t))
-            if np.any(self.sigma <= 0):
-                raise ValueError(f"sigma: expected standard deviations > 0, got {self.sigma.min():g}")
+            put("sigma", _deviations("sigma", self.sigma, self.t))
         if self.J is not None:
             if self.stress is not None:
                 raise ValueError("stress: goes with strain, not with J")
@@ -153,6 +160,9 @@ class IndentationData:
         depth: (n,) [m].
         notes: what a reader or a method took and mended.
         marks: (n,) of "approach", "hold", "retract" where the file marks its segments, else None.
+        sigma_depth: (n,) standard deviations of the depth [m], if they are known; ``fit_indentation`` takes
+            them under load control.
+        sigma_load: (n,) likewise of the load [N], under depth control.
         whole: (3, m): time, load and depth of the curve that this one was taken from, with the same zeros;
             None if nothing was left out. ``plot`` shows it.
 
@@ -173,11 +183,16 @@ class IndentationData:
     notes: tuple[str, ...] = ()
     marks: np.ndarray | None = None
     whole: np.ndarray | None = None
+    sigma_depth: np.ndarray | None = None
+    sigma_load: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", times(self.t))
         object.__setattr__(self, "load", array("load", self.load, self.t))
         object.__setattr__(self, "depth", array("depth", self.depth, self.t))
+        for name in ERRORS:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _deviations(name, getattr(self, name), self.t))
         if self.marks is not None:
             object.__setattr__(self, "marks", _marks(self.marks, self.t))
 
@@ -279,11 +294,7 @@ class IndentationData:
         depth = found.depth_sign * (self.depth - found.depth)
         first, last = found.before, found.before + _unloaded(load[found.before :])
         take = lambda y: np.concatenate([[0.0], y[first:last]])
-        marks = (
-            None
-            if self.marks is None
-            else np.concatenate([self.marks[first : first + 1], self.marks[first:last]])
-        )
+        again = lambda y: None if y is None else np.concatenate([y[first : first + 1], y[first:last]])
         notes = [
             f"contact at {found.t:.4g} s and {found.depth:.4g} m: {first} points before it left out,"
             f" {found.load:.3g} N taken off the load"
@@ -292,7 +303,8 @@ class IndentationData:
                   (("load", found.load_sign), ("depth", found.depth_sign)) if sign < 0]  # fmt: skip
         notes += [f"{t.size - last} points after the contact left out"] if last < t.size else []
         return IndentationData(
-            t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=marks,
+            t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=again(self.marks),
+            sigma_depth=again(self.sigma_depth), sigma_load=again(self.sigma_load),
             whole=self._whole() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
         )  # fmt: skip
@@ -304,9 +316,9 @@ class IndentationData:
         """Some of the points, with a note."""
         if keep.sum() < 5:
             raise ValueError(f"expected at least 5 points, got: {note}")
-        marks = None if self.marks is None else self.marks[keep]
-        fields = {"t": self.t[keep], "load": self.load[keep], "depth": self.depth[keep]}
-        return IndentationData(**fields, notes=(*self.notes, note), marks=marks, whole=self._whole())
+        some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *ERRORS)}
+        fields = {name: None if y is None else y[keep] for name, y in some.items()}
+        return IndentationData(**fields, notes=(*self.notes, note), whole=self._whole())
 
     def plot(self) -> Any:
         """Load and depth over time, what was left out in grey.

@@ -131,11 +131,11 @@ def number(flag: str, text: str) -> float:
         raise ValueError(f"{flag}: expected a number, got {text!r}") from None
 
 
-def weighting(options: argparse.Namespace, has_sigma: bool) -> dict[str, Any]:
-    """Weights or sigma, and the level; the standard deviations of a file go before estimated ones."""
+def weighting(options: argparse.Namespace, has_sigma: bool, usual: str = "estimated") -> dict[str, Any]:
+    """Weights or sigma, and the level; the standard deviations of a file go before the usual weights."""
     level = {"level": options.level}
     if options.weights in KINDS:
-        return level | {"weights": None if has_sigma and options.weights == "estimated" else options.weights}
+        return level | {"weights": None if has_sigma and options.weights == usual else options.weights}
     return level | {"weights": None, "sigma": number("--weights", options.weights)}
 
 

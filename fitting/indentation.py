@@ -95,7 +95,7 @@ def fit_indentation(
     bulk_modulus: float | None = None,
     tau: Any = None,
     control: str = "load",
-    weights: str | None = "absolute",
+    weights: str | None = None,
     sigma: Any = None,
     fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None,
@@ -124,8 +124,9 @@ def fit_indentation(
         bulk_modulus: [Pa], held, of an elastic response in volume, while the shear creeps.
         tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
         control: what drives the model and is not fitted: "load", under which the contact must grow, or "depth".
-        weights: "absolute" (one error for all points) or "relative".
-        sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,).
+        weights: "absolute" (one error for all points; the default without a sigma), "relative" or "estimated".
+        sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); that of the
+            data where they have one.
         fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
         contact_point: in the measured depth [m], a number that is known or "fit".

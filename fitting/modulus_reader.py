@@ -4,15 +4,27 @@ import os
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from fitting.files import mending, onset
-from fitting.files.columns import Series, Wanted
-from fitting.files.table import read_table
+from fitting.files.columns import Series, Wanted, has
+from fitting.files.table import Table, read_table
 from fitting.modulus_data import OscillationData, RelaxationData
 from fitting.readers import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
 
 OMEGA = Wanted("omega", ("angular frequency", "frequency"))
 LOSS = Wanted("loss", ("loss modulus", "tensile loss modulus"))
-TENSILE = ("e(t)", "e'", 'e"', "tensile")  # how such a column's name begins
+COMPLEX = Wanted("complex", ("complex modulus", "tensile complex modulus"))
+ANGLE = Wanted("delta", ("phase angle",))
+FACTOR = Wanted("tan_delta", ("loss factor",))
+PAIRS = (
+    (STORAGE, LOSS),
+    (COMPLEX, ANGLE),
+    (COMPLEX, FACTOR),
+    (STORAGE, ANGLE),
+    (STORAGE, FACTOR),
+)  # the best first
+TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "tensile")  # how such a column's name begins
 
 
 def read_relaxation(
@@ -69,9 +81,12 @@ def read_oscillation(
 ) -> OscillationData:  # fmt: skip
     """Read a frequency sweep: storage and loss modulus, G' and G'' or E' and E''.
 
+    Where a file lacks one of them, it may have |G*| or G' with the phase angle delta or tan delta.
+
     Args:
         path: a text file.
-        columns: where the header does not say it: {"omega": header or position from 0, "storage": ..., "loss": ...}.
+        columns: where the header does not say it: {"omega": header or position from 0, "storage": ..., "loss": ...},
+            or "complex", "delta", "tan_delta" in place of these.
         units: {"omega": "Hz", "storage": "kPa"}; they take precedence over the header. A column of frequencies
             without rad/s or Hz is read only with its unit.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
@@ -96,14 +111,49 @@ def read_oscillation(
         6.283 2000.0 1000.0
     """
     table = read_table(path, decimal)
-    columns, units = checked_options(table, columns, units, ("omega", "storage", "loss"))
-    parts = curves_of(table, (OMEGA, STORAGE, LOSS), columns, units)
+    keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
+    columns, units = checked_options(table, columns, units, keys)
+    parts = curves_of(table, (OMEGA, *_pair(table, columns)), columns, units)
     taken = mending.choose(table.path, "segment", parts, segment)
     _check_frequency(table.path, taken, units)
     convention, taken = _tension(table.path, taken, convention, nu)
     taken = mending.complete(table.path, mending.window(taken, window), positive=("omega",))
-    fields = taken.values | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
+    _check_angle(table.path, taken, units)
+    fields = _moduli(taken.values) | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
     return build(table.path, OscillationData, **fields)
+
+
+def _pair(table: Table, columns: dict) -> tuple[Wanted, Wanted]:
+    """The first pair that a block has all of, those that the caller named before the others."""
+    named = sorted(PAIRS, key=lambda pair: -sum(one.key in columns for one in pair))
+    whole = [pair for pair in named if any(all(has(b, one, columns) for one in pair) for b in table.blocks)]
+    return (whole or named)[0]
+
+
+def _moduli(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """omega, storage and loss from one of the pairs."""
+    if "loss" in values:
+        return values
+    tan = values["tan_delta"] if "tan_delta" in values else np.tan(values["delta"])
+    storage = values["storage"] if "storage" in values else values["complex"] / np.hypot(1.0, tan)
+    return {"omega": values["omega"], "storage": storage, "loss": storage * tan}
+
+
+def _check_angle(path: str, taken: Series, units: dict) -> None:
+    """ValueError where it could be in degrees as well as in rad, or is none of a solid or fluid."""
+    column = taken.columns.get("delta")
+    if column is None:
+        return
+    if column.unit is None:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected a phase angle in ° or rad, got neither: give"
+            " units={'delta': 'deg'} or 'rad'"
+        )
+    most = float(np.nanmax(np.abs(taken.values["delta"])))
+    if most >= 0.5 * np.pi:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected phase angles between 0 and 90°, got {np.degrees(most):.4g}°"
+        )
 
 
 def _check_frequency(path: str, taken: Series, units: dict) -> None:

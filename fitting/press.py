@@ -107,6 +107,9 @@ def prepare(
     # J that a scaled compliance of one stands for
     unit = probe.size * d**probe.power / (volume.share * P)
     response = data.depth if control == "load" else data.load
+    if weights is None and sigma is None:
+        sigma = data.sigma_depth if control == "load" else data.sigma_load
+        weights = "absolute" if sigma is None else None
     weight, label = _weights(t, response, kept, weights, sigma)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
     shrinks = probe.power > 1.0 and data.load[-1] < LEAST_LOAD * P

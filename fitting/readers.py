@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fitting.contact import tip_depth
-from fitting.data import CONVENTIONS, CreepData, IndentationData
+from fitting.data import CONVENTIONS, ERRORS, CreepData, IndentationData
 from fitting.files import afm, mending, onset
 from fitting.files.columns import Series, Wanted, has, locate, series
 from fitting.files.names import says_shear
@@ -33,6 +33,11 @@ STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 CLOCK = Wanted("t", ("time", "step time"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth",))
+OF = {
+    "sigma": 1,
+    "sigma_load": 1,
+    "sigma_depth": 2,
+}  # place of the column, of those wanted, that an error is of
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
 AIR = 5  # points before contact that are too few to speak of
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
@@ -120,7 +125,8 @@ def read_indentation(
     Args:
         path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
             microscope (JPK, Igor, HDF5) through the library afmformats.
-        columns: as of ``read_creep``, with the keys "t", "load", "depth", "height".
+        columns: as of ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
+            for columns of standard deviations, in the unit of depth or load if they have none of their own.
         units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
         segment: "approach", "hold", "retract", or several of them: what is taken.
         window: (begin, end) [s] of the file's clock, None for an open side.
@@ -167,11 +173,14 @@ def _indentation_text(
 ) -> IndentationData:  # fmt: skip
     """A text file as it is, all segments."""
     table = read_table(path, decimal)
-    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height"))
+    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
     raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
         has(block, HEIGHT, columns) for block in table.blocks
     )
-    parts = curves_of(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH), columns, units)
+    errors = [
+        Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
+    ]
+    parts = curves_of(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units)
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
@@ -187,7 +196,8 @@ def _indentation_text(
         depth = taken.values["depth"]
     marks = label(taken.marks, load, depth) if taken.marks else None
     notes = once(taken.notes)
-    return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes)
+    known = {key: taken.values[key] for key in ERRORS if key in taken.values}
+    return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
 
 
 def checked_options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
@@ -238,8 +248,9 @@ def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: di
     found = []
     for block in blocks:
         places = {one.key: locate(table, block, one, columns, units) for one in wanted}
-        if "sigma" in places and any("no unit" in note for note in places["sigma"].notes):
-            places["sigma"] = places["sigma"]._replace(factor=places[wanted[1].key].factor, notes=())
+        for key, place in OF.items():
+            if key in places and any("no unit" in note for note in places[key].notes):
+                places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
         if len({column.place for column in places.values()}) < len(places):
             raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
         found += mending.runs(series(table, block, places))

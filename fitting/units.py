@@ -44,6 +44,11 @@ STRAIN = {
     "percent": 1e-2, "Prozent": 1e-2, "‰": 1e-3, "mm/m": 1e-3, "um/m": 1e-6, "ppm": 1e-6,
     "microstrain": 1e-6, "ustrain": 1e-6, "ue": 1e-6,
 }  # fmt: skip
+ANGLE = {
+    "°": math.pi / 180.0, "deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3, "degree": math.pi / 180.0,
+    "degrees": math.pi / 180.0, "Grad": math.pi / 180.0,
+}  # fmt: skip
+RATIO = {"-": 1.0, "1": 1.0, "": 1.0, "%": 1e-2}
 COMPLIANCE = {
     **{f"1/{unit}": 1.0 / factor for unit, factor in STRESS.items() if "/" not in unit},
     **{f"{area}/{force}": AREA[area] / FORCE[force] for force in FORCE for area in AREA},
@@ -57,6 +62,8 @@ KINDS = {
     "stress": STRESS,
     "load": FORCE,
     "depth": LENGTH,
+    "angle": ANGLE,
+    "ratio": RATIO,
 }
 SHOWN = {
     "t": 5,
@@ -66,6 +73,8 @@ SHOWN = {
     "stress": 5,
     "J": 5,
     "strain": 3,
+    "angle": 3,
+    "ratio": 2,
 }  # canonical ones come first
 SIGNS = str.maketrans(
     {"µ": "u", "μ": "u", "ε": "e", "²": "2", "·": ".", "⋅": ".", "⁻": "-", "¹": "1", "−": "-"}
@@ -80,11 +89,12 @@ def factor(kind: str, text: str) -> float:
     "MPA", which is mPa or MPa.
 
     Args:
-        kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load" or "depth".
+        kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load", "depth", "angle" or
+            "ratio".
         text: the unit as written.
 
     Returns:
-        The number that takes a value to s, rad/s, 1/Pa, 1, Pa, N or m.
+        The number that takes a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad or 1.
 
     Raises:
         KeyError: the text is no unit of that kind.

@@ -343,3 +343,27 @@ def test_another_number_of_points_does_not_compile_again_and_a_turn_takes_few_ru
         assert any("Ting" in note for note in found.notes) and sum(found.runs) < 2000
         counts.append((evaluate._cache_size(), slopes._cache_size()))
     assert counts[0] == counts[1]
+
+
+def test_a_file_s_own_errors_weigh_its_points(tmp_path):
+    """depth = m (1/G)^(2/3) under a held load is linear: by numpy's weighted mean, where half of the depths are off and
+    said to be so; 95 % are 1.96 standard errors of that mean. The error has the depth's unit."""
+    t, P = np.linspace(0.0, 10.0, 40), 60.0
+    m = (3 * (1 - NU) * P / (8 * np.sqrt(R))) ** (2 / 3)
+    x = (1e-9) ** (2 / 3)
+    sigma = np.where(t < 5, 1e-3, 3e-2) * m * x
+    depth = m * x + sigma * np.random.default_rng(4).standard_normal(t.size)
+    path = tmp_path / "hold.csv"
+    rows = np.column_stack([t, np.full(t.size, P * 1e3), depth * 1e9, sigma * 1e9])
+    np.savetxt(path, rows, delimiter=",", header="t [s],load [mN],depth [nm],error", comments="")
+    data = fitting.read_indentation(path, columns={"sigma_depth": "error"})
+    np.testing.assert_allclose(data.window(1.0, None).sigma_depth, sigma[t >= 1.0], rtol=1e-12)
+    found = fitting.fit_indentation(data, "Elastic", indenter=RIGID, nu=NU)
+    weight = m / sigma
+    mean, sd = np.sum(weight**2 * depth / m) / np.sum(weight**2), 1 / np.sqrt(np.sum(weight**2))
+    np.testing.assert_allclose(found.values["G"], mean ** (-1.5), rtol=1e-9)
+    ends = sorted((mean + 1.959964 * sd * np.array([-1, 1])) ** (-1.5))
+    assert found.widening == 1.0 and found.weights == "sigma"
+    np.testing.assert_allclose(found.intervals["G"], ends, rtol=1e-6)
+    with pytest.raises(ValueError, match="sigma_load: expected standard deviations > 0"):
+        fitting.IndentationData(t=t, load=depth, depth=depth, sigma_load=0 * t)

@@ -172,6 +172,11 @@ SWEEPS = {
         G.imag / 1e6, W, under="\t[Hz]\t[MPa]\t[MPa]\t[mPa·s]\n"),
     "German": sweep_of("Kreisfrequenz [1/s];Speichermodul [Pa];Verlustmodul [Pa]", W, G.real, G.imag, sep=";"),
     "marks of a printer, falling": sweep_of("omega [rad/s]\tG′ [Pa]\tG″ [Pa]", W[::-1], G.real[::-1], G.imag[::-1]),
+    "|G*| and delta": sweep_of(
+        "Frequency [Hz]\tComplex Modulus [kPa]\tPhase angle [°]", F, np.abs(G) / 1e3, np.degrees(np.angle(G))),
+    "|G*| and tan delta": sweep_of("omega [rad/s],|G*| [Pa],Tan(delta)", W, np.abs(G), G.imag / G.real, sep=","),
+    "G' and tan delta": sweep_of("Kreisfrequenz [rad/s];Speichermodul [Pa];Verlustfaktor [1]", W, G.real,
+        G.imag / G.real, sep=";"),
     "tension": sweep_of("Frequency (Hz)\tE' (Pa)\tE'' (Pa)", F, 2.8 * G.real, 2.8 * G.imag),
 }  # fmt: skip
 
@@ -193,6 +198,12 @@ def test_a_frequency_sweep_is_read_as_it_was_written(name, tmp_path):
         (SWEEPS["tension"], "nu="),
         (SWEEPS["RepTate"] + SWEEPS["RepTate"].partition("[Pa]\n")[2], "segment="),
         (sweep_of("w [rad/s]\tG' [Pa]", W, G.real), "'loss'"),
+        (sweep_of("w [rad/s]\t|G*| [Pa]\tPhase angle", W, np.abs(G), np.angle(G)), "'deg'.* or 'rad'"),
+        (
+            sweep_of("w [rad/s]\t|G*| [Pa]\tPhase angle [rad]", W, np.abs(G), 57 * np.angle(G)),
+            "between 0 and 90°",
+        ),
+        (sweep_of("w [rad/s]\t|E*| [Pa]\tTan(delta)", W, np.abs(G), G.imag / G.real), "nu="),
     ],
 )
 def test_a_sweep_that_could_mean_two_things_is_refused(text, word, tmp_path):

@@ -10,7 +10,10 @@ from fitting.files.cells import is_missing, number
 from fitting.files.names import KINDS, Heading, read_heading
 from fitting.files.table import Block, Row, Table
 
-SI = {"t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m"}
+SI = {
+    "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
+    "angle": "rad", "ratio": "-",
+}  # fmt: skip
 LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; beyond it a number without a unit was not in SI
 FOOTER = 3  # lines of words after the numbers that may be left out, or a tenth of the rows
 

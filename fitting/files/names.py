@@ -29,6 +29,11 @@ NAMES = {
     "frequency": "ν freq frequency testfrequency frequenz prüffrequenz",
     "storage modulus": "g' storagemodulus shearstoragemodulus speichermodul speicherschubmodul",
     "loss modulus": "g'' g\" lossmodulus shearlossmodulus verlustmodul verlustschubmodul",
+    "complex modulus": "g* |g*| complexmodulus complexshearmodulus komplexermodul komplexerschubmodul",
+    "tensile complex modulus": "e* |e*| tensilecomplexmodulus",
+    "loss factor": "tanδ tan(δ) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
+    " dämpfungsfaktor",
+    "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel",
     "tensile storage modulus": "e' tensilestoragemodulus",
     "tensile loss modulus": "e'' e\" tensilelossmodulus",
     "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
@@ -44,7 +49,8 @@ KINDS = {
     "time": "t", "step time": "t", "compliance": "J", "tensile compliance": "J", "strain": "strain",
     "tensile strain": "strain", "relaxation modulus": "stress", "stress": "stress", "tensile stress": "stress",
     "angular frequency": "omega", "frequency": "omega", "storage modulus": "stress", "loss modulus": "stress",
-    "tensile storage modulus": "stress", "tensile loss modulus": "stress",
+    "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
+    "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "height": "depth", "smoothed height": "depth", "commanded height": "depth",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
