@@ -73,6 +73,7 @@ LAYERS = {
     # what is solved at an instant
     "contact.window": 1,
     "contact.linear": 1,
+    "contact.edge": 1,
     "contact.normal": 2,
     "contact.nonsymmetric": 3,
     "contact.implicit": 5,
@@ -281,6 +282,7 @@ def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone()
         "_status",
         "contact.window",
         "contact.linear",
+        "contact.edge",
         "contact.normal",
         "contact.nonsymmetric",
         "contact.implicit",
