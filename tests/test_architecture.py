@@ -115,6 +115,7 @@ LAYERS = {
     "figures": 11,
     "simulation": 15,
     "files.npz": 0,
+    "files.quantities": 0,
     "files.run_directory": 0,
     "files.storage": 11,
     "files.case_schema": 19,
