@@ -18,6 +18,7 @@ LAYERS = {
     "_version": 0,
     "_installed_jax": 0,
     "_checks": 1,
+    "_progress": 0,
     "_status": 1,
     "_scale": 1,
     "citation": 1,
