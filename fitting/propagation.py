@@ -100,7 +100,7 @@ def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) ->
         [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
     )
     without = int(np.sum(~slopes))
-    why = "a count of cells (contact_area, contact_radius) has none, smooth_area has one"
+    why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
     if without == value.size:
         raise ValueError(f"f: expected a result that moves with the material, got slope 0: {why}")
     if without:

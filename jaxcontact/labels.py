@@ -23,7 +23,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
     "load": (TIME, "N", "normal load"),
     "contact_area": (TIME, "m2", "contact area, a count of cells"),
-    "smooth_area": (TIME, "m2", "contact area from the mean of the squared pressure"),
+    "smooth_area": (TIME, "m2", "area within the contact's edge, found below the cell"),
     "film_strain": (TIME, "1", "shortening of the film over its thickness"),
     "iterations": (TIME, "1", "iterations of the solver"),
     "error": (TIME, "1", "error of the solver"),

@@ -80,9 +80,10 @@ class ContactHistory(Readable):
     returned, stacked over time; approach [m], load [N], contact_area [m^2] (a count of cells, derivative
     zero), smooth_area [m^2], film_strain, iterations, error, status: (nt,).
 
-    smooth_area is (9/8) W^2 / integral of p^2, the area of the Hertzian contact of the same load and
-    the same integral of p^2: exact for a ball on a half-space, and differentiable always. In plane strain the factor is
-    32/(3 pi^2), for a cylinder on a half-space.
+    smooth_area is the area within the contact's edge, which is found below the cell from the pressure inside and the gap
+    outside (``contact.edge``): it moves with load and materials, and is differentiable. On 128 x 128 cells the radius of
+    a round contact on a film, thick or thin, creeping or not, is within 0.1 %, and its slope, that of the discrete problem,
+    within 7 % (10 % on a film ten times as stiff as its base).
 
     film_strain is the film's shortening over its thickness at its deepest point (as on a rigid base; 0
     without a film). Above 0.2 the linear theory is stretched.
@@ -115,8 +116,8 @@ class ContactHistory(Readable):
 
     @property
     def contact_radius(self) -> Array:
-        """sqrt(contact_area/pi) [m], (nt,); in plane strain half the width of the contact."""
-        return radius_of(self.contact_area, self.grid)
+        """sqrt(smooth_area/pi) [m], (nt,); in plane strain half the width of the contact."""
+        return radius_of(self.smooth_area, self.grid)
 
     @property
     def converged(self) -> Array:
@@ -133,7 +134,10 @@ class ContactHistory(Readable):
 
 def radius_of(area: Array, grid: Grid) -> Array:
     """Of a round contact of this area; in plane strain its half-width."""
-    return area / (2.0 * grid.spacing[1]) if grid.plane_strain else jnp.sqrt(area / jnp.pi)
+    if grid.plane_strain:
+        return area / (2.0 * grid.spacing[1])
+    touches = area > 0.0  # the root has no slope at zero
+    return jnp.where(touches, jnp.sqrt(jnp.where(touches, area, 1.0) / jnp.pi), 0.0)
 
 
 def marked(result: Any, valid: Array | None) -> Any:

@@ -733,6 +733,11 @@ FILES |= {
         "",
         *NO_TIMES,
     ),
+    "a length for a load": (
+        "load = 10.0",
+        'load = "10 mm"',
+        'control.load: found "10 mm", accepted: a number > 0.*normal load.*or text with a unit: "1 N", pN, nN',
+    ),
     "a word for periodic": (
         "width = 300e-6",
         'periodic = "y"',

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tolerances import APPROACH, PEAK, ROUND_OFF, SEPARATION
+from tolerances import APPROACH, PEAK, RADIUS, ROUND_OFF, SEPARATION
 
 import jaxcontact as jc
 from jaxcontact._experiment import fine_steps
@@ -174,7 +174,7 @@ def test_tribofilm_at_once(body, ball, load, approach, peak, radius, papers):
     assert float(result.approach[0]) == pytest.approx(approach, rel=APPROACH)
     assert float(result.approach[0]) == pytest.approx(papers, rel=3e-3)
     assert float(jnp.max(result.pressure)) == pytest.approx(peak, rel=PEAK)
-    assert float(result.contact_radius[0]) == pytest.approx(radius, rel=5e-3)
+    assert float(result.contact_radius[0]) == pytest.approx(radius, rel=RADIUS)
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 0.03, 0.3, 1.0, 10.0])
@@ -189,7 +189,7 @@ def test_elastic_layer_against_the_axisymmetric_solution(ratio):
     assert float(jnp.max(result.pressure)) == pytest.approx(
         float(np.squeeze(abel.pressure(0.0, oracle))), rel=2 * PEAK
     )
-    assert float(result.contact_radius[0]) == pytest.approx(a, rel=1e-2)
+    assert float(result.contact_radius[0]) == pytest.approx(a, rel=RADIUS)
 
 
 @pytest.mark.parametrize(("h", "load", "table"), [
@@ -205,7 +205,7 @@ def test_creeping_layer_against_the_axisymmetric_march(film, steel, h, load, tab
     for t, a, approach in table:
         i = int(jnp.argmin(jnp.abs(times - t)))
         assert float(result.approach[i]) == pytest.approx(approach, rel=APPROACH)
-        assert float(result.contact_radius[i]) == pytest.approx(a, rel=1.5e-2)
+        assert float(result.contact_radius[i]) == pytest.approx(a, abs=0.05 * 400e-6 / 96)
 
 
 @jax.jit

@@ -119,8 +119,7 @@ def test_a_line_contact_is_that_of_hertz():
     found = np.asarray(history.pressure)[0, :, 0]
     assert np.sum(np.abs(found - exact)) < 1e-3 * np.sum(exact)
     np.testing.assert_allclose(found.max(), p0, rtol=1e-3)
-    np.testing.assert_allclose(history.contact_radius, half, atol=cell / 2.0)
-    np.testing.assert_allclose(history.smooth_area[0] / dy, 2.0 * half[0], rtol=1e-3)
+    np.testing.assert_allclose(history.contact_radius, half, atol=cell / 10.0)
     approach = compliance * load / np.pi * (np.log(2.0 * n * cell / half) + 0.5)
     np.testing.assert_allclose(history.approach, approach, rtol=1e-4)
 

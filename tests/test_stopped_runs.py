@@ -52,7 +52,7 @@ def interrupted(long_case, tmp_path, monkeypatch):
     def run(number):
         finished = []
 
-        def update(bar, count):
+        def update(progress, count):
             finished.append(count)
             if sum(finished) >= 10:
                 signal.raise_signal(number)
@@ -63,7 +63,7 @@ def interrupted(long_case, tmp_path, monkeypatch):
         others = {other: signal.signal(other, signal.SIG_DFL) for other in (signal.SIGTERM, signal.SIGHUP)}
         try:
             with monkeypatch.context() as patch:
-                patch.setattr("tqdm.tqdm.update", update)
+                patch.setattr("jaxcontact._progress.Progress.advance", update)
                 status = main(["run", str(long_case), "-o", str(tmp_path / "out")])
         finally:
             signal.signal(signal.SIGINT, before)

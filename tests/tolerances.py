@@ -7,6 +7,7 @@ SOLVER = 1e-7  # contact solved to 1e-8, the default
 TIGHT_SOLVER = 1e-9  # contact solved to 1e-12
 APPROACH = 5e-4  # discretisation at N = 256: approach
 PEAK = 2e-3  # discretisation at N = 256: peak pressure
+RADIUS = 1e-3  # discretisation at N = 128, some 100 cells across: radius (measured: 7e-4)
 PUBLISHED = 3e-3  # the paper's own approaches, low by its discretisation
 MODES = 1e-8  # reverse against forward mode, tangents solved to 1e-10
 CENTRAL_DIFFERENCE = 1e-5  # central differences with a step of 3e-4 in log parameters (measured: 3e-6)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from jaxcontact._progress import working
 from jaxcontact.cases import (
     claims,
     figure_4,
@@ -76,7 +77,8 @@ def _refuse(reason: str) -> int:
 def run(case: Reproduction, directory: Path, n: int = N) -> bool:
     """One case, whole; True if every row holds."""
     began = time.perf_counter()
-    simulated = case.simulate(n)
+    with working(f"{case.name}: compiling and running"):
+        simulated = case.simulate(n)
     rows = case.compare(simulated, case.references)
     seconds = time.perf_counter() - began
     holds = all(row.holds for row in rows)

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from jaxcontact._experiment import reported
+from jaxcontact._progress import Progress, working
 from jaxcontact._status import Status
 from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
@@ -107,7 +107,7 @@ def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
     """Run an experiment that is one program; its result only if all its steps are fine."""
     steps.standing()  # no steps of another case are there to go on from
     began = time.perf_counter()
-    with _noted() as notes:
+    with _noted() as notes, working(f"compiling and running {case.kind}"):
         try:
             result = interruptible(case.run)
         except KeyboardInterrupt as error:
@@ -125,17 +125,13 @@ def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
     standing, interrupt, run = steps.standing(), None, None
     began = time.perf_counter() - standing.seconds
-    # disable=None: silent when stderr is not a terminal; the delay: none for a short run
-    bar = tqdm(
-        total=case.times.size, initial=standing.steps, unit="step", disable=None, delay=2.0, leave=False
-    )
-    with _noted() as notes, bar:
+    with _noted() as notes, Progress(case.times.size, "step", standing.steps) as progress:
         given = (case.body, case.indenter, case.control, case.times)
         simulation = prepare(*given, grid=case.grid, **case.options)
         try:
             for block in simulation.blocks(standing.blocks, standing.carry) if standing.status == 0 else ():
                 standing = steps.add(standing, block, time.perf_counter() - began)
-                bar.update(block.history.times.size)
+                progress.advance(block.history.times.size)
         except KeyboardInterrupt as error:
             interrupt, standing = error, steps.standing()
         if standing.steps:

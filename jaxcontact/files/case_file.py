@@ -1,4 +1,4 @@
-"""Case files: one experiment as a TOML file, in SI units.
+"""Case files: one experiment as a TOML file, in SI units, or with a unit behind the number: "150 nm".
 
 ``read_case`` turns a file into the objects of the package by the schema in ``case_schema``, or raises a
 ``CaseError`` of one line that names the file, the key, what was found and what is accepted.
@@ -30,6 +30,7 @@ from jaxcontact.files.case_schema import (
     sections_of,
 )
 from jaxcontact.files.npz import read_npy
+from jaxcontact.files.quantities import in_si
 from jaxcontact.grid import Grid
 from jaxcontact.layers import Layer, LayeredHalfSpace
 
@@ -98,6 +99,7 @@ def _case(tables: Table, folder: Path) -> Case:
     if "sweep" in tables:
         raise CaseError("[sweep]: found a study, accepted: by jaxcontact sweep")
     kind, sections = _kind(tables)
+    tables = _in_si(tables, sections)
     check_table("", tables, _tables_of(sections))
     for name in ("experiment", "grid", "solver", "control", "times"):
         check_table(name, tables.get(name, {}), sections.get(name, {}))
@@ -124,6 +126,47 @@ def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:
             having = {other: key in sections_of(other).get(name, {}) for other in KINDS}
             _check_of_kind(kind, f"{name}.{key}", having)
     return kind, own
+
+
+def _in_si(tables: Table, sections: dict[str, Keys]) -> Table:
+    """The tables with numbers in SI units where they have text with a unit."""
+    solid = {name: key for _, keys in MATERIALS.values() for name, key in keys.items()}
+    shape = {name: key for _, keys in SHAPES.values() for name, key in keys.items()}
+    beside = {"layer": solid, "substrate": solid, "indenter": shape}
+    keys = {name: own | beside.get(name, {}) for name, own in sections.items()}
+    converted = {name: _plain_table(name, table, keys.get(name, {})) for name, table in tables.items()}
+    ball = tables.get("indenter", {}).get("material")
+    if isinstance(ball, dict):
+        converted["indenter"]["material"] = _plain_table("indenter.material", ball, solid)
+    if isinstance(tables.get("layer"), list):
+        converted["layer"] = [
+            _plain_table(where, table, keys["layer"]) for where, table in layer_tables(tables)
+        ]
+    return converted
+
+
+def _plain_table(where: str, table: Any, keys: Keys) -> Any:
+    """A table with plain numbers for its quantities; what is no table as it is."""
+    if not isinstance(table, dict):
+        return table
+    return {
+        name: _plain(_path(where, name), value, keys[name]) if name in keys else value
+        for name, value in table.items()
+    }
+
+
+def _plain(where: str, value: Any, key: Key) -> Any:
+    """A number for a text with a unit, in lists too."""
+    if key.unit is None:
+        return value
+    if isinstance(value, list):
+        return [_plain(where, item, key) for item in value]
+    if not isinstance(value, str):
+        return value
+    try:
+        return in_si(value, key.unit)
+    except ValueError as error:
+        raise CaseError(f"{where}: found {_show(value)}, accepted: {key.words}, or {error}") from error
 
 
 def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:

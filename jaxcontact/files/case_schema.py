@@ -5,6 +5,7 @@
 """
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -36,6 +37,12 @@ class Key:
     meaning: str
     required: bool = False
     default: Any = None
+
+    @property
+    def unit(self) -> str | None:
+        """The SI unit of its value, which stands in its meaning; None of text, counts and plain numbers."""
+        unit = re.search(r"\[([^\[\],]+)\]", self.meaning)
+        return None if unit is None or self.accept is TEXT else unit.group(1)
 
     @property
     def words(self) -> str:

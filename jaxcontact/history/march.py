@@ -14,6 +14,7 @@ from jax import Array
 
 from jaxcontact._pytree import pytree, static
 from jaxcontact._status import Status, first_of
+from jaxcontact.contact.edge import contact_cells
 from jaxcontact.contact.implicit import KEPT, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
@@ -94,33 +95,24 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
         film_strain=observed.film_strain,
         status=status_of(problem, solution, setup.tolerance, setup.edges),
         more=observed.more,
-        **contact_outcome(solution),
+        **contact_outcome(problem, solution),
     )
     return Carry(fields, pressure, rate), outcome
 
 
-def contact_outcome(solution: Solution) -> dict[str, Array]:
+def contact_outcome(problem: Problem, solution: Solution) -> dict[str, Array]:
     """What a solved contact says by itself, scaled, by the names of a result."""
-    p = solution.pressure
+    p, operator = solution.pressure, problem.operator
+    gap = problem.gap + solution.displacement - solution.approach
     return {
         "pressure": p,
         "approach": solution.approach,
         "load": jnp.sum(p),
         "contact_area": jnp.sum(p > 0.0).astype(float),
-        "smooth_area": smooth_cells(p),
+        "smooth_area": contact_cells(p, gap, operator.held_compliance(), operator.periodic),
         "iterations": solution.iterations,
         "error": solution.error,
     }
-
-
-def smooth_cells(pressure: Array) -> Array:
-    """(9/8) (sum p)^2 / sum p^2: the cells in a Hertzian contact of the same sum p and sum p^2.
-
-    In plane strain the factor is 32/(3 pi^2).
-    """
-    squares = jnp.sum(pressure**2)
-    share = 32.0 / (3.0 * math.pi**2) if plane_strain(pressure) else 9.0 / 8.0
-    return share * jnp.sum(pressure) ** 2 / jnp.where(squares > 0.0, squares, 1.0)
 
 
 def plane_strain(field: Array) -> bool:

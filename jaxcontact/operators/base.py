@@ -18,6 +18,7 @@ class Operator(abc.ABC):
     """p (nx, ny) -> u (nx, ny), scaled."""
 
     symmetric: bool  # of the class: whether <p, K q> = <q, K p>
+    periodic: tuple[bool, bool]  # along x, along y
 
     @abc.abstractmethod
     def __call__(self, pressure: Array) -> Array:
@@ -30,6 +31,10 @@ class Operator(abc.ABC):
     @abc.abstractmethod
     def preconditioner(self) -> Linear:
         """A cheap approximate inverse, made once for many uses; symmetric and positive where K is."""
+
+    @abc.abstractmethod
+    def held_compliance(self) -> Array:
+        """Displacement over its own pressure of a cell whose neighbours all stay where they are, ()."""
 
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:

@@ -42,6 +42,9 @@ class Convolution(Operator):
         inverse = 1.0 / jnp.maximum(self.circulant, floor)
         return lambda r: spectral.apply_circulant(inverse, r)
 
+    def held_compliance(self) -> Array:
+        return held_compliance(self.circulant)
+
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.window is None else spectral.window_shape(shape, self.periodic)
 
@@ -93,6 +96,15 @@ class Convolutions(Family):
         shape, periodic = fields.shape[-2:], self.members.periodic
         terms = [part * spectral.transform(f, periodic) for part, f in zip(spectra, fields, strict=True)]
         return spectral.inverse(sum(terms), shape, periodic) if terms else jnp.zeros(shape)
+
+
+def held_compliance(circulant: Array) -> Array:
+    """Of ``Operator``, from the real circulant: its harmonic mean over all waves."""
+    weights = (
+        jnp.full(circulant.shape[-2], 2.0).at[0].set(1.0)[:, None]
+    )  # rows stand for both signs of a wavenumber
+    mean = lambda a: jnp.sum(weights * a) / (jnp.sum(weights) * circulant.shape[-1])
+    return 1.0 / mean(1.0 / jnp.maximum(circulant, FLOOR * mean(circulant)))
 
 
 def _members(kernels: Array, window: Convolution | None, periodic: spectral.Periodic) -> Convolution:

@@ -9,7 +9,7 @@ from jax import Array
 from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, Operator
-from jaxcontact.operators.convolution import FLOOR, Convolution
+from jaxcontact.operators.convolution import FLOOR, Convolution, held_compliance
 
 
 @pytree
@@ -34,6 +34,9 @@ class Moving(Operator):
         floor = FLOOR * jnp.mean(jnp.abs(self.circulant))
         inverse = 1.0 / jax.lax.complex(jnp.maximum(self.circulant.real, floor), self.circulant.imag)
         return lambda r: spectral.apply_circulant(inverse, r)
+
+    def held_compliance(self) -> Array:
+        return held_compliance(self.circulant.real)
 
     def window_shape(self, shape: tuple[int, ...]) -> None:
         """None: the search runs on the whole grid."""

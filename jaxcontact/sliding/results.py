@@ -105,8 +105,8 @@ class SteadySliding(Readable):
 
     @property
     def contact_radius(self) -> Array:
-        """sqrt(contact_area/pi) [m]; in plane strain half the width of the contact."""
-        return radius_of(self.contact_area, self.grid)
+        """sqrt(smooth_area/pi) [m]; in plane strain half the width of the contact."""
+        return radius_of(self.smooth_area, self.grid)
 
     @property
     def converged(self) -> Array:

@@ -181,7 +181,7 @@ def _fields(wake: Wake, symbols: Array, problem: Problem, solution: Solution) ->
     """All that a steady contact shows, scaled, by the names of the result."""
     p, direction = solution.pressure, wake.direction
     pushed, centre, leading = Observer.of(problem.gap, wake.ratio, wake.periodic).surface(p, direction)
-    return contact_outcome(solution) | {
+    return contact_outcome(problem, solution) | {
         "profile": problem.gap,
         "displacement": solution.displacement,
         "film_strain": wake.film_strain(symbols, p),

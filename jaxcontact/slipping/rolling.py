@@ -175,7 +175,7 @@ def _numbers(
 ) -> dict[str, Array]:
     """All that is shown, scaled, by the names of the result."""
     pressed, sheared = rolled.pressed, rolled.sheared
-    return contact_outcome(pressed) | {
+    return contact_outcome(contact.pressed(sheared.traction), pressed) | {
         "displacement": pressed.displacement + contact.surface.sunk(sheared.traction),
         "traction": sheared.traction,
         "slip_ratio": sheared.slip / way,

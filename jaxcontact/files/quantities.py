@@ -1,0 +1,42 @@
+"""Quantities with their units as text, "150 nm" or "2.5 mN", in SI units.
+
+Decimal throughout, so that "150 nm" is the number 150e-9 and no neighbour of it.
+"""
+
+import math
+import re
+from decimal import Decimal
+
+PREFIXES = {"": 0, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "M": 6, "G": 9}
+MICRO = str.maketrans("µμ", "uu")
+
+
+def _prefixed(unit: str, sign: int = 1) -> dict[str, Decimal]:
+    """The unit with each of the prefixes; sign -1: of one over it."""
+    return {unit.replace("?", prefix): Decimal(10) ** (sign * power) for prefix, power in PREFIXES.items()}
+
+
+LENGTHS = {"nm": Decimal("1e-9"), **_prefixed("?m"), "cm": Decimal("1e-2")}
+TIMES = {"s": Decimal(1), "min": Decimal(60), "h": Decimal(3600), "d": Decimal(86400)}
+UNITS = {  # by the SI unit of a key: what may stand behind a number
+    "m": LENGTHS,
+    "s": TIMES | {f"{prefix}s": Decimal(10) ** PREFIXES[prefix] for prefix in ("m", "u", "n")},
+    "N": _prefixed("?N"),
+    "Pa": _prefixed("?Pa"),
+    "Pa s": _prefixed("?Pa s"),
+    "1/Pa": _prefixed("1/?Pa", -1),
+    "1/(Pa s)": _prefixed("1/(?Pa s)", -1),
+    "m/s": {f"{length}/{time}": LENGTHS[length] / TIMES[time] for length in LENGTHS for time in TIMES},
+    "rad": {"rad": Decimal(1), "mrad": Decimal("1e-3"), "deg": Decimal(math.pi) / 180},
+}
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*")
+
+
+def in_si(text: str, unit: str) -> float:
+    """The number of ``unit`` that the text says. Raises ValueError for another dimension, or no unit at all."""
+    found = NUMBER.fullmatch(text)
+    known = UNITS[unit]
+    written = " ".join(found.group(2).translate(MICRO).split()) if found else ""
+    if found is None or written not in known:
+        raise ValueError(f'text with a unit: "1 {next(iter(known))}", {", ".join(list(known)[1:6])}, ...')
+    return float(Decimal(found.group(1)) * known[written])
