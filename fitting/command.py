@@ -1,27 +1,23 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare and batch.
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare, batch,
+propagate and design.
 
 Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
 line, for the command line to show; what it says of options it says of flags.
 """
 
 import argparse
-import json
 import math
-import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import jaxcontact as jc
-from fitting import flags
+from fitting import batch_command, flags, further_commands, output
 from fitting.creep import compare, fit_creep
 from fitting.indentation import fit_indentation
 from fitting.modulus import fit_oscillation, fit_relaxation
 from fitting.modulus_reader import read_oscillation, read_relaxation
 from fitting.prony import fit_prony
-from fitting.readers import read_creep, read_indentation
+from fitting.readers import read_indentation
 
 MODELS = "Maxwell,StandardLinearSolid,Burgers"
 
@@ -40,20 +36,36 @@ def add_parser(kinds: Any) -> None:
         ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
         ("prony", _prony, "a creep curve as a series of retardation times"),
         ("compare", _compare, "a creep curve by several models"),
-        ("batch", _batch, "many creep curves, a folder of results for each and one table"),
+        (
+            "batch",
+            batch_command.run,
+            "many creep curves, a folder of results for each, one table and one page",
+        ),
+        (
+            "propagate",
+            further_commands.carry,
+            "what follows from a creep curve at other times, or under a ball, with its band",
+        ),
     ):
         parser = kinds.add_parser(name, help=what)
-        flags.add_file(parser, several=command is _batch)
-        if command in (_creep, _batch):
-            flags.add_model(parser)
-        elif command is _prony:
+        flags.add_file(parser, several=command is batch_command.run)
+        if command is _prony:
             parser.add_argument("--tau", metavar="T,T,...", help="retardation times [s] (chosen by BIC)")
-        else:
+        elif command is _compare:
             parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=f"({MODELS})")
             flags.add_known(parser)
+        else:
+            flags.add_model(parser)
+        if command is further_commands.carry:
+            further_commands.add_carry(parser)
         flags.add_creep(parser)
         parser.set_defaults(command=command)
+    further_commands.add_design(kinds.add_parser("design", help="the shortest creep tests for a material"))
     _add_indentation(kinds.add_parser("indentation", help="a ball, cone or punch: time, load and depth"))
+    _add_moduli(kinds)
+
+
+def _add_moduli(kinds: Any) -> None:
     relaxation = kinds.add_parser("relaxation", help="a relaxation modulus over time")
     flags.add_file(relaxation)
     flags.add_model(relaxation)
@@ -99,42 +111,42 @@ def _add_indentation(press: Any) -> None:
 
 def _creep(options: argparse.Namespace) -> int:
     """Read, fit, write."""
-    _check_directory(options)
-    data, given = _crept(options, options.file)
+    output.check_directory(options)
+    data, given = flags.crept(options, options.file)
     with flags.about(options.file):
         found = fit_creep(data, options.model, **given, **flags.known(options))
-    return _finish(options, found)
+    return output.finish(options, found)
 
 
 def _prony(options: argparse.Namespace) -> int:
     """Read, fit, write."""
-    _check_directory(options)
-    data, given = _crept(options, options.file)
+    output.check_directory(options)
+    data, given = flags.crept(options, options.file)
     tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
     with flags.about(options.file):
         found = fit_prony(data, tau, **given)
-    return _finish(options, found)
+    return output.finish(options, found)
 
 
 def _relaxation(options: argparse.Namespace) -> int:
     """Read, fit, write."""
-    _check_directory(options)
+    output.check_directory(options)
     data, nu = _modulus(read_relaxation, options, start=options.start)
     given = flags.weighting(options, False) | flags.known(options)
     with flags.about(options.file):
         found = fit_relaxation(data, options.model, nu=nu, **given)
-    return _finish(options, found)
+    return output.finish(options, found)
 
 
 def _oscillation(options: argparse.Namespace) -> int:
     """Read, fit, write."""
-    _check_directory(options)
+    output.check_directory(options)
     data, nu = _modulus(read_oscillation, options)
     with flags.about(options.file):
         found = fit_oscillation(
             data, options.model, nu=nu, **flags.weighting(options, False), **flags.known(options)
         )
-    return _finish(options, found)
+    return output.finish(options, found)
 
 
 def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
@@ -147,75 +159,12 @@ def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: A
 
 def _compare(options: argparse.Namespace) -> int:
     """Read, fit each model, print the table, write the one of lowest BIC and a line on each."""
-    _check_directory(options)
-    data, given = _crept(options, options.file)
+    output.check_directory(options)
+    data, given = flags.crept(options, options.file)
     with flags.about(options.file):
         table = compare(data, options.models.split(","), **flags.known(options), **given)
     print(table)
-    return _finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
-
-
-def _batch(options: argparse.Namespace) -> int:
-    """Fit every file; one that cannot be read or fitted is listed with the reason, and stops nothing."""
-    _check_directory(options)
-    rows = [_row(options, path) for path in options.file]
-    if all(row["error"] for row in rows):
-        raise ValueError(
-            f"{rows[0]['error']} (and none of the other files)" if rows[1:] else rows[0]["error"]
-        )
-    for row in rows:
-        print(row["error"] or f"{row['file']}: {row['verdict']}")
-    text = json.dumps({"model": options.model, "fits": rows}, indent=2, ensure_ascii=False) + "\n"
-    _write(options.directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
-    _write(options.directory / "table.csv", lambda path: path.write_text(_table(rows), encoding="utf-8"))
-    print(f"in {options.directory}: summary.json, table.csv, and a folder for each fit")
-    return 0
-
-
-def _row(options: argparse.Namespace, file: str) -> dict[str, Any]:
-    """What one file gives: its fit as in ``to_dict``, or an error."""
-    try:
-        data, given = _crept(options, file)
-        found = fit_creep(data, options.model, **given, **flags.known(options))
-    except ValueError as error:
-        return {"file": file, "error": flags.in_flags(str(error))}
-    _leave(found, options.directory / _folder(options.file, file), {"file": file})
-    return {"file": file, "error": None} | found.to_dict()
-
-
-def _folder(files: list[str], file: str) -> str:
-    """The file's name without its ending, with its position where another has the same."""
-    names = [Path(one).stem for one in files]
-    name = Path(file).stem
-    return name if names.count(name) == 1 else f"{files.index(file)}_{name}"
-
-
-def _table(rows: list[dict[str, Any]]) -> str:
-    """One line for each file: parameters with their intervals, and the verdict or the error."""
-    names = list(next(row["parameters"] for row in rows if not row["error"]))
-    head = ["file", *(f"{name}{end}" for name in names for end in ("", "_low", "_high")), "verdict", "reason"]
-    lines = [head]
-    for row in rows:
-        if row["error"]:
-            lines.append([row["file"], *[""] * 3 * len(names), "failed", row["error"]])
-            continue
-        spans = [(row["parameters"][name], *row["intervals"][name]) for name in names]
-        numbers = ["" if x is None else f"{x:.6g}" for span in spans for x in span]
-        lines.append([row["file"], *numbers, row["verdict"], "; ".join(row["reasons"])])
-    quote = lambda cell: f'"{cell.replace(chr(34), chr(39))}"' if "," in cell else cell
-    return "".join(",".join(map(quote, line)) + "\n" for line in lines)
-
-
-def _crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
-    """A creep curve, and what the fits of it take alike."""
-    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
-    data = flags.read(
-        read_creep, file, options, stress=options.stress, start=options.start,
-        segment=options.segment and [flags.place(one) for one in options.segment],
-        **{"convention": options.convention, **tensile},
-    )  # fmt: skip
-    nu = options.nu if options.tension is None else options.tension
-    return data, {"nu": nu} | flags.weighting(options, data.sigma is not None)
+    return output.finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
 
 
 def _indentation(options: argparse.Namespace) -> int:
@@ -223,7 +172,7 @@ def _indentation(options: argparse.Namespace) -> int:
     indenter = _indenter(options)
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
-    _check_directory(options)
+    output.check_directory(options)
     data = _indented(options, indenter)
     extra: dict[str, Any] = {}
     for name in ("contact_point", "drift", "machine_compliance"):
@@ -239,7 +188,7 @@ def _indentation(options: argparse.Namespace) -> int:
             data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
             control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
         )  # fmt: skip
-    return _finish(options, found)
+    return output.finish(options, found)
 
 
 def _indenter(options: argparse.Namespace) -> Any:
@@ -276,44 +225,3 @@ def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
     if not (E > 0 and -1.0 < nu <= 0.5):
         raise ValueError(f"{flag}: expected a modulus > 0 and -1 < nu <= 0.5, got {E:g} and {nu:g}")
     return jc.Elastic.from_young(E, nu)
-
-
-def _check_directory(options: argparse.Namespace) -> None:
-    """ValueError where nothing may be written."""
-    directory: Path = options.directory
-    if directory.exists() and not directory.is_dir():
-        raise ValueError(f"{directory}: found a file, accepted: a directory, new or empty")
-    if directory.is_dir() and any(directory.iterdir()) and not options.force:
-        raise ValueError(f"{directory}: found a directory that is not empty; --force overwrites it")
-
-
-def _finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
-    """Print and write."""
-    print(found.summary())
-    _leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
-    print(f"in {options.directory}: summary.json, curve.csv, fit.png")
-    return 0
-
-
-def _leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
-    """The summary, the curve and the picture of a fit."""
-    directory.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(found.to_dict() | more, indent=2, ensure_ascii=False) + "\n"
-    _write(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
-    _write(directory / "curve.csv", lambda path: _curve(found, path))
-    _write(directory / "fit.png", lambda path: found.plot().savefig(path, dpi=150, format="png"))
-
-
-def _write(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write beside, then rename: a reader never meets half a file."""
-    partial = path.with_name(path.name + ".part")
-    write(partial)
-    os.replace(partial, path)
-
-
-def _curve(fit: Any, path: Path) -> None:
-    """Time or frequency, data, fit and weighted residual of every fitted point."""
-    name, unit, t, measured = fit.curve
-    header = "{} [{}]".format(*fit.abscissa) + f",{name} [{unit}],fitted [{unit}],weighted residual"
-    columns = np.column_stack([t, measured, fit.fitted, fit.residuals])
-    np.savetxt(path, columns, delimiter=",", header=header, comments="")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from fitting.readers import read_creep
 from fitting.structure import CLASSICAL
 from fitting.weights import KINDS
 
@@ -161,3 +162,15 @@ def span(flag: str, text: str) -> tuple[float | None, float | None]:
     if not mark:
         raise ValueError(f"{flag}: expected LOW:HIGH, got {text!r}")
     return number(flag, low) if low else None, number(flag, high) if high else None
+
+
+def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
+    """A creep curve, and what the fits of it take alike."""
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
+    data = read(
+        read_creep, file, options, stress=options.stress, start=options.start,
+        segment=options.segment and [place(one) for one in options.segment],
+        **{"convention": options.convention, **tensile},
+    )  # fmt: skip
+    nu = options.nu if options.tension is None else options.tension
+    return data, {"nu": nu} | weighting(options, data.sigma is not None)

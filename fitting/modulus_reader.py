@@ -24,7 +24,17 @@ PAIRS = (
     (STORAGE, ANGLE),
     (STORAGE, FACTOR),
 )  # the best first
-TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "tensile")  # how such a column's name begins
+TENSILE = (
+    "e(t)",
+    "e'",
+    'e"',
+    "e*",
+    "|e*|",
+    "estor",
+    "eloss",
+    "erelax",
+    "tensile",
+)  # how such a column's name begins
 
 
 def read_relaxation(

@@ -180,10 +180,14 @@ FITTING_LAYERS = {
     "files.onset": 5,
     "readers": 6,
     "indentation": 6,
-    "flags": 1,
+    "flags": 7,
     "modulus_reader": 7,
-    "command": 8,
-    "__init__": 9,
+    "output": 0,
+    "batch_page": 1,
+    "batch_command": 8,
+    "further_commands": 8,
+    "command": 9,
+    "__init__": 10,
 }
 TOP = 22  # the package itself; above it saving, cases and the command line
 

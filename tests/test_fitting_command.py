@@ -1,6 +1,8 @@
 """The fit commands as a user meets them: results, and every malformed file refused in one line, status 2."""
 
 import json
+from html import escape
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -277,4 +279,68 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
     assert (out / "0_a" / "fit.png").exists() and (out / "2_a" / "summary.json").exists()
     lines = (out / "table.csv").read_text().splitlines()
     assert len(lines) == 4 and lines[0].startswith("file,G1_Pa,G1_Pa_low,G1_Pa_high") and "failed" in lines[2]
+    page = (out / "report.html").read_text()
+    assert page.count("<svg") == 2 and escape(rows[1]["error"]) in page and 'href="0_a/fit.png"' in page
+    assert (
+        "2 stand, 0 are refused, 1 could not be read" in page and "<img" not in page and "<script" not in page
+    )
+    ElementTree.fromstring(
+        page.partition("<body>")[2].join(["<body>", ""]).partition("</html>")[0]
+    )  # well formed
     assert "none of the other" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)
+
+
+def flowing(path, noise=0.01):
+    """A Maxwell fluid of 2e5 Pa and 1e6 Pa s, with the error that is stated, and the weighted least squares of it by
+    numpy: (1/G, 1/eta) and their covariance."""
+    t = np.linspace(0.5, 10.0, 40)
+    exact = 1 / 2e5 + t / 1e6
+    J = exact * (1 + noise * np.random.default_rng(1).standard_normal(t.size))
+    np.savetxt(path, np.column_stack([t, J]), delimiter=",", header="t [s],J [1/Pa]", comments="")
+    A = np.column_stack([np.ones(t.size), t]) / 1e-7
+    return np.linalg.lstsq(A, J / 1e-7, rcond=None)[0], np.linalg.inv(A.T @ A)
+
+
+def test_what_follows_from_a_fit_from_the_shell(tmp_path, capsys):
+    """J(t) at later times with its band as linear least squares has it; the depth of a ball as Hertz and Radok have it."""
+    x, covariance = flowing(tmp_path / "gel.csv")
+    start = [
+        "fit",
+        "propagate",
+        str(tmp_path / "gel.csv"),
+        "--model",
+        "Maxwell",
+        "--weights",
+        "1e-7",
+        "--times",
+        "0,100",
+    ]
+    assert main([*start, "-o", str(tmp_path / "J")]) == 0
+    value, sd = np.loadtxt(tmp_path / "J" / "propagated.csv", delimiter=",", skiprows=1).T[1:3]
+    at = np.column_stack([np.ones(2), [0.0, 100.0]])
+    np.testing.assert_allclose(value, at @ x, rtol=1e-6)
+    np.testing.assert_allclose(sd, np.sqrt(np.einsum("ni,ij,nj->n", at, covariance, at)), rtol=1e-5)
+    ball = ["--of", "depth", "--load", "1e-6", "--radius", "1e-3", "--nu", "0.5"]
+    assert main([*start, *ball, "-o", str(tmp_path / "ball")]) == 0
+    depth = np.loadtxt(tmp_path / "ball" / "propagated.csv", delimiter=",", skiprows=1)[:, 1]
+    np.testing.assert_allclose(depth, (3 * 0.5 * 1e-6 / (8 * np.sqrt(1e-3)) * at @ x) ** (2 / 3), rtol=1e-6)
+    assert (tmp_path / "ball" / "summary.json").exists() and "depth_m" in capsys.readouterr().out
+    for wrong, word in ((["--of", "depth"], "--radius"), (["--load", "1"], "--of depth")):
+        assert word in refused([*start, *wrong, "-o", str(tmp_path / "no")], capsys)
+    assert "--times" in refused([*start[:-1], "1,-2", "-o", str(tmp_path / "no")], capsys)
+
+
+def test_a_creep_test_is_designed_from_the_shell(capsys):
+    """A fluid whose spring and dashpot are both wanted to 1 %: the hold takes the time that numpy asks for."""
+    values = ["--value", "G=1e6", "--value", "eta=1e8"]
+    assert main(["fit", "design", "--model", "Maxwell", *values, "--target", "0.01", "--points", "50"]) == 0
+    line = next(
+        line for line in capsys.readouterr().out.splitlines() if line.startswith("  hold, even times")
+    )
+    duration = float(line.partition("times: ")[2].partition(" s")[0])
+    t = np.arange(1, 51) * duration / 50
+    J = 1e-6 + t / 1e8
+    A = np.column_stack([1e-6 + 0 * t, t / 1e8]) / (0.01 * J[:, None])
+    sd = np.sqrt(np.diag(np.linalg.inv(A.T @ A)))
+    np.testing.assert_allclose(sd.max(), 0.01, rtol=1e-3)
+    assert "--value" in refused(["fit", "design", "--model", "Maxwell", "--value", "G=1"], capsys)

@@ -76,15 +76,17 @@ HEADINGS = {
     "tensile strain": "ε [%]|% Tensile strain|None Dehnung [%]|% Axial Strain (mm/mm)|mm/mm elongation [%]|%",
     "stress": "stress [kPa]|kPa τ|None Shear Stress (Pa)|Pa Schubspannung|None tau_Pa|Pa",
     "tensile stress": "σ [MPa]|MPa Zugspannung [MPa]|MPa Tensile stress|None",
-    "relaxation modulus": "G(t) [Pa]|Pa E(t)|None Relaxation modulus|None",
+    "relaxation modulus": "G(t) [Pa]|Pa E(t)|None E_relax|None Relaxation modulus|None",
     "complex modulus": "Complex modulus|None G* (kPa)|kPa Complex Shear Modulus [Pa]|Pa"
     " Komplexer Schubmodul [Pa]|Pa",
+    "tensile storage modulus": "E' [MPa]|MPa E_stor|None",
+    "tensile loss modulus": "E'' [MPa]|MPa E_loss|None",
     "tensile complex modulus": "E* [MPa]|MPa Tensile complex modulus|None",
     "loss factor": "tan(delta)|None Tan δ|None tan delta [-]|- Loss Factor [1]|1 Verlustfaktor|None tan_delta|None",
     "phase angle": "Phase angle [°]|° Phase Angle (deg)|deg Phasenwinkel [Grad]|Grad δ(G*) [rad]|rad",
     "load": "P [mN]|mN F/mN|mN Load (µN)|µN Normal force [N]|N Kraft in N|N Prüfkraft F [mN]|mN Fn|None"
     " Load On Sample [mN]|mN Vertical Deflection|None vDeflection|None force_nN|nN",
-    "depth": "h [nm]|nm h/nm|nm Pd (nm)|nm δ|None Displacement Into Surface|None Eindringtiefe h [µm]|µm"
+    "depth": "h [nm]|nm Disp_nm|nm h/nm|nm Pd (nm)|nm δ|None Displacement Into Surface|None Eindringtiefe h [µm]|µm"
     " Indentation (nm)|nm Penetration depth|None Eindringung|None",
     "height": "Height (measured)|None height (measured) [m]|m measuredHeight|None",
     "smoothed height": "Height (measured & smoothed)|None smoothedMeasuredHeight|None",

@@ -23,22 +23,22 @@ NAMES = {
     "stress": "stress stress(t) τ tau shearstress sxy spannung schubspannung scherspannung",
     "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
     " flexuralstress zugspannung normalspannung",
-    "relaxation modulus": "g(t) e(t) relaxationmodulus shearrelaxationmodulus relaxationsmodul kriechmodul"
+    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus relaxationsmodul kriechmodul"
     " creepmodulus",
     "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz",
     "frequency": "ν freq frequency testfrequency frequenz prüffrequenz",
-    "storage modulus": "g' storagemodulus shearstoragemodulus speichermodul speicherschubmodul",
-    "loss modulus": "g'' g\" lossmodulus shearlossmodulus verlustmodul verlustschubmodul",
+    "storage modulus": "g' gstor storagemodulus shearstoragemodulus speichermodul speicherschubmodul",
+    "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul",
     "complex modulus": "g* |g*| complexmodulus complexshearmodulus komplexermodul komplexerschubmodul",
     "tensile complex modulus": "e* |e*| tensilecomplexmodulus",
-    "loss factor": "tanδ tan(δ) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
+    "loss factor": "tanδ tan(δ) tan(d) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
     " dämpfungsfaktor",
     "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel",
-    "tensile storage modulus": "e' tensilestoragemodulus",
-    "tensile loss modulus": "e'' e\" tensilelossmodulus",
+    "tensile storage modulus": "e' estor tensilestoragemodulus",
+    "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
     "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
     " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft",
-    "depth": "h d δ delta pd depth indentation indentationdepth penetration penetrationdepth displacement"
+    "depth": "h d δ delta pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
     " displacementintosurface eindringtiefe eindringung tiefe verschiebung",
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",

@@ -1,0 +1,60 @@
+"""What a fit command leaves in its directory: summary.json, curve.csv and fit.png, each whole or not at all."""
+
+import argparse
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def check_directory(options: argparse.Namespace) -> None:
+    """ValueError where nothing may be written."""
+    directory: Path = options.directory
+    if directory.exists() and not directory.is_dir():
+        raise ValueError(f"{directory}: found a file, accepted: a directory, new or empty")
+    if directory.is_dir() and any(directory.iterdir()) and not options.force:
+        raise ValueError(f"{directory}: found a directory that is not empty; --force overwrites it")
+
+
+def finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
+    """Print and write."""
+    print(found.summary())
+    leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
+    print(f"in {options.directory}: summary.json, curve.csv, fit.png")
+    return 0
+
+
+def leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
+    """The summary, the curve and the picture of a fit."""
+    directory.mkdir(parents=True, exist_ok=True)
+    write_json(directory / "summary.json", found.to_dict() | more)
+    write(directory / "curve.csv", lambda path: _curve(found, path))
+    write(directory / "fit.png", lambda path: found.plot().savefig(path, dpi=150, format="png"))
+
+
+def write_json(path: Path, values: dict[str, Any]) -> None:
+    """Plain values."""
+    write_text(path, json.dumps(values, indent=2, ensure_ascii=False) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """As UTF-8."""
+    write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def write(path: Path, fill: Callable[[Path], Any]) -> None:
+    """Write beside, then rename: a reader never meets half a file."""
+    partial = path.with_name(path.name + ".part")
+    fill(partial)
+    os.replace(partial, path)
+
+
+def _curve(fit: Any, path: Path) -> None:
+    """Time or frequency, data, fit and weighted residual of every fitted point."""
+    name, unit, t, measured = fit.curve
+    header = "{} [{}]".format(*fit.abscissa) + f",{name} [{unit}],fitted [{unit}],weighted residual"
+    columns = np.column_stack([t, measured, fit.fitted, fit.residuals])
+    np.savetxt(path, columns, delimiter=",", header=header, comments="")
