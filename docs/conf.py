@@ -33,7 +33,8 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}
-pygments_style, pygments_dark_style = "a11y-high-contrast-light", "a11y-high-contrast-dark"
+pygments_style = "a11y-high-contrast-light"
+pygments_dark_style = "a11y-high-contrast-dark"
 
 # Notebooks as they were committed: tests/test_notebooks.py runs them.
 nb_execution_mode = "off"
@@ -73,12 +74,18 @@ def _literal_formulas(lines: list[str]) -> list[str]:
 def _plain_bars(line: str) -> str:
     """|v| is no substitution, outside of literals."""
     parts = line.split("``")
-    return "``".join(part if i % 2 else part.replace("|", r"\|") for i, part in enumerate(parts))
+    return "``".join(
+        part if i % 2 else part.replace("|", r"\|") for i, part in enumerate(parts)
+    )
 
 
-def _docstring(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+def _docstring(
+    app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]
+) -> None:
     lines[:] = _literal_formulas(lines)
-    if what == "property" and lines:  # napoleon takes what stands before a colon for a type
+    if (
+        what == "property" and lines
+    ):  # napoleon takes what stands before a colon for a type
         lines[0] = lines[0].replace(": ", " \N{EN DASH} ", 1)
 
 
@@ -91,7 +98,9 @@ def _signature(
     return None
 
 
-def _skip(app: Any, what: str, name: str, thing: Any, skip: bool, options: Any) -> bool | None:
+def _skip(
+    app: Any, what: str, name: str, thing: Any, skip: bool, options: Any
+) -> bool | None:
     """Fields of named tuples: the docstring of the class says what they are."""
     return True if type(thing).__name__ == "_tuplegetter" else None
 
@@ -116,6 +125,8 @@ def _copy_notebooks() -> None:
 def setup(app: Any) -> None:
     _copy_notebooks()
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
-    app.connect("autodoc-process-docstring", _docstring, priority=400)  # before napoleon reads the sections
+    app.connect(
+        "autodoc-process-docstring", _docstring, priority=400
+    )  # before napoleon reads the sections
     app.connect("autodoc-process-signature", _signature)
     app.connect("autodoc-skip-member", _skip)

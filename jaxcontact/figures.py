@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from jaxcontact import plotting
 from jaxcontact.interior_fields import InteriorFields
+from jaxcontact.picture_style import styled
 from jaxcontact.results import ContactHistory
 from jaxcontact.rough_figures import is_round, rough_figure
 from jaxcontact.sliding.results import SteadySliding
@@ -15,6 +16,7 @@ from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 WIDE, HIGH = 4.4, 3.8  # of a panel [inches]
 
 
+@styled
 def figure_of(result: Any) -> Figure:
     """The one figure of a result."""
     if isinstance(result, ShearHistory):
@@ -30,6 +32,7 @@ def figure_of(result: Any) -> Figure:
     return rough_figure(result)
 
 
+@styled
 def pictures_of(result: Any) -> dict[str, Figure]:
     """The pictures of a run, by file name: its figure, and of a history its course in time."""
     if not isinstance(result, ContactHistory):

@@ -1,8 +1,9 @@
 """Pictures of a contact history: Axes in, Axes out; whole figures at the end.
 
-This, ``figures`` and ``rough_figures``, which draw by it, alone import matplotlib (and the pictures of ``cases``).
+This, ``picture_style`` and ``figures`` and ``rough_figures``, which draw by it, alone import matplotlib (and the pictures
+of ``cases``).
 Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a figure that is the
-last value of a cell. Colours are those of viridis, which a colour-blind eye tells apart and a grey print keeps in order.
+last value of a cell.
 """
 
 from typing import Any, NamedTuple
@@ -10,15 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
+from jaxcontact.picture_style import COLOURS, colours_of_time, styled, time_axis
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory
 from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
-COLOURS = "viridis"
 MOST_LINES, MOST_ARROWS = 40, 24
 GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
 LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
@@ -38,18 +38,6 @@ def scale_of(values: Any, scales: Scales) -> tuple[float, str]:
     return next((scale for scale in scales if size >= scale[0] * (1.0 - 1e-9)), scales[-1])
 
 
-def colours_of_time(times: Any) -> ScalarMappable:
-    """The sequential colours of times [s]: logarithmic where they span over two decades."""
-    times = np.asarray(times, dtype=float)
-    positive = times[times > 0.0]
-    low, high = float(times[0]), float(times[-1])
-    if low >= 0.0 and positive.size > 2 and positive[1] - positive[0] > 1.5 * positive[0]:
-        norm: Normalize = LogNorm(float(positive[0]), high)
-    else:
-        norm = Normalize(low, high if high > low else low + 1.0)
-    return ScalarMappable(norm, colormaps[COLOURS].resampled(256))
-
-
 def pick(count: int) -> np.ndarray:
     """Indices of about ``MOST_LINES`` of ``count`` lines at most, in equal steps, first and last among them.
 
@@ -65,10 +53,9 @@ def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
     colours = colours_of_time(times)
     low, high = colours.norm.vmin, colours.norm.vmax
     for index in pick(len(times)):
-        ax.plot(x, lines[index], color=colours.to_rgba(np.clip(times[index], low, high)), lw=1.2)
+        ax.plot(x, lines[index], "-", color=colours.to_rgba(np.clip(times[index], low, high)), lw=1.2)
     figure = ax.figure
     figure.colorbar(colours, ax=ax, label="time [s]", pad=0.02)
-    ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
@@ -106,7 +93,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     low, high = float(np.min(surface)), float(np.max(surface))
     ax.set_ylim(low - 0.15 * (high - low), high + 0.45 * (high - low) + 1e-9)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"height of the surface [{z_name}]")
-    ax.legend(loc="upper center", frameon=False, ncols=2)
+    ax.legend(loc="upper center", ncols=2)
     return ax
 
 
@@ -126,17 +113,18 @@ def against_time(ax: Axes, times: Any, values: Any, name: str, scales: Scales) -
     """One figure of the history against time [s]."""
     unit, symbol = scale_of(values, scales)
     ax.plot(times, np.asarray(values) / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
-    ax.set(xlabel="time [s]", ylabel=f"{name} [{symbol}]")
+    ax.set_ylabel(f"{name} [{symbol}]")
+    time_axis(ax, times)
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = float(np.min(values)) / unit, float(np.max(values)) / unit
     if high - low <= HELD * max(
         abs(low), abs(high)
     ):  # nothing changes: no noise blown up to the whole height
         ax.set_ylim(0.9 * low, 1.1 * high) if high > 0.0 else ax.set_ylim(-1.0, 1.0)
-    ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
+@styled
 def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
     """Pressure profiles over time."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
@@ -144,6 +132,7 @@ def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
     return figure
 
 
+@styled
 def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Figure:
     """Surface deformation over time."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
@@ -151,6 +140,7 @@ def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times
     return figure
 
 
+@styled
 def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
     """Pressure maps (nx, ny) [Pa] side by side, in the same colours."""
     highest = max(float(np.max(field)) for field in fields)
@@ -191,6 +181,7 @@ def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
     return [course for course, change in zip(courses, changes, strict=True) if change], ", ".join(texts)
 
 
+@styled
 def history_figure(history: ContactHistory) -> Figure:
     """Approach, load and contact radius against time: a panel for each that changes, the others in the title."""
     courses, held = _courses(history)
@@ -201,6 +192,7 @@ def history_figure(history: ContactHistory) -> Figure:
     return figure
 
 
+@styled
 def overview(history: ContactHistory) -> Figure:
     """Pressure profiles over the panels of ``history_figure``.
 
@@ -253,8 +245,7 @@ def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axe
         ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]")
     ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
-    ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
-    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return ax
 
 
@@ -272,7 +263,6 @@ def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
     (f_unit, f_name), (x_unit, x_name) = scale_of(load, LOADS), scale_of(place, LENGTHS)
     ax.plot(place / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
     ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
-    ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
@@ -295,7 +285,6 @@ def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
     ax.plot(x, np.asarray(pressure) / p_unit, color=colormaps[COLOURS](0.3), lw=1.6)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]", xlim=_around_contact(x, [pressure]))
     ax.set_ylim(bottom=0.0)
-    ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
@@ -322,10 +311,10 @@ def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
     ax.plot(np.asarray(stress) / s_unit, z, marker=".", ms=4, color=colormaps[COLOURS](0.3), lw=1.6)
     ax.set(xlabel=f"von Mises stress [{s_name}]", ylabel=f"depth [{z_name}]", xlim=(0.0, None))
     ax.invert_yaxis()
-    ax.spines[["top", "right"]].set_visible(False)
     return ax
 
 
+@styled
 def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:
     """d log(output)/d log(parameter) over time [s], one panel for each output's table (m, nt).
 
@@ -341,8 +330,8 @@ def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any
             style = ("-", "--", ":", "-.")[order % 4]
             ax.plot(times, table[i], style, color=colour, lw=1.8, label=parameters[i])
         ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
-        ax.set(xlabel="time [s]", title=name)
-        ax.spines[["top", "right"]].set_visible(False)
+        ax.set_title(name)
+        time_axis(ax, times)
     axes[0].set_ylabel("d log(output) / d log(parameter)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=9)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=9)
     return figure

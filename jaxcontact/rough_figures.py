@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from jaxcontact.plotting import COLOURS, HELD, LENGTHS, PRESSURES, pressure_map, scale_of
+from jaxcontact.picture_style import COLOURS, time_axis
+from jaxcontact.plotting import HELD, LENGTHS, PRESSURES, pressure_map, scale_of
 from jaxcontact.results import ContactHistory
 from jaxcontact.rough_contact import contact_clusters, contact_statistics, pressure_histogram
 
@@ -94,11 +95,12 @@ def area_against_load(ax: Axes, history: ContactHistory) -> Axes:
         shares["less the error at the rim"] = np.asarray(contact_statistics(history).corrected_fraction)
     for shade, (label, share) in zip((0.75, 0.2), shares.items(), strict=False):
         ax.plot(along, share, marker=".", ms=4, lw=1.4, color=colormaps[COLOURS](shade), label=label)
-    ax.set(xlabel="time [s]" if held else f"mean pressure [{name}]", ylabel="share of the area in contact")
+    ax.set(xlabel=f"mean pressure [{name}]", ylabel="share of the area in contact")
+    if held:
+        time_axis(ax, along)
     ax.set_title(f"mean pressure {mean[0] / unit:.4g} {name}" if held else "")
     ax.set_ylim(bottom=0.0)
-    ax.legend(frameon=False)
-    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend()
     return ax
 
 
@@ -116,6 +118,5 @@ def spread_of_pressure(ax: Axes, history: ContactHistory) -> Axes:
     ax.set_ylim(bottom=0.0)
     ax.set_xlim(left=0.0)
     if len(touching):
-        ax.legend(frameon=False)
-    ax.spines[["top", "right"]].set_visible(False)
+        ax.legend()
     return ax

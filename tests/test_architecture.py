@@ -110,6 +110,7 @@ LAYERS = {
     "slipping.rolling": 18,
     "interior_fields": 10,
     # round about
+    "picture_style": 0,
     "plotting": 6,
     "sensitivities": 7,
     "rough_figures": 10,
@@ -337,7 +338,8 @@ def code_of(path: Path) -> str:
 
 def test_only_plotting_imports_matplotlib():
     allowed = {
-        PACKAGE / name for name in ("plotting.py", "figures.py", "rough_figures.py", "cases/pictures.py")
+        PACKAGE / name
+        for name in ("picture_style.py", "plotting.py", "figures.py", "rough_figures.py", "cases/pictures.py")
     }
     for path in set(SOURCES) - allowed:
         assert not imports(path, "matplotlib"), path

@@ -44,7 +44,8 @@ def test_wheel_and_sdist_build_and_the_wheel_runs_a_case(tmp_path):
         assert any(name.endswith("jaxcontact/cases/tribofilm_creep.toml") for name in file.getnames())
     with zipfile.ZipFile(wheel) as file:
         names = set(file.namelist())
-    wanted = ["jaxcontact/py.typed", "fitting/py.typed", "jaxcontact/cases/tribofilm_creep.toml"]
+    ours = ("py.typed", "style.mplstyle", "cases/tribofilm_creep.toml")
+    wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]
     assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)
 
     venv.create(tmp_path / "clean", with_pip=True)

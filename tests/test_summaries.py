@@ -5,10 +5,14 @@ import re
 import sys
 
 import jax
+import matplotlib
 import numpy as np
 import pytest
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
 
 import jaxcontact as jc
+from jaxcontact.picture_style import colours_of_time, time_axis
 from jaxcontact.plotting import pick
 from jaxcontact.summaries import component, prefixed
 
@@ -138,3 +142,30 @@ def test_lines_of_a_picture_are_in_equal_steps(count):
     shown = pick(count)
     assert shown[0] == 0 and shown[-1] == count - 1 and len(shown) <= 41
     assert len(set(np.diff(shown)[:-1])) <= 1
+
+
+@pytest.mark.parametrize(
+    ("times", "scale"),
+    [
+        (np.linspace(0.0, 7200.0, 151), "linear"),
+        (7200.0 * np.linspace(0.0, 1.0, 31) ** 2, "linear"),
+        (np.append(0.0, np.geomspace(1.0, 3600.0, 12)), "symlog"),
+        (np.geomspace(1e-3, 1e3, 60), "symlog"),
+        (np.array([0.0]), "linear"),
+    ],
+)
+def test_time_is_logarithmic_where_decades_are_shown(times, scale):
+    """Equal steps and those of a square root are not; all times stay on the axis, zero among them."""
+    ax = Figure().add_subplot()
+    ax.plot(times, times)
+    time_axis(ax, times)
+    assert ax.get_xscale() == scale and ax.get_xlim()[0] <= times[0] <= times[-1] <= ax.get_xlim()[1]
+    assert isinstance(colours_of_time(times).norm, LogNorm) == (scale == "symlog")
+
+
+def test_the_common_style_leaves_no_trace(history):
+    figure = history.plot()
+    assert not figure.axes[0].spines["right"].get_visible()
+    assert matplotlib.rcParams["axes.spines.right"] and matplotlib.rcParams["legend.frameon"]
+    with matplotlib.style.context("jaxcontact.style"):  # as users would
+        assert not matplotlib.rcParams["axes.spines.right"]

@@ -13,11 +13,17 @@ INK, BODY, FILM, BALL, MARK = "#222222", "#c9ced6", "#7fb8ad", "#e8e3d8", "#3168
 GLASSY, MEMORY = "#440154", "#21918c"
 
 # the same file from the same code: no dates, no random names; text as outlines, so that no font is asked for
-matplotlib.rcParams.update({"svg.hashsalt": "jaxcontact", "svg.fonttype": "path", "font.size": 11})
+matplotlib.rcParams.update(
+    {"svg.hashsalt": "jaxcontact", "svg.fonttype": "path", "font.size": 11}
+)
 
 
-def arrow(ax: Axes, tail: tuple, tip: tuple, style: str = "->", colour: str = INK) -> None:
-    ax.annotate("", tip, tail, arrowprops={"arrowstyle": style, "color": colour, "lw": 1.4})
+def arrow(
+    ax: Axes, tail: tuple, tip: tuple, style: str = "->", colour: str = INK
+) -> None:
+    ax.annotate(
+        "", tip, tail, arrowprops={"arrowstyle": style, "color": colour, "lw": 1.4}
+    )
 
 
 def plain(ax: Axes, xlim: tuple, ylim: tuple) -> None:
@@ -29,7 +35,9 @@ def pressed_surface(x: np.ndarray, depth: float, half: float) -> np.ndarray:
     """A paraboloid in contact, and outside it the surface of an elastic half-space (Hertz)."""
     r = np.maximum(np.abs(x) / half, 1.0)
     outside = ((2.0 - r**2) * np.arcsin(1.0 / r) + np.sqrt(r**2 - 1.0)) / np.pi
-    return np.where(np.abs(x) < half, -depth * (1.0 - 0.5 * (x / half) ** 2), -depth * outside)
+    return np.where(
+        np.abs(x) < half, -depth * (1.0 - 0.5 * (x / half) ** 2), -depth * outside
+    )
 
 
 def ball_on_layers(ax: Axes, half: float, depth: float) -> None:
@@ -83,7 +91,12 @@ def memory(axes: np.ndarray) -> None:
     axes[1].plot(t, parts[1], color=MEMORY, ls=":", lw=2.0, label="of the second")
     axes[1].set(ylabel="displacement u")
     axes[1].legend(frameon=False, loc="upper left", fontsize=9)
-    step = np.array([np.trapezoid(load[:i] * np.exp(-(t[i] - t[:i]) / 2.2), t[:i]) for i in range(1, t.size)])
+    step = np.array(
+        [
+            np.trapezoid(load[:i] * np.exp(-(t[i] - t[:i]) / 2.2), t[:i])
+            for i in range(1, t.size)
+        ]
+    )
     axes[2].plot(t[1:], step / 2.2, color=MEMORY)
     axes[2].plot(t, load, color=INK, lw=0.8, ls="--")
     axes[2].set(ylabel="field λη")
@@ -132,13 +145,22 @@ def slipping(axes: np.ndarray) -> None:
     axes[0].set(xlabel="x / a", ylabel="traction", xticks=[-1, 0, 1], yticks=[])
     load, most = np.linspace(-0.8, 0.8, 200), 0.8
     first = lambda q: 1.0 - (1.0 - q) ** (2.0 / 3.0)
-    turn = lambda q: 2.0 * (1.0 - (most - q) / 2.0) ** (2.0 / 3.0) - (1.0 - most) ** (2.0 / 3.0) - 1.0
-    axes[1].plot(first(np.linspace(0.0, most, 100)), np.linspace(0.0, most, 100), color=INK, ls="--")
+    turn = lambda q: (
+        2.0 * (1.0 - (most - q) / 2.0) ** (2.0 / 3.0) - (1.0 - most) ** (2.0 / 3.0) - 1.0
+    )
+    axes[1].plot(
+        first(np.linspace(0.0, most, 100)),
+        np.linspace(0.0, most, 100),
+        color=INK,
+        ls="--",
+    )
     axes[1].plot(turn(load), load, color=GLASSY)
     axes[1].plot(-turn(-load), load, color=GLASSY)
     axes[1].fill_betweenx(load, turn(load), -turn(-load), color=FILM, alpha=0.35, lw=0)
     axes[1].text(0.05, -0.6, "area: lost to friction")
-    axes[1].set(xlabel="tangential displacement", ylabel="tangential load", xticks=[], yticks=[])
+    axes[1].set(
+        xlabel="tangential displacement", ylabel="tangential load", xticks=[], yticks=[]
+    )
     for ax in axes:
         ax.spines[["top", "right"]].set_visible(False)
 

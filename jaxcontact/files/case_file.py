@@ -166,7 +166,7 @@ def _plain(where: str, value: Any, key: Key) -> Any:
     try:
         return in_si(value, key.unit)
     except ValueError as error:
-        raise CaseError(f"{where}: found {_show(value)}, accepted: {key.words}, or {error}") from error
+        raise CaseError(f"{where}: found {shown(value)}, accepted: {key.words}, or {error}") from error
 
 
 def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:
