@@ -31,6 +31,7 @@ DEAR = {  # to compile
     "differentiate a result by all parameters at once",
     "design by gradients",
     "run many cases in one call",
+    "get the friction of sliding over what creeps",
     "rub a ball to and fro, with stick and slip",
 }
 
