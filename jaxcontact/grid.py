@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -85,7 +86,13 @@ class Grid:
                 f"Grid.around: {name}: expected in the order body, indenter, control, times,"
                 f" got {type(value).__name__}",
             )
-        radius = float(indenter.estimated_radius(body, control, np.asarray(times, dtype=float)))
+        try:
+            radius = float(indenter.estimated_radius(body, control, np.asarray(times, dtype=float)))
+        except (jax.errors.ConcretizationTypeError, jax.errors.TracerArrayConversionError):
+            raise ValueError(
+                "Grid.around: expected values that are known, got some that jit, vmap or grad trace;"
+                " choose the grid outside, wide enough for all of them"
+            ) from None
         if not np.isfinite(radius) or radius <= 0.0:
             raise ValueError(
                 f"Grid.around: expected a load or an approach > 0 at some time, got a contact of {radius} m"

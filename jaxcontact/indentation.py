@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import jax
@@ -11,7 +12,8 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._experiment import Experiment, Plan, Save, fine_steps, fine_values, reported
-from jaxcontact._pytree import replace
+from jaxcontact._pytree import is_concrete, replace
+from jaxcontact._status import Status
 from jaxcontact.controls import Control
 from jaxcontact.grid import Grid
 from jaxcontact.history.growing import GrowingMemory, GrowthStep
@@ -22,6 +24,8 @@ from jaxcontact.layers import LayeredHalfSpace, body_at_first
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.results import ContactHistory
 
+WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
+
 
 def indent(
     body: LayeredHalfSpace,
@@ -29,7 +33,7 @@ def indent(
     control: Control,
     times: Array,
     *,
-    grid: Grid,
+    grid: Grid | str,
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 500,
     save: Save = "all",
@@ -57,7 +61,8 @@ def indent(
             between times.
         times: (nt,) [s], not decreasing; two equal times are a jump.
         grid: a ``Grid``; where it is periodic, displacement and approach are measured from the mean of the body's
-            surface, in plane strain from the surface at a distance of one width of the grid.
+            surface, in plane strain from the surface at a distance of one width of the grid. "auto", outside of jit, vmap
+            and grad: ``Grid.around``, made wider, with a warning, for as long as the contact reaches its edge.
         tolerance: dimensionless, up to 0.01, see ``contact.normal``.
         max_iterations: of each contact.
         save: "all" keeps the fields of all times, "last" those of the last; a function of one step
@@ -88,6 +93,15 @@ def indent(
         >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
         '1.92 um'
     """
+    if isinstance(grid, str):
+        options: dict[str, Any] = {
+            "tolerance": tolerance,
+            "max_iterations": max_iterations,
+            "save": save,
+            "substeps": substeps,
+        }
+        options |= {"correspondence": correspondence, "kernels": kernels, "checkpoint": checkpoint}
+        return _widening(grid, (body, indenter, control, times), options)
     body, thicknesses, thick = body_at_first(body, np.size(times))
     experiment = Experiment.of(
         body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
@@ -99,6 +113,29 @@ def indent(
         experiment = replace(experiment.also(thick), thicknesses=thicknesses)
     result, errors = _run(experiment.with_kernels())
     return reported(result, errors, experiment.valid)
+
+
+def _widening(word: str, given: tuple[Any, ...], options: dict[str, Any]) -> ContactHistory:
+    """Solve, on a wider grid of as many cells while the contact reaches the edge; with the warnings of the last."""
+    _checks.require(
+        word == "auto" and options["kernels"] is None,
+        f'grid: expected a Grid, or "auto" without kernels, got {word!r}',
+    )
+    _checks.require(is_concrete(*given), 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
+    grid = Grid.around(*given)
+    for widened in range(MOST_WIDENINGS + 1):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            history = indent(*given, grid=grid, **options)
+        if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
+            break
+        grid = Grid.square(grid.shape[0], WIDER * float(grid.width[0]))
+    if widened:
+        width = f"{float(grid.width[0]):.3g} m"
+        warnings.warn(f'grid="auto": widened {widened} times, to {width}', stacklevel=3)
+    for warning in caught:
+        warnings.warn(warning.message, stacklevel=3)
+    return history
 
 
 @jax.jit

@@ -11,6 +11,7 @@ import traceback
 from pathlib import Path
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -295,6 +296,18 @@ PYTHON = {
     "a grid without cells": (
         lambda: jc.Grid.square(0, 1.0),
         r"n: expected a whole number of at least 4, got 0",
+    ),
+    "a word for a grid": (
+        lambda: jc.indent(BODY, BALL, LOAD, TIMES, grid="wide"),
+        r"grid: expected a Grid, or \"auto\" without kernels, got 'wide'",
+    ),
+    "a grid of its own under jit": (
+        lambda: jax.jit(lambda w: jc.indent(BODY, BALL, jc.Load(w), TIMES, grid="auto").load)(1.0),
+        r"grid: expected a Grid inside jit, vmap and grad, got \"auto\"",
+    ),
+    "Grid.around under vmap": (
+        lambda: jax.vmap(lambda w: jc.Grid.around(BODY, BALL, jc.Load(w), TIMES).spacing[0])(jnp.ones(2)),
+        "Grid.around: expected values that are known, got some that jit, vmap or grad trace",
     ),
     "a number in Grid.around": (
         lambda: jc.Grid.around(BODY, BALL, 60.0, TIMES),
