@@ -9,6 +9,8 @@ import fitting
 import jaxcontact as jc
 from fitting import sampling
 
+pytest.importorskip("numpyro")
+
 T = np.linspace(0.1, 10.0, 30)
 G, ETA = 2e5, 1e6
 FINE = 241
