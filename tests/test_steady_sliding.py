@@ -36,7 +36,7 @@ def indent(*args, **more):
 # Hunter's line contact -----------------------------------------------------------------------------------
 
 J0, J1, TAU, NU, RADIUS, HALF_WIDTH = 1.0, 4.0, 1.0, 0.3, 1.0, 0.1
-EXAMPLES = [  # speed, load per length, apex/a, friction/(a/R): theory.md G.5
+EXAMPLES = [  # speed, load per length, apex/a, friction/(a/R)
     (0.1, 0.008436, 0.3077, 0.47599),
     (0.02, 0.0052309, 0.0755, 0.14232),
     (0.5, 0.018259, 0.5630, 0.65361),

@@ -1,15 +1,14 @@
-"""Ball and punch on a bonded layer over an elastic half-space: Abel transform and a Legendre-Galerkin
-solution.
+"""Ball and punch on a bonded layer over an elastic half-space: Abel transform and a Legendre-Galerkin solution.
 
-With p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt and alpha N = A (1 + H), the contact equation is (theory G.3)
-    g(t) + (1/pi) int_-a^a g(s) k(t - s) ds = (2/(pi A)) (delta - t^2/R),  k(x) = int_0^inf H cos(alpha x)
-    dalpha,
-for a paraboloid of radius R, g(a) = 0; W = 2 pi int_0^a g. A is the compliance at infinite wavenumber
-(layer and
+With p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt and alpha N = A (1 + H), the contact equation is
+
+    g(t) + (1/pi) int_-a^a g(s) k(t - s) ds = (2/(pi A)) (delta - t^2/R),  k(x) = int_0^inf H cos(alpha x) dalpha,
+
+for a paraboloid of radius R, g(a) = 0; W = 2 pi int_0^a g. A is the compliance at infinite wavenumber (layer and
 indenter), so that H vanishes like exp(-2 alpha h). g is a series of even Legendre polynomials of t/a; their
 cosine transforms are spherical Bessel functions, so k is never formed and the edge layers of a thin film are
-resolved by the polynomials' own clustering. Source of the response: theory A.2; exact correspondence:
-theory B, G.4.
+resolved by the polynomials' own clustering. Source of the response: Wang et al., Tribology Letters 2025, Appendix A, in
+compact form; a creeping layer by the correspondence principle, its modulus a function of the Laplace variable.
 
 Measured: approach 1e-9 and radius and peak pressure 1e-5 (60 modes against 100, film of h/a = 1e-3 on steel);
 the tables of O'Sullivan and King to 1e-8; punch creep to 1e-8; the growing contact, 40 steps to 2000 s:
@@ -87,7 +86,7 @@ class Contact(NamedTuple):
 
 
 def scaled_response(alpha, body):
-    """alpha N(alpha) [1/Pa] of the layered half-space, compact form of theory A.2; complex moduli allowed.
+    """alpha N(alpha) [1/Pa] of the layered half-space, in compact form; complex moduli allowed.
 
     With k and lambda next to one, as for a stiff layer, their differences from one are taken by themselves.
     A stack's is that of all interface conditions, held where layers are a millionth of a wave.
@@ -178,7 +177,7 @@ def _sides(a, modes):
 
 
 def solve_radius(contact_radius, body, radius, modes=60):
-    """Contact of a paraboloid of radius R [m] that touches over `contact_radius` [m] (theory G.3)."""
+    """Contact of a paraboloid of radius R [m] that touches over `contact_radius` [m]."""
     flat, curved = _solve(contact_radius, body, _sides(contact_radius, modes)).T
     approach = curved.sum() / flat.sum() / radius
     g = approach * flat - curved / radius
@@ -227,7 +226,7 @@ def punch_compliance(punch_radius, body, modes=60):
 
 
 def talbot(transform, t):
-    """f(t) of a Laplace transform of the complex s, by the modified Talbot contour (theory B.5)."""
+    """f(t) of a Laplace transform of the complex s, by the modified Talbot contour."""
     theta = (2.0 * np.arange(TALBOT // 2) + 1.0) * np.pi / TALBOT
     u = 0.6407 * theta
     z = TALBOT * (0.5017 * theta / np.tan(u) - 0.6122 + 0.2645j * theta)
@@ -316,7 +315,7 @@ def _weights(n, values, means):
 
 
 def march_step_load(load, duration, steps, body, modulus, radius, modes=30):
-    """Contacts at equal steps of [0, duration] under a step load, contact growing (theory G.4b).
+    """Contacts at equal steps of [0, duration] under a step load, contact growing.
 
     The layer creeps by the exact correspondence principle at constant nu: modulus(s) = g(s) = 1/(s J(s))
     [Pa];

@@ -3,7 +3,7 @@ solution.
 
 `creep` is J(t) [1/Pa] and `relaxation` G(t) [Pa], numpy callables of t >= 0 [s]; Poisson's ratio nu is
 constant.
-Lengths in m, loads in N. Sources: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438; theory G.2.
+Lengths in m, loads in N. Sources: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438.
 An elastic indenter adds its compliance A_ind = (1 - nu)/G to (1 - nu) J(t) in every formula for the radius.
 """
 

@@ -4,7 +4,7 @@
 callables;
 `peak_time` [s] is where the depth turns. Poisson's ratio nu is constant. Source: T. C. T. Ting, J. Appl.
 Mech. 33
-(1966) 845; theory G.2.
+(1966) 845.
 """
 
 import numpy as np
