@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -60,7 +61,7 @@ def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivi
 
     Args:
         f: takes ``body`` and returns outputs by name, each a number or an array (of one value per time, say).
-        body: a ``LayeredHalfSpace``, or any pytree of numbers (a tuple of body and indenter): every number
+        body: a ``LayeredHalfSpace``, or any pytree of numbers (a dict of body and indenter): every number
             in it is a parameter, named by its path, and so is every array as a whole (all of it moves by one
             per cent).
 
@@ -96,8 +97,12 @@ def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivi
         )
         for name, value in found.items()
     }
-    names = tuple(jax.tree_util.keystr(path).lstrip(".") or "value" for path, _ in leaves)
-    return Sensitivity(names, relative)
+    return Sensitivity(tuple(_name(path) for path, _ in leaves), relative)
+
+
+def _name(path: Any) -> str:
+    """The path of a number as it is written in Python, of a dict by its keys: body.layers[0].material.G1."""
+    return re.sub(r"\['(\w+)'\]", r".\1", jax.tree_util.keystr(path)).lstrip(".") or "value"
 
 
 def _by_name(outputs: Any) -> dict[str, Array]:
