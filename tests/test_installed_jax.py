@@ -1,6 +1,7 @@
 """The jax that is installed computes what it says and comes to an end; a release known not to is named on import."""
 
 import importlib
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -10,6 +11,7 @@ import jax.numpy as jnp
 import jaxlib
 import numpy as np
 import pytest
+from jax import export
 from tolerances import APPROACH
 
 import jaxcontact
@@ -56,6 +58,23 @@ def test_many_films_in_one_program_decompose_one_matrix_at_a_time(steel, film, l
     program = jax.jit(jax.vmap(images)).lower(jnp.geomspace(1e-8, 1e-7, 4)).compile().as_text()
     shapes = re.findall(r"= \(?f64\[([0-9,]*)\][^=]*custom-call\([^\n]*lapack_", program)
     assert shapes and all(len(shape.split(",")) <= 2 for shape in shapes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("platform", ["cuda", "tpu"])
+def test_a_run_is_lowered_for_accelerators(body, ball, platform):
+    """As far as it goes without one: every operation has a form there, loops stay on the device, no sort of cells."""
+    grid, times = jaxcontact.Grid.square(32, 620e-6), jnp.linspace(0.0, 60.0, 3)
+
+    def approach(load):
+        return jaxcontact.indent(body, ball, jaxcontact.Load(load), times, grid=grid, save="last").approach[
+            -1
+        ]
+
+    program = export.export(jax.jit(jax.value_and_grad(approach)), platforms=[platform])(60.0).mlir_module()
+    assert "stablehlo.while" in program and "callback" not in program
+    shapes = re.findall(r"stablehlo\.sort.*?tensor<([0-9x]+)xf64", program, re.DOTALL)
+    assert all(math.prod(map(int, shape.split("x"))) < 32 * 32 for shape in shapes)
 
 
 @pytest.mark.parametrize("version", FAULTS)
