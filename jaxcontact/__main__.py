@@ -19,6 +19,7 @@ from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
 from jaxcontact.commands.sweep import run_study
 from jaxcontact.compilation_cache import enable_compilation_cache
+from jaxcontact.files.chosen_times import ALL, FEW, LAST
 
 CASE_HELP = "a case file in SI units, or the name of one that comes with the package; see: jaxcontact cases"
 
@@ -85,6 +86,11 @@ def _add_case_commands(commands: "argparse._SubParsersAction[argparse.ArgumentPa
     command = commands.add_parser("run", help="run a case file")
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.add_argument("--show", action="store_true", help="print it with all defaults, and do not run")
+    command.add_argument(
+        "--save",
+        choices=(FEW, ALL, LAST),
+        help="maps of nine times at most, of all, of the last; few when absent",
+    )
     how = _add_output(command, required=False)
     how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")
     command.set_defaults(command=run)

@@ -117,6 +117,7 @@ LAYERS = {
     "figures": 11,
     "simulation": 15,
     "files.npz": 0,
+    "files.chosen_times": 3,
     "files.quantities": 0,
     "files.run_directory": 0,
     "files.storage": 11,
