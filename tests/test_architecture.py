@@ -124,6 +124,7 @@ LAYERS = {
     "files.case_schema": 19,
     "files.case_file": 20,
     "files.case_text": 21,
+    "files.template": 22,
     "footprint": 21,
     "files.advice": 22,
     "files.finished_steps": 21,
