@@ -11,26 +11,59 @@ import contextlib
 import os
 import sys
 from pathlib import Path
+from typing import TypeAlias
 
 from jaxcontact._version import __version__
+from jaxcontact.cases import REPRODUCTIONS
 from jaxcontact.commands import look
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
 from jaxcontact.commands.sweep import run_study
 from jaxcontact.compilation_cache import enable_compilation_cache
+from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.chosen_times import ALL, FEW, LAST
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 CASE_HELP = "a case file in SI units, or the name of one that comes with the package; see: jaxcontact cases"
 
 STUDY_HELP = "a case file with a table [sweep] of what varies, or the name of one that comes with the package"
 
-EXAMPLES = """examples:
-  jaxcontact run tribofilm_creep -o out        a case that comes with the package
-  jaxcontact run --show tribofilm_creep        print it, to begin a case of your own
-  jaxcontact check mine.toml                   valid? grid and steps fine enough?
-  jaxcontact sweep film_map -o study           many cases of one, in one table
-  jaxcontact fit creep film.csv -o film        material parameters from data
-  jaxcontact reproduce figure_4 -o paper       against the paper"""
+EXAMPLES = (
+    "jaxcontact run tribofilm_creep -o out        # a case that comes with the package",
+    "jaxcontact new mine.toml                     # a case of your own, to change",
+    "jaxcontact check mine.toml                   # valid? grid and steps fine enough?",
+    "jaxcontact sweep film_map -o study           # many cases of one, in one table",
+    "jaxcontact fit creep film.csv -o film        # material parameters from data",
+    "jaxcontact reproduce figure_4 -o paper       # against the paper",
+)
+OF_RUN = (
+    "jaxcontact run polymer_coating -o out        # a case that comes with the package",
+    "jaxcontact run mine.toml -o out --save all   # one of your own, with every map",
+    "jaxcontact run mine.toml -o out --resume     # go on where it was stopped",
+    "jaxcontact run --show tribofilm_creep        # print it with all defaults",
+)
+OF_CHECK = (
+    "jaxcontact check tribofilm_creep             # a case that comes with the package",
+    "jaxcontact check mine.toml                   # one of your own: memory, disk and time steps too",
+)
+OF_NEW = (
+    "jaxcontact new mine.toml                     # an indentation",
+    "jaxcontact new shear mine.toml               # normal and tangential load, with friction",
+)
+OF_SWEEP = (
+    "jaxcontact sweep film_map -o study           # a study that comes with the package",
+    "jaxcontact sweep mine.toml -o study --processes 4",
+)
+OF_PLOT = (
+    "jaxcontact plot out/result.npz               # out/result.png",
+    "jaxcontact plot out/result.npz -o creep.svg",
+)
+OF_REPRODUCE = (
+    "jaxcontact reproduce figure_4 -o paper       # one of them, and paper/report.html",
+    "jaxcontact reproduce -o paper                # all: some minutes",
+)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -60,43 +93,81 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="jaxcontact",
         description="Time-dependent contact with a layered body.",
-        epilog=EXAMPLES,
+        epilog=_examples(EXAMPLES),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"jaxcontact {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_run(commands)
     _add_case_commands(commands)
     _add_sweep(commands)
     commands.add_parser("fit", help="material parameters from creep or indentation data")
-    command = commands.add_parser("plot", help="draw a saved result")
+    command = _add(commands, "plot", "draw a saved result", OF_PLOT)
     command.add_argument("result", type=Path, metavar="RESULT", help="a result.npz, or a .nc file")
     command.add_argument("-o", dest="picture", type=Path, metavar="FILE", help=".png, .svg or .pdf")
     command.add_argument("--force", action="store_true", help="overwrite FILE")
     command.set_defaults(command=look.plot)
-    command = commands.add_parser("reproduce", help="compare with the paper's figures and tables")
-    command.add_argument("names", nargs="*", metavar="NAME", help="figures and tables; all when absent")
+    command = _add(commands, "reproduce", "compare with the paper's figures and tables", OF_REPRODUCE)
+    names = f"of figures and tables, all when absent: {', '.join(REPRODUCTIONS)}"
+    command.add_argument("names", nargs="*", metavar="NAME", help=names)
     _add_output(command, required=True)
     command.set_defaults(command=_reproduce)
     commands.add_parser("cite", help="how to cite").set_defaults(command=look.cite)
     return parser
 
 
-def _add_case_commands(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    command = commands.add_parser("run", help="run a case file")
+def _add(commands: Commands, name: str, what: str, examples: tuple[str, ...]) -> argparse.ArgumentParser:
+    """A command, with examples at the end of its help."""
+    return commands.add_parser(
+        name,
+        help=what,
+        description=f"{what[0].upper()}{what[1:]}.",
+        epilog=_examples(examples),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def _examples(lines: tuple[str, ...]) -> str:
+    return "\n  ".join(["examples:", *lines])
+
+
+def _add_run(commands: Commands) -> None:
+    command = _add(commands, "run", "run a case file", OF_RUN)
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.add_argument("--show", action="store_true", help="print it with all defaults, and do not run")
+    command.add_argument(
+        "--save",
+        choices=(FEW, ALL, LAST),
+        help="maps of nine times at most, of all, of the last; few when absent",
+    )
     how = _add_output(command, required=False)
     how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")
     command.set_defaults(command=run)
-    command = commands.add_parser("check", help="validate a case file without running it")
+
+
+def _add_case_commands(commands: Commands) -> None:
+    command = _add(commands, "new", "write a case file to begin with", OF_NEW)
+    kinds = tuple(KINDS)
+    command.add_argument(
+        "kind",
+        nargs="?",
+        choices=kinds,
+        default=kinds[0],
+        metavar="KIND",
+        help=f"{', '.join(kinds)}; {kinds[0]} when absent",
+    )
+    command.add_argument("file", type=Path, metavar="FILE.toml", help="the file to write")
+    command.add_argument("--force", action="store_true", help="overwrite FILE")
+    command.set_defaults(command=look.new)
+    command = _add(commands, "check", "validate a case file without running it", OF_CHECK)
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.set_defaults(command=look.check)
     command = commands.add_parser("cases", help="list the case files that come with the package")
     command.set_defaults(command=look.cases)
 
 
-def _add_sweep(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    command = commands.add_parser("sweep", help="run the many cases of a study")
+def _add_sweep(commands: Commands) -> None:
+    command = _add(commands, "sweep", "run the many cases of a study", OF_SWEEP)
     command.add_argument("study", type=look.case_path, metavar="STUDY.toml", help=STUDY_HELP)
     command.add_argument(
         "-o",

@@ -16,6 +16,7 @@ import jax
 
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.chosen_times import FEW, LAST, chosen
 from jaxcontact.files.run_directory import UNFINISHED
 from jaxcontact.labels import FIELDS, stored_fields
 from jaxcontact.simulation import BLOCK, first_block, prepare
@@ -49,10 +50,13 @@ def _at_once(case: Case) -> Footprint:
     """Of one compiled program: its work arrays, and the fields of its result."""
     field, nt = 8.0 * case.grid.shape[0] * case.grid.shape[1], case.times.size
     dims = [FIELDS[name][0] for name in stored_fields(KINDS[case.kind].result)]
-    kept = nt if case.options.get("save", "all") == "all" else 1
-    maps = sum((1 + ("direction" in dim)) * (kept if "time" in dim else 1) for dim in dims if "x" in dim)
-    work = AT_ONCE[case.kind] * field
-    return Footprint(PROCESS + work + 3.0 * maps * field, maps * field + 8.0 * 20 * nt + HEADS)
+    given = 1 if case.kept == LAST else nt
+    kept = chosen(case.kept, nt).size or 1
+    maps = lambda count: sum(
+        (1 + ("direction" in dim)) * (count if "time" in dim else 1) for dim in dims if "x" in dim
+    )
+    memory = PROCESS + (AT_ONCE[case.kind] + 3.0 * maps(given)) * field
+    return Footprint(memory, maps(kept) * field + 8.0 * 20 * nt + HEADS)
 
 
 def _in_blocks(case: Case) -> Footprint:
@@ -66,11 +70,13 @@ def _in_blocks(case: Case) -> Footprint:
     if options.correspondence == "quasi-elastic":
         work = max(work, WEIGHING * steps)
     nx, ny = case.grid.shape
-    field, lines = 8.0 * nx * ny, 8.0 * case.times.size * (2 * nx + 12)
-    maps = 2.0 * field * (case.times.size if options.save == "all" else 0)
+    kept = chosen(case.kept, case.times.size).size
+    field, line = 8.0 * nx * ny, 8.0 * (2 * nx + 12)
+    maps, lines = 2.0 * field * kept, line * case.times.size
     memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
     heads = HEADS * (case.times.size / BLOCK + 2.0)
-    disk = 2.0 * (maps + lines) + carry + (4.0 if options.save == "all" else 6.0) * field + heads
+    again = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
+    disk = 2.0 * (maps + lines) + again + carry + (4.0 if kept else 6.0) * field + heads
     return Footprint(memory, disk)
 
 

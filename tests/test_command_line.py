@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact.__main__ import main
+from jaxcontact.__main__ import _parser, main
+from jaxcontact.cases import REPRODUCTIONS
+from jaxcontact.cases.reproduce import CASES
 from jaxcontact.files.case_file import read_case
-from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.case_schema import KINDS, sections_of
 
 pytestmark = pytest.mark.versions
 
@@ -291,6 +293,56 @@ def test_cite_and_cases_print(capfd):
     assert main(["cases"]) == 0
     listed = capfd.readouterr().out
     assert listed.count(".toml") == len(READY_MADE) + 1 == 8 and "film_map: A study" in listed
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_case_reads_as_it_is_and_names_every_key_of_its_kind(kind, tmp_path, capfd):
+    path = tmp_path / "mine.toml"
+    assert main(["new", kind, str(path)]) == 0
+    assert read_case(path).kind == kind
+    text = path.read_text()
+    sections = sections_of(kind)
+    if "# no [layer]" in text:
+        del sections["layer"]
+    for name, keys in sections.items():
+        assert f"[{name}]" in text
+        assert all(re.search(rf"^(# )?{key} = |^\[{name}\.{key}\]", text, re.M) for key in keys), name
+    assert main(["new", str(path)]) == 2
+    assert "--force" in capfd.readouterr().err and path.read_text() == text
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow if kind != "indentation" else ()) for kind in KINDS]
+)
+def test_a_new_case_is_checked_without_warning(kind, tmp_path, capfd):
+    path = tmp_path / "mine.toml"
+    assert main(["new", kind, str(path)]) == main(["check", str(path)]) == 0
+    assert capfd.readouterr().err == ""
+
+
+def test_new_without_a_kind_is_an_indentation(tmp_path):
+    assert main(["new", str(tmp_path / "mine.toml")]) == 0
+    assert read_case(tmp_path / "mine.toml").kind == "indentation"
+
+
+@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "reproduce"])
+def test_help_ends_with_examples_that_are_commands(command, capsys):
+    """Each is understood by the parser, but for what stands behind its #."""
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    text = capsys.readouterr().out
+    examples = [line.split("#")[0].split() for line in text.split("examples:")[1].splitlines() if line]
+    assert len(examples) >= 2
+    for words in examples:
+        assert words[:2] == ["jaxcontact", command] and _parser().parse_args(words[1:])
+
+
+def test_help_of_reproduce_lists_what_there_is(capsys):
+    assert [case.name for case in CASES] == list(REPRODUCTIONS)
+    with pytest.raises(SystemExit):
+        main(["reproduce", "--help"])
+    words = re.split(r"[,\s]+", capsys.readouterr().out)
+    assert set(words) >= set(REPRODUCTIONS)
 
 
 def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):

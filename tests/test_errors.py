@@ -899,6 +899,7 @@ SHELL = {
     "the same function, run": (["run", "@far.toml", "-o", "@out"], r"far.toml: velocity: expected steps of"),
     "a picture as text": (["plot", "@part.npz", "-o", "@a.txt"], r"found .txt, accepted: .pdf, .png, .svg"),
     "a picture over another": (["plot", "@case.npz", "-o", "@full.png"], r"is there already"),
+    "a new case over another": (["new", "@full.png"], r"is there already"),
     "no such result": (["plot", "@none.npz"], r"No such file.*none.npz"),
     "a result that is none": (["plot", "@bad.npz"], r"not an npz file of arrays; accepted"),
     "somebody else's arrays": (["plot", "@other.npz"], r"found no result of jaxcontact; accepted"),

@@ -56,7 +56,7 @@ def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("save", ["all", "last"])
+@pytest.mark.parametrize("save", ["few", "all", "last"])
 def test_the_disk_that_a_run_takes_is_what_was_said(save, tmp_path, monkeypatch):
     """Just before the finished steps are removed the result is there as well."""
     path, out, sizes = tmp_path / "case.toml", tmp_path / "out", []

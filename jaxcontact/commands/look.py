@@ -1,4 +1,4 @@
-"""The commands that compute nothing: ``cases``, ``check``, ``plot`` and ``cite``."""
+"""The commands that compute nothing: ``cases``, ``new``, ``check``, ``plot`` and ``cite``."""
 
 import argparse
 import sys
@@ -8,6 +8,8 @@ from jaxcontact import citation
 from jaxcontact.commands.status import FINE
 from jaxcontact.files import advice, storage
 from jaxcontact.files.case_file import read_case
+from jaxcontact.files.npz import write_whole
+from jaxcontact.files.template import template
 
 CASES = Path(__file__).parents[1] / "cases"
 
@@ -23,6 +25,16 @@ def cases(options: argparse.Namespace) -> int:
     for path in [*sorted(CASES.glob("*.toml")), *sorted((CASES / "studies").glob("*.toml"))]:
         title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
         print(f"{path.stem}: {title}\n    {path}")
+    return FINE
+
+
+def new(options: argparse.Namespace) -> int:
+    """Write a case file to begin with."""
+    if options.file.exists() and not options.force:
+        raise ValueError(f"{options.file}: is there already; choose another name, or --force to overwrite it")
+    text = template(options.kind, CASES, str(options.file))
+    write_whole(options.file, lambda path: path.write_text(text, encoding="utf-8"))
+    print(f"{options.file}: change it, then: jaxcontact check {options.file}")
     return FINE
 
 

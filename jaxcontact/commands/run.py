@@ -22,8 +22,9 @@ from jaxcontact._status import Status
 from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
 from jaxcontact.files import advice, run_directory
-from jaxcontact.files.case_file import Case, CaseError, read_case
+from jaxcontact.files.case_file import Case, CaseError, case_of, read_tables
 from jaxcontact.files.case_text import case_text
+from jaxcontact.files.chosen_times import chosen
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
 from jaxcontact.files.run_figures import lines_of
 from jaxcontact.simulation import prepare
@@ -62,7 +63,7 @@ class Ending:
 
 def run(options: argparse.Namespace) -> int:
     """Read the case, then show it or march and write; the exit status."""
-    case = read_case(options.case)
+    case = _case(options.case, options.save)
     if options.show:
         print(case_text(case), end="")
         return FINE
@@ -73,9 +74,17 @@ def run(options: argparse.Namespace) -> int:
     return _run_into(options.directory, case, options)
 
 
+def _case(path: Path, save: str | None) -> Case:
+    """The case in a file, with what --save says in place of its own solver.save."""
+    tables = read_tables(path)
+    if save is not None and isinstance(tables.setdefault("solver", {}), dict):
+        tables["solver"]["save"] = save
+    return case_of(tables, path)
+
+
 def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
-    kept = case.options.get("save", "all")
-    steps = FinishedSteps(directory / run_directory.UNFINISHED, fingerprint(case), kept)
+    maps = chosen(case.kept, case.times.size)
+    steps = FinishedSteps(directory / run_directory.UNFINISHED, fingerprint(case), maps)
     with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:
             steps.remove()
@@ -152,12 +161,18 @@ def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) ->
         "warnings": ending.notes,
         "wall_time_s": ending.standing.seconds,
     }
-    report = run_results.of_steps(run) if isinstance(run, FinishedRun) else run_results.of_result(run)
+    report_of = run_results.of_steps if isinstance(run, FinishedRun) else run_results.of_result
+    report = report_of(run, case.kept)
     summary = run_results.write_results(report, options.directory, case, facts)
     rows = [
         f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
     ]
     rows += lines_of(summary)
+    if report.course and len(report.arrays["times"]) < len(report.course["times"]):
+        counts = f"{len(report.arrays['times'])} of {len(report.course['times'])} times"
+        rows.append(
+            f"maps of {counts}: result.npz; lines and figures of all: course.npz (--save all: every map)"
+        )
     rows.append("pictures: " + ", ".join(str(options.directory / name) for name in summary["pictures"]))
     tell("\n".join(rows), sys.stdout)
 

@@ -29,6 +29,7 @@ from jaxcontact.files.case_schema import (
     choice,
     sections_of,
 )
+from jaxcontact.files.chosen_times import FEW, LAST
 from jaxcontact.files.npz import read_npy
 from jaxcontact.files.quantities import in_si
 from jaxcontact.grid import Grid
@@ -46,7 +47,8 @@ class Case:
     """An experiment as read: the arguments of the function that runs it.
 
     kind: of ``KINDS``; tables: the file as it stood, without what is absent there; times: a single zero for a steady
-    state; motion: what the function of this kind takes beyond those of ``indent``; options: the keywords of its solver.
+    state; motion: what the function of this kind takes beyond those of ``indent``; options: the keywords of its solver;
+    kept: of which times a run writes maps (``files.chosen_times``).
     """
 
     kind: str
@@ -58,6 +60,7 @@ class Case:
     grid: Grid
     motion: Table
     options: Table
+    kept: str
 
     def run(self) -> Any:
         """The result, as the function gives it that runs an experiment of this kind."""
@@ -110,7 +113,9 @@ def _case(tables: Table, folder: Path) -> Case:
     grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
     motion = _motion(kind, tables, times.size, folder)
     options = dict(tables.get("solver", {}))
-    return Case(kind, tables, body, indenter, control, times, grid, motion, options)
+    kept = options.pop("save", FEW)
+    options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
+    return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
 
 
 def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:

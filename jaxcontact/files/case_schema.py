@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from jaxcontact import indenters, materials
+from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.indentation import indent
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
@@ -208,7 +209,7 @@ ITERATIONS = Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", 
 MORE_ITERATIONS = Key(ITERATIONS.accept, ITERATIONS.meaning, default=2000)
 SUBSTEPS = Key(whole_number(1, 1000), "inner steps between two times", default=1)
 CORRESPONDENCE = Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact")
-SAVE = Key(choice("all", "last"), "fields kept, of which times", default="all")
+SAVE = Key(choice(FEW, ALL, LAST), "maps written: of nine times at most, of all, of the last", default=FEW)
 
 Keys = dict[str, Key]
 TIMES_KEYS: Keys = {

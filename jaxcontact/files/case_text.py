@@ -1,6 +1,8 @@
 """A case as text again, with every default filled in and what each value means beside it."""
 
 import json
+from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import Any
 
 from jaxcontact.files.case_file import Case, layer_tables
@@ -9,24 +11,39 @@ from jaxcontact.files.case_schema import KINDS, MATERIALS, SHAPES, Key, Keys, se
 Table = dict[str, Any]
 
 
+@dataclass(frozen=True)
+class Section:
+    """A table of a case file with its heading: what stands in it, and all that may; or a comment alone."""
+
+    heading: str
+    values: Table = field(default_factory=dict)
+    keys: Keys = field(default_factory=dict)
+
+
 def case_text(case: Case) -> str:
     """TOML that reads back as the same case; each line has its meaning and unit as a comment."""
+    return "\n".join(block_text(block) for block in blocks_of(case))
+
+
+def blocks_of(case: Case) -> list[Section]:
+    """The tables of a case in their order, with every default filled in."""
     sections = sections_of(case.kind)
     blocks = {
-        name: _block(name, *_section(name, keys, case)) for name, keys in sections.items() if name != "layer"
+        name: Section(f"[{name}]", *_section(name, keys, case))
+        for name, keys in sections.items()
+        if name != "layer"
     }
     layers = [_solid(table, sections["layer"]) for _, table in layer_tables(case.tables)]
-    heading = "[layer]" if isinstance(case.tables.get("layer"), list) else "layer"
-    none = ["# no [layer]: the substrate is all there is\n"]
-    first = [blocks.pop("experiment"), *([_block(heading, *layer) for layer in layers] or none)]
+    heading = "[[layer]]" if isinstance(case.tables.get("layer"), list) else "[layer]"
+    none = [Section("# no [layer]: the substrate is all there is")]
+    first = [blocks.pop("experiment"), *([Section(heading, *layer) for layer in layers] or none)]
     solids = [blocks.pop("substrate"), blocks.pop("indenter")]
     if case.indenter.material is None:
-        return "\n".join(
-            [*first, *solids, *blocks.values(), "# no [indenter.material]: the indenter is rigid\n"]
-        )
+        rigid = Section("# no [indenter.material]: the indenter is rigid")
+        return [*first, *solids, *blocks.values(), rigid]
     own = {"material": "elastic"} | case.tables["indenter"]["material"]
     elastic = sections["substrate"] | MATERIALS["elastic"][1]
-    return "\n".join([*first, *solids, _block("indenter.material", *_filled(own, elastic)), *blocks.values()])
+    return [*first, *solids, Section("[indenter.material]", *_filled(own, elastic)), *blocks.values()]
 
 
 def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
@@ -69,12 +86,13 @@ def _grid(case: Case, keys: Keys) -> tuple[Table, Keys]:
     return _filled(table, keys)
 
 
-def _block(name: str, values: Table, keys: Keys) -> str:
-    lines = [f"{key} = {_toml(value)}" for key, value in values.items()]
+def block_text(block: Section) -> str:
+    """A table as text, with the meaning of each line behind it."""
+    lines = [f"{key} = {_toml(value)}" for key, value in block.values.items()]
     width = max((len(line) for line in lines if len(line) < 60), default=0)
-    meanings = [_meaning(key, value, keys[key]) for key, value in values.items()]
+    meanings = [_meaning(key, value, block.keys[key]) for key, value in block.values.items()]
     rows = [f"{line:{width}}  # {meaning}" for line, meaning in zip(lines, meanings, strict=True)]
-    return f"[{name}]\n" + "\n".join(rows) + "\n"
+    return "\n".join([block.heading, *rows]) + "\n"
 
 
 def _meaning(name: str, value: Any, key: Key) -> str:
@@ -83,7 +101,8 @@ def _meaning(name: str, value: Any, key: Key) -> str:
         return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
     if isinstance(value, str) and name in ("material", "shape"):  # the shape of a grid is two numbers
         return ((MATERIALS | SHAPES)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
-    return key.meaning.split("; from the expected")[0]
+    choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
+    return key.meaning.split("; from the expected")[0] + choices
 
 
 def _toml(value: Any) -> str:
@@ -94,5 +113,13 @@ def _toml(value: Any) -> str:
         return "[" + ", ".join(_toml(item) for item in value) + "]"
     if isinstance(value, bool | int):
         return str(value).lower()
-    short = f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)
-    return short if any(mark in short for mark in ".e") else f"{short}.0"
+    return _number(Decimal(f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)))
+
+
+def _number(value: Decimal) -> str:
+    """A number with a point, or with a power of ten that is a multiple of three where it is large or small: 150e-9."""
+    power = 3 * (value.adjusted() // 3)
+    if value and (power < -3 or power > 3):
+        return f"{value.scaleb(-power).normalize():f}e{power}"
+    plain = f"{value:f}"
+    return plain if "." in plain else f"{plain}.0"

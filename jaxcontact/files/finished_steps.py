@@ -25,7 +25,7 @@ from jaxcontact.results import ContactHistory
 from jaxcontact.simulation import FinishedBlock
 
 CHECKPOINT = "checkpoint.npz"
-MAPS = ("pressure", "displacement")  # kept of every time with save="all", else of the last
+MAPS = ("pressure", "displacement")  # kept of the chosen times, and of the last
 LINES = ("pressure_line", "displacement_line", "peak_pressure")
 SERIES = (*(set(stored_fields(ContactHistory)) - {"profile", *MAPS}), *LINES)
 
@@ -49,12 +49,13 @@ class Standing:
 class FinishedRun:
     """The finished steps, together.
 
-    history: with the maps of the last step; first_pressure (nx, ny) [Pa]: of the first, with save="all"; maps: those
-    of all steps, with save="all"; pressure_line [Pa], displacement_line [m]: along x at the row of cells nearest to
-    y = 0, (nt, nx); peak_pressure (nt,) [Pa].
+    history: with the maps of the last step; chosen: the indices of the times of ``maps``, none for those of the last
+    alone; first_pressure (nx, ny) [Pa]: of the first of them; pressure_line [Pa], displacement_line [m]: along x at the
+    row of cells nearest to y = 0, (nt, nx); peak_pressure (nt,) [Pa].
     """
 
     history: ContactHistory
+    chosen: np.ndarray
     first_pressure: np.ndarray | None
     maps: dict[str, Stacked]
     pressure_line: np.ndarray
@@ -66,18 +67,18 @@ def fingerprint(case: Case) -> str:
     """The same for two cases only if they give the same result: every number in them, and the version."""
     given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
     leaves, structure = jax.tree.flatten(given)
-    words = f"{__version__} {case.kind} {structure} {sorted(case.options.items())}"
+    words = f"{__version__} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
     numbers = b"".join(np.asarray(leaf, dtype=float).tobytes() for leaf in leaves)
     return hashlib.sha256(words.encode() + numbers).hexdigest()
 
 
 @dataclass(frozen=True)
 class FinishedSteps:
-    """The finished steps in ``folder`` of the case with that ``fingerprint``; save: "all" or "last"."""
+    """The finished steps in ``folder`` of the case with that ``fingerprint``; chosen: the times whose maps are kept."""
 
     folder: Path
     fingerprint: str
-    save: str
+    chosen: np.ndarray
 
     def remove(self) -> None:
         """Forget them all."""
@@ -105,7 +106,8 @@ class FinishedSteps:
         now = Standing(before.blocks + 1, before.steps + count, block.status, seconds, block.carry)
         arrays = arrays_of(block.history) | _lines(block.history)
         last = {"profile": arrays["profile"]} | {name: arrays[name][-1] for name in MAPS}
-        kept = {name: arrays[name] for name in (*SERIES, *(MAPS if self.save == "all" else ()))}
+        steps = np.isin(before.steps + np.arange(count), self.chosen)
+        kept = {name: arrays[name] for name in SERIES} | {name: arrays[name][steps] for name in MAPS}
         self.folder.mkdir(exist_ok=True)
         write_whole(self._block(before.blocks), lambda path: write_npz(path, kept))
         write_whole(self.folder / CHECKPOINT, lambda path: write_npz(path, self._facts(now) | last))
@@ -118,13 +120,16 @@ class FinishedSteps:
         series = _joined(blocks)
         lines = {name: series.pop(name) for name in LINES}
         history = ContactHistory(**series, **last, saved=None, grid=grid)
-        if self.save == "last":
-            return FinishedRun(history, None, {}, **lines)
-        shape = (history.times.size, *grid.shape)
+        if not self.chosen.size:
+            return FinishedRun(history, self.chosen, None, {}, **lines)
+        end = history.times.size - 1  # a run that was stopped ends at none of the chosen
+        chosen = np.append(self.chosen[self.chosen < end], end)
+        files = blocks if end in self.chosen else [*blocks, self.folder / CHECKPOINT]
+        shape = (chosen.size, *grid.shape)
         maps = {
-            name: Stacked(shape, np.dtype(float), functools.partial(_parts, blocks, name)) for name in MAPS
+            name: Stacked(shape, np.dtype(float), functools.partial(_parts, files, name)) for name in MAPS
         }
-        return FinishedRun(history, next(_parts(blocks, "pressure"))[0], maps, **lines)
+        return FinishedRun(history, chosen, next(_parts(blocks, "pressure"))[0], maps, **lines)
 
     def _block(self, index: int) -> Path:
         return self.folder / f"{index:06}.npz"
@@ -149,7 +154,8 @@ def _joined(blocks: list[Path]) -> dict[str, np.ndarray]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _parts(blocks: list[Path], name: str) -> Iterator[np.ndarray]:
-    """The maps of a block at a time."""
-    for block in blocks:
-        yield read_npz(block, name)[name]
+def _parts(files: list[Path], name: str) -> Iterator[np.ndarray]:
+    """The maps of a block at a time; the one of the checkpoint has no axis of time."""
+    for file in files:
+        maps = read_npz(file, name)[name]
+        yield maps[None] if maps.ndim == 2 else maps

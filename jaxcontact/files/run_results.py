@@ -1,6 +1,7 @@
-"""What a run leaves in its directory: result.npz, summary.json and the pictures."""
+"""What a run leaves in its directory: result.npz, course.npz, summary.json and the pictures."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,12 @@ from jaxcontact._version import __version__
 from jaxcontact.files import storage
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
+from jaxcontact.files.chosen_times import FEW, at_times, chosen, course_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.npz import Stacked, write_npz, write_whole
 from jaxcontact.files.run_figures import figures_in, values_of
 
+COURSE = "course.npz"
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
     "peak_pressure": "(nt,) [Pa]",
@@ -29,25 +32,33 @@ BESIDE = {
 class Report:
     """What is to be written of a run.
 
-    result: its kind and its grid count; arrays: those of result.npz; values: of ``FIGURES``, (nt,) each, or () where
-    there is one alone; pictures: by file name.
+    result: its kind and its grid count; arrays: those of result.npz; course: those of course.npz, none where result.npz
+    has all; values: of ``FIGURES``, (nt,) each, or () where there is one alone; pictures: by file name.
     """
 
     result: Any
     arrays: dict[str, np.ndarray | Stacked]
+    course: dict[str, np.ndarray]
     values: dict[str, np.ndarray]
     pictures: dict[str, Any]
 
 
-def of_steps(run: FinishedRun) -> Report:
+def of_steps(run: FinishedRun, kept: str) -> Report:
     """The report of an indentation, from its finished steps."""
     values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
-    return Report(run.history, arrays(run), values, pictures(run))
+    whole = labels.arrays_of(run.history) | lines_and_peaks(run)
+    course = course_of(whole) if kept == FEW else {}
+    arrays = at_times(whole, run.chosen) | run.maps if run.maps else whole
+    return Report(run.history, arrays, course, values, pictures(run))
 
 
-def of_result(result: Any) -> Report:
+def of_result(result: Any, kept: str) -> Report:
     """The report of any other experiment."""
-    return Report(result, dict(labels.arrays_of(result)), values_of(result), figures.pictures_of(result))
+    whole, drawn = labels.arrays_of(result), figures.pictures_of(result)
+    if kept != FEW or not hasattr(result, "times"):
+        return Report(result, dict(whole), {}, values_of(result), drawn)
+    few = at_times(whole, chosen(FEW, result.times.size))
+    return Report(result, dict(few), course_of(whole), values_of(result), drawn)
 
 
 def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
@@ -56,10 +67,14 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
     facts: what else the summary is to say. Each file is complete or as it was before.
     """
     described = {"pictures": list(report.pictures), "arrays_in_result_npz": meanings(report.arrays)}
+    described |= {"arrays_in_course_npz": meanings(report.course)} if report.course else {}
     figures = figures_in(report.values, hasattr(report.result, "times"))
     summary = facts | _extent(report.result, case) | figures | described
     notes = {"case": case_text(case)} | storage.notes_of(report.result)
     write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
+    (directory / COURSE).unlink(missing_ok=True)  # of a run before, which --force overwrites
+    if report.course:
+        write_whole(directory / COURSE, lambda path: write_npz(path, report.course))
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
     for name, figure in report.pictures.items():
@@ -73,26 +88,26 @@ def write_picture(path: Path, figure: Any) -> None:
     write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format=kind))
 
 
-def arrays(run: FinishedRun) -> dict[str, np.ndarray | Stacked]:
-    """The fields of the history, and what ``BESIDE`` has."""
-    own = {
+def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
+    """What ``BESIDE`` has."""
+    return {
         "peak_pressure": run.peak_pressure,
         "contact_radius": np.asarray(run.history.contact_radius),
         "pressure_line": run.pressure_line,
         "displacement_line": run.displacement_line,
     }
-    return labels.arrays_of(run.history) | run.maps | own
 
 
-def meanings(all_arrays: dict[str, np.ndarray | Stacked]) -> dict[str, str]:
-    """Shape, unit and meaning of each array in result.npz."""
+def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
+    """Shape, unit and meaning of each array in a file."""
     fields = {
         name: f"({', '.join(labels.dimensions(spec, len(values.shape)))}) {meaning} [{unit}]"
         for name, values in all_arrays.items()
         if name in labels.FIELDS
         for spec, unit, meaning in [labels.FIELDS[name]]
     }
-    return AXES | fields | {name: text for name, text in BESIDE.items() if name in all_arrays}
+    axes = {name: text for name, text in AXES.items() if name in all_arrays}
+    return axes | fields | {name: text for name, text in BESIDE.items() if name in all_arrays}
 
 
 def _extent(result: Any, case: Case) -> dict[str, Any]:
