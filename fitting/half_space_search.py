@@ -31,7 +31,7 @@ def search(press: Press, rise: float | None) -> Found:
     coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
     low = nonlinear.minimise_from(coarse, [first, *others])
     best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
-    best = best._replace(starts=low.starts, agreed=low.agreed)
+    best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
     curve = _curve(press, whole, knots, values)
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
     return Found(press, best, objective, notes, moves, Medium())
