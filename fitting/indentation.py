@@ -185,8 +185,7 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
     ends = profiles.profile(objective, best, allowed.level)
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
-    residual = None if found.medium.grid is not None else objective.residual
-    material = estimate(space, best, found.moves, ends, quality.spread(known), residual)
+    material = estimate(space, best, found.moves, ends, quality.spread(known), found.residual)
     return IndentationFit(
         **findings(space.structure, press.table, level, press.volume, quality, material), data=press.data,
         weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
