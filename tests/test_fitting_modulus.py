@@ -195,6 +195,8 @@ SWEEPS = {
     "marks of a printer, falling": sweep_of("omega [rad/s]\tG′ [Pa]\tG″ [Pa]", W[::-1], G.real[::-1], G.imag[::-1]),
     "|G*| and delta": sweep_of(
         "Frequency [Hz]\tComplex Modulus [kPa]\tPhase angle [°]", F, np.abs(G) / 1e3, np.degrees(np.angle(G))),
+    "|G*| and a bare delta": sweep_of(
+        "freq,|G*|,δ", F, np.abs(G), np.degrees(np.angle(G)), under="Hz,Pa,°\n", sep=","),
     "|G*| and tan delta": sweep_of("omega [rad/s],|G*| [Pa],Tan(delta)", W, np.abs(G), G.imag / G.real, sep=","),
     "G' and tan delta": sweep_of("Kreisfrequenz [rad/s];Speichermodul [Pa];Verlustfaktor [1]", W, G.real,
         G.imag / G.real, sep=";"),
@@ -220,6 +222,8 @@ def test_a_frequency_sweep_is_read_as_it_was_written(name, tmp_path):
         (SWEEPS["RepTate"] + SWEEPS["RepTate"].partition("[Pa]\n")[2], "segment="),
         (sweep_of("w [rad/s]\tG' [Pa]", W, G.real), "'loss'"),
         (sweep_of("w [rad/s]\t|G*| [Pa]\tPhase angle", W, np.abs(G), np.angle(G)), "'deg'.* or 'rad'"),
+        (sweep_of("w [rad/s]\t|G*| [Pa]\tdelta", W, np.abs(G), np.angle(G)), "'deg'.* or 'rad'"),
+        (sweep_of("w [rad/s]\t|G*| [Pa]\tδ [nm]", W, np.abs(G), np.angle(G)), "expected a unit among"),
         (
             sweep_of("w [rad/s]\t|G*| [Pa]\tPhase angle [rad]", W, np.abs(G), 57 * np.angle(G)),
             "between 0 and 90°",
