@@ -1,6 +1,8 @@
 """The command ``jaxcontact fit batch``: many creep curves, a folder for each fit, one table and one page for all."""
 
 import argparse
+import csv
+import io
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -58,13 +60,14 @@ def _table(rows: list[dict[str, Any]]) -> str:
     """One line for each file: parameters with their intervals, and the verdict or the error."""
     names = list(next(row["parameters"] for row in rows if not row["error"]))
     head = ["file", *(f"{name}{end}" for name in names for end in ("", "_low", "_high")), "verdict", "reason"]
-    lines = [head]
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(head)
     for row in rows:
         if row["error"]:
-            lines.append([row["file"], *[""] * 3 * len(names), "failed", row["error"]])
+            table.writerow([row["file"], *[""] * 3 * len(names), "failed", row["error"]])
             continue
         spans = [(row["parameters"][name], *row["intervals"][name]) for name in names]
         numbers = ["" if x is None else f"{x:.6g}" for span in spans for x in span]
-        lines.append([row["file"], *numbers, row["verdict"], "; ".join(row["reasons"])])
-    quote = lambda cell: f'"{cell.replace(chr(34), chr(39))}"' if "," in cell else cell
-    return "".join(",".join(map(quote, line)) + "\n" for line in lines)
+        table.writerow([row["file"], *numbers, row["verdict"], "; ".join(row["reasons"])])
+    return text.getvalue()

@@ -27,25 +27,32 @@ def search(press: Press, rise: float | None) -> Found:
     kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
     whole, few = np.arange(press.t.size), _some(press)
     objective = _objective(press, whole, knots, values, kind)
-    first, others = _starts(press, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
-    low = nonlinear.minimise_from(coarse, [first, *others])
+    low = nonlinear.minimise_from(coarse, _starts(press, knots, values, kind))
     best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
-    best = best._replace(starts=low.starts, agreed=low.agreed)
+    best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
     curve = _curve(press, whole, knots, values)
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
-    return Found(press, best, objective, notes, moves, Medium())
+    residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind)[: whole.size]
+    return Found(press, best, objective, notes, moves, Medium(), residual)
 
 
 def _objective(
     press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str
 ) -> Objective:
-    """Over some of the points, padded within."""
-    curve, at, n = _curve(press, points, knots, values), press.space.point, points.size
+    """Over some of the points, padded within. To compile a program for the residuals alone takes longer than the
+    slopes that are not asked for."""
+    curve, space, n = _curve(press, points, knots, values), press.space, points.size
+
+    @functools.lru_cache(maxsize=2)
+    def linear(theta: bytes) -> list[np.ndarray]:
+        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind)
+        return [np.asarray(part)[:n] for part in both]
+
     return Objective(
-        lambda theta: halfspace.evaluate(at(theta), curve, kind)[:n],
-        lambda theta, free: halfspace.slopes(at(theta), free, curve, kind)[:n],
-        *press.space.bounds,
+        lambda theta: linear(theta.tobytes())[0],
+        lambda theta, free: linear(theta.tobytes())[1],
+        *space.bounds,
         floor=1e-26 * press.size,
     )
 
@@ -74,9 +81,7 @@ def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
 
 
-def _starts(
-    press: Press, knots: np.ndarray, values: np.ndarray, kind: str
-) -> tuple[np.ndarray, list[np.ndarray]]:
+def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
     """By variable projection: depth^power is linear in the compliances under the measured load."""
     depth, n = np.maximum(press.depth, 1e-3), press.probe.power
     use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
@@ -85,10 +90,10 @@ def _starts(
     power = padding.repeated(depth**n - press.extra * press.load)
     weights = padding.without_weight(use / (n * depth ** (n - 1.0)) * even)
     basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
-    first = start(press, power, weights, basis, least=1e-6)
-    if kind == "load" and np.all(press.space.material[press.space.free]):
-        return first, []  # every retardation time was searched for it already
-    return first, spread_starts(press, power, weights, basis)
+    one = kind == "load" and np.all(press.space.material[press.space.free])
+    several = [] if one else spread_starts(press, power, weights, basis)
+    # for one, every retardation time is searched
+    return several or [start(press, power, weights, basis, least=1e-6)]
 
 
 def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:

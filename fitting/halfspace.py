@@ -171,10 +171,15 @@ def evaluate(point: Coordinates, curve: Curve, kind: str) -> Array:
 
 
 @functools.partial(jax.jit, static_argnames="kind")
-def slopes(point: Coordinates, free: Array, curve: Curve, kind: str) -> Array:
-    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda x: MODELS[kind](point.moved(free, x), curve)
-    return jax.jacfwd(some)(point.vector()[free])
+def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
+    """They, and their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,), in one program."""
+
+    def some(x: Array) -> tuple[Array, Array]:
+        residual = MODELS[kind](point.moved(free, x), curve)
+        return residual, residual
+
+    jacobian, residual = jax.jacfwd(some, has_aux=True)(point.vector()[free])
+    return residual, jacobian
 
 
 @functools.partial(jax.jit, static_argnames="kind")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting import evidence, half_space_search, layered_search, nonlinear, report
+from fitting import evidence, half_space_search, layered_search, profiles, report
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
 from fitting.estimating import estimate, inside_box
@@ -183,10 +183,9 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     measured, weights = press.measured[on] * unit, press.weights[on] / unit
     J = J * without_noise(press.label, weights, measured, best.residual[on])[:, None]
     allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
-    ends = nonlinear.profile(objective, best, allowed.level)
+    ends = profiles.profile(objective, best, allowed.level)
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
-    residual = None if found.medium.grid is not None else objective.residual
-    material = estimate(space, best, found.moves, ends, quality.spread(known), residual)
+    material = estimate(space, best, found.moves, ends, quality.spread(known), found.residual)
     return IndentationFit(
         **findings(space.structure, press.table, level, press.volume, quality, material), data=press.data,
         weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),

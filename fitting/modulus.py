@@ -20,7 +20,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting import evidence, nonlinear, padding
+from fitting import evidence, nonlinear, padding, profiles
 from fitting.coordinates import NUISANCES, Coordinates, Space
 from fitting.estimating import estimate, inside_box
 from fitting.halfspace import relaxation_modes
@@ -193,7 +193,7 @@ def _fit(
     if kind == "relaxation":  # those of an oscillation follow |G*|, which its noise hardly moves
         J = J * without_noise(label, weight, measured, best.residual)[:, None]
     allowed = evidence.allow(best.residual, J, p, float(np.sum((weight * measured) ** 2)), level, known)
-    ends = nonlinear.profile(objective, best, allowed.level)
+    ends = profiles.profile(objective, best, allowed.level)
     quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, x)
     still = lambda name: np.zeros(best.theta.size)
     found = estimate(space, best, still, ends, quality.spread(known), objective.residual)

@@ -15,7 +15,7 @@ from fitting.readers import MODULUS, STORAGE, TIME, build, checked_options, curv
 OMEGA = Wanted("omega", ("angular frequency", "frequency"))
 LOSS = Wanted("loss", ("loss modulus", "tensile loss modulus"))
 COMPLEX = Wanted("complex", ("complex modulus", "tensile complex modulus"))
-ANGLE = Wanted("delta", ("phase angle",))
+ANGLE = Wanted("delta", ("phase angle", "delta"))
 FACTOR = Wanted("tan_delta", ("loss factor",))
 PAIRS = (
     (STORAGE, LOSS),

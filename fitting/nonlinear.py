@@ -1,13 +1,9 @@
-"""Bounded least squares with exact Jacobians, and profile likelihoods by fitting again.
+"""Bounded least squares with exact Jacobians, from one start or several.
 
-For models that are not linear in their compliances (``varpro.py`` is for those). The profile of a
-coordinate is traced outwards: at each trial value the others are fitted again, and the square root
-of the rise in RSS, which is nearly a straight line, is followed to the level (D. M. Bates,
-D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1).
+For models that are not linear in their compliances (``varpro.py`` is for those).
 """
 
 import dataclasses
-import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -16,10 +12,8 @@ from scipy import optimize
 
 from fitting.uncertainty import inverse
 
-STEPS, ITERATIONS, MOST = 30, 60, 4.0
-NEGLIGIBLE = 1e-4  # share of the allowed rise by which a profile may be above the least
+ITERATIONS = 60
 SAME = 1e-5  # share of RSS by which two minima are one
-START = 1e-3  # a first step in the units of a coordinate, where the Jacobian does not give one
 
 
 @dataclasses.dataclass
@@ -50,15 +44,15 @@ class Objective:
         self.residual_runs += 1
         return np.asarray(self.residual(theta))
 
-    def slope(self, theta: np.ndarray, some: np.ndarray) -> np.ndarray:
-        """Their Jacobian (n, k) with respect to some of the free coordinates; all are taken, by one program."""
+    def slope(self, theta: np.ndarray) -> np.ndarray:
+        """Their Jacobian (n, k) with respect to the free coordinates."""
         self.jacobian_runs += 1
-        return np.asarray(self.jacobian(theta, self.free))[:, np.isin(self.free, some)]
+        return np.asarray(self.jacobian(theta, self.free))
 
 
 class Best(NamedTuple):
     """theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: how many minima
-    were sought, and how many of them are as low as this."""
+    were sought, and how many of them are as low as this; others: the minima above it, theta (m,) of each."""
 
     theta: np.ndarray
     residual: np.ndarray
@@ -66,6 +60,7 @@ class Best(NamedTuple):
     rss: float
     starts: int = 1
     agreed: int = 1
+    others: tuple[np.ndarray, ...] = ()
 
 
 def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -77,7 +72,7 @@ def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
 
 def minimise(objective: Objective, start: np.ndarray) -> Best:
     """The least squares in the box from ``start``."""
-    return _fit(objective, start, objective.free, objective.floor)
+    return minimise_some(objective, start, objective.free, objective.floor)
 
 
 def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
@@ -86,35 +81,40 @@ def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
     found = [minimise(objective, start) for start in sound]
     best = min(found, key=lambda one: one.rss)
     low = best.rss * (1.0 + SAME) + objective.floor
-    return best._replace(starts=len(found), agreed=sum(one.rss <= low for one in found))
+    agreed = sum(one.rss <= low for one in found)
+    return best._replace(starts=len(found), agreed=agreed, others=_different(found)[1:])
 
 
-def _fit(objective: Objective, start: np.ndarray, free: np.ndarray, floor: float) -> Best:
-    """With the coordinates ``free`` fitted: Levenberg-Marquardt, each step a bounded linear least squares.
+def _different(found: list[Best]) -> tuple[np.ndarray, ...]:
+    """theta of the minima whose RSS differ, the lowest first."""
+    kept: list[Best] = []
+    for one in sorted(found, key=lambda one: one.rss):
+        if not kept or one.rss > kept[-1].rss * (1.0 + SAME):
+            kept.append(one)
+    return tuple(one.theta for one in kept)
+
+
+def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, floor: float) -> Best:
+    """With some of the free coordinates fitted: Levenberg-Marquardt, each step a bounded linear least squares.
 
     It ends where the step would change RSS by no more than ftol of it and ``floor``, which costs no further run.
     """
-    theta = np.clip(start, objective.lower, objective.upper)
+    theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
     residual, damping = objective.at(theta), 0.0
-    jacobian = objective.slope(theta, free)
-    for _ in range(ITERATIONS if free.size else 0):
-        rss = float(residual @ residual)
-        step = _step(
-            jacobian,
-            residual,
-            objective.lower[free] - theta[free],
-            objective.upper[free] - theta[free],
-            damping,
-        )
-        expected = rss - float(np.sum((residual + jacobian @ step) ** 2))
+    jacobian = objective.slope(theta)
+    for _ in range(ITERATIONS if some.size else 0):
+        rss, J = float(residual @ residual), jacobian[:, own]
+        room = objective.lower[some] - theta[some], objective.upper[some] - theta[some]
+        step = _step(J, residual, *room, damping)
+        expected = rss - float(np.sum((residual + J @ step) ** 2))
         if expected <= objective.ftol * rss + floor or damping > 1e8:
             break
         trial = theta.copy()
-        trial[free] = np.clip(theta[free] + step, objective.lower[free], objective.upper[free])
+        trial[some] = np.clip(theta[some] + step, objective.lower[some], objective.upper[some])
         after = objective.at(trial)
         if np.all(np.isfinite(after)) and float(after @ after) < rss:
             theta, residual, damping = trial, after, 0.1 * damping if damping > 1e-4 else 0.0
-            jacobian = objective.slope(theta, free)
+            jacobian = objective.slope(theta)
         else:
             damping = max(10.0 * damping, 1e-3)
     return Best(theta, residual, jacobian, float(residual @ residual))
@@ -132,61 +132,3 @@ def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, dampi
     if np.any(step < low) or np.any(step > high):
         step = optimize.lsq_linear(A, b, (low, np.maximum(high, low + 1e-300)), method="bvls").x
     return np.clip(step, low, high) / size
-
-
-def profile(objective: Objective, best: Best, level: float) -> np.ndarray:
-    """(m, 2): where the profile of each free coordinate reaches RSS = ``level``; its bound where it does not.
-
-    Fixed coordinates keep their value.
-    """
-    ends = np.stack([best.theta, best.theta], -1)
-    covariance = inverse(best.jacobian)
-    for place, i in enumerate(objective.free):
-        for side in (0, 1):
-            ends[i, side] = _end(objective, best, covariance, place, (-1.0, 1.0)[side], level)
-    return ends
-
-
-def _end(
-    objective: Objective, best: Best, covariance: np.ndarray, place: int, side: float, level: float
-) -> float:
-    """The value of one coordinate, below or above its best, at which the profile reaches the level."""
-    free, negligible = objective.free, max(NEGLIGIBLE * (level - best.rss), objective.floor)
-    i, others = free[place], np.delete(free, place)
-    along = np.delete(covariance[:, place] / covariance[place, place], place)
-    bound = objective.lower[i] if side < 0 else objective.upper[i]
-    first = best.theta[i]
-    longest = MOST * max(1.0, abs(first) if objective.lower[i] >= 0.0 else 0.0)
-    step = min(math.sqrt(max(level - best.rss, 0.0) * covariance[place, place]), longest)
-    inner, outer = (first, 0.0, best.theta), None
-    value = first + side * max(step, START)
-    for _ in range(STEPS):
-        value = side * min(side * value, side * bound)
-        if side * (value - first) <= 0.0:
-            return bound
-        start = inner[2].copy()
-        start[i] = value
-        start[others] += along * (value - inner[0])
-        found = _fit(objective, start, others, negligible)
-        theta, rise = found.theta, found.rss - best.rss
-        # where the model has no value, half the way
-        height = math.sqrt(max(rise, 0.0) / (level - best.rss)) if math.isfinite(rise) else 3.0
-        if abs(height - 1.0) < objective.close:
-            return value
-        if height < 1.0:
-            if value == bound:
-                return bound
-            inner = (value, height, theta)
-        else:
-            outer = (value, height)
-        value = _next(first, inner, outer, side)
-    return value
-
-
-def _next(first: float, inner: tuple, outer: tuple | None, side: float) -> float:
-    """The next trial: the straight line on through the last point, or between the two that enclose the level."""
-    if outer is None:
-        grow = min(1.0 / max(inner[1], 1e-3), 3.0)
-        return first + side * max(1.02 * grow * abs(inner[0] - first), START)
-    share = (1.0 - inner[1]) / (outer[1] - inner[1])
-    return inner[0] + min(max(share, 0.05), 0.95) * (outer[0] - inner[0])

@@ -220,7 +220,7 @@ class Medium(NamedTuple):
 
 class Found(NamedTuple):
     """What was searched, the optimum and its objective; notes; moves(name) (m,): change of the coordinates with a
-    quantity held in the fit; medium: what was indented."""
+    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear."""
 
     press: Press
     best: Best
@@ -228,3 +228,4 @@ class Found(NamedTuple):
     notes: tuple[str, ...]
     moves: Callable[[str], np.ndarray]
     medium: Medium
+    residual: Callable[[Any], Any] | None = None

@@ -14,7 +14,7 @@ from jax import Array
 from jax.tree_util import Partial
 from scipy import optimize
 
-from fitting import evidence, history, nonlinear
+from fitting import evidence, history, nonlinear, profiles
 from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
 from fitting.result import Estimate, Fit, Landscape, findings
@@ -84,7 +84,7 @@ def fit_prony(
     best = nonlinear.minimise(objective, np.maximum(np.linalg.lstsq(A, y, rcond=None)[0], 0.0))
     J = A[:, best.theta > 0] * without_noise(label, weight, data.response, best.residual)[:, None]
     allowed = evidence.allow(best.residual, J, p, float(y @ y), level, known)
-    ends = nonlinear.profile(objective, best, allowed.level) * scale[:, None]
+    ends = profiles.profile(objective, best, allowed.level) * scale[:, None]
     quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known, J, data.t)
     found = _estimate(structure.size, places, best.theta * scale, ends, whole, y, quality.spread(known))
     return PronyFit(

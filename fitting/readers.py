@@ -32,7 +32,7 @@ MODULUS = Wanted("modulus", ("relaxation modulus",))
 STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 CLOCK = Wanted("t", ("time", "step time"))
 LOAD = Wanted("load", ("load",))
-DEPTH = Wanted("depth", ("depth",))
+DEPTH = Wanted("depth", ("depth", "delta"))
 OF = {
     "sigma": 1,
     "sigma_load": 1,

@@ -20,7 +20,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting import evidence, fit_picture, modulus, nonlinear, padding
+from fitting import evidence, fit_picture, modulus, nonlinear, padding, profiles
 from fitting.coordinates import Coordinates, Space
 from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
@@ -140,7 +140,7 @@ def fit_together(
     best, objective, errors = _search(space, parts, _taus(data, duration))
     J = best.jacobian[:, inside_box(space, best.theta)[space.free]]
     quality, most = _evidence(parts, errors, best, J, p, level)
-    ends = nonlinear.profile(objective, best, most)
+    ends = profiles.profile(objective, best, most)
     still = lambda name: np.zeros(best.theta.size)
     found = estimate(space, best, still, ends, quality.spread(False), objective.residual)
     _, scaled = _scaled(parts, errors)
@@ -218,7 +218,8 @@ def _search(space: Space, parts: list[Part], taus: np.ndarray) -> tuple[Best, Ob
         best = nonlinear.minimise(objective, best.theta)
         if np.all(np.abs(factors - 1.0) < STILL):
             break
-    return best._replace(starts=first.starts, agreed=first.agreed), objective, errors
+    best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+    return best, objective, errors
 
 
 def _objective(space: Space, parts: list[Part], errors: np.ndarray) -> Objective:

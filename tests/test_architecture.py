@@ -150,6 +150,7 @@ FITTING_LAYERS = {
     "history": 1,
     "coordinates": 1,
     "nonlinear": 1,
+    "profiles": 2,
     "varpro": 2,
     "result": 2,
     "halfspace": 3,

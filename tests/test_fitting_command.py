@@ -1,7 +1,9 @@
 """The fit commands as a user meets them: results, and every malformed file refused in one line, status 2."""
 
+import csv
 import json
 from html import escape
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -264,9 +266,9 @@ def test_prony_from_the_shell(tmp_path, capsys):
 def test_nothing_stops_a_batch(tmp_path, capsys):
     """Three curves of two moduli, one file of words: a folder for each fit, a line for each file."""
     (tmp_path / "other").mkdir()
-    paths = [noisy_burgers(tmp_path / "a.csv", 1), str(tmp_path / "words.csv")]
+    paths = [noisy_burgers(tmp_path / "a.csv", 1), str(tmp_path / 'wo"rds, of.csv')]
     paths += [noisy_burgers(tmp_path / "other" / "a.csv", 2, G1=0.5e9)]
-    (tmp_path / "words.csv").write_text("nothing here\n")
+    Path(paths[1]).write_text("nothing here\n")
     out = tmp_path / "out"
     assert main(["fit", "batch", *paths, "-o", str(out)]) == 0
     printed = capsys.readouterr().out
@@ -277,8 +279,11 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
         low, high = row["intervals"]["G1_Pa"]
         assert low < G1 < high and row["verdict"] == "stands"
     assert (out / "0_a" / "fit.png").exists() and (out / "2_a" / "summary.json").exists()
-    lines = (out / "table.csv").read_text().splitlines()
-    assert len(lines) == 4 and lines[0].startswith("file,G1_Pa,G1_Pa_low,G1_Pa_high") and "failed" in lines[2]
+    with open(out / "table.csv", newline="") as file:
+        table = list(csv.reader(file))
+    assert [row[0] for row in table] == ["file", *paths] and len({len(row) for row in table}) == 1
+    assert table[0][1:4] == ["G1_Pa", "G1_Pa_low", "G1_Pa_high"]
+    assert table[2][-2:] == ["failed", rows[1]["error"]]
     page = (out / "report.html").read_text()
     assert page.count("<svg") == 2 and escape(rows[1]["error"]) in page and 'href="0_a/fit.png"' in page
     assert (

@@ -73,6 +73,27 @@ def test_relaxation_has_the_optimum_and_the_profile_of_scipy():
         np.testing.assert_allclose(height / rise, 1.0, rtol=1e-2)
 
 
+def least_of_a_standard_solid(t, G, G1):
+    """Least relative RSS with G(0) = ``G1``: the level is linear, and the relaxation time is on a fine grid."""
+    decay = np.exp(-t[:, None] / np.geomspace(1e-4, 1e6, 20001))
+    slope, left = (1 - decay) / G[:, None], 1 - G1 * decay / G[:, None]
+    level = np.clip(np.sum(slope * left, 0) / np.maximum(np.sum(slope**2, 0), 1e-300), 0, G1)
+    return np.min(np.sum((left - slope * level) ** 2, 0))
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_an_interval_does_not_end_where_one_of_several_branches_does(seed):
+    """Ten points of a solid of two times: beyond the end of the optimum's branch, another is far below the level."""
+    t, noise = np.geomspace(1.0, 100.0, 10), 1 + 0.01 * np.random.default_rng(seed).standard_normal(10)
+    G = 1e5 * (0.4 + 0.7 * np.exp(-t) + 0.3 * np.exp(-t / 50)) * noise
+    found = fitting.fit_relaxation(fitting.RelaxationData(t=t, modulus=G), weights="relative")
+    rise = stats.f.ppf(0.95, 1, 7) / 7 * found.widening**2
+    height = lambda G1: np.sqrt((least_of_a_standard_solid(t, G, G1) / found.rss - 1) / rise)
+    np.testing.assert_allclose(height(found.intervals["G1"][0]), 1.0, rtol=1e-2)
+    assert height(found.intervals["G1"][0] * 0.9) > 1.0 and height(1e12) < 0.6
+    assert found.intervals["G1"][1] == np.inf
+
+
 def test_oscillation_has_the_optimum_of_scipy(tmp_path):
     G = dynamic(OMEGA, **TRUTH)
     off = np.random.default_rng(1).standard_normal((2, OMEGA.size))
@@ -174,6 +195,8 @@ SWEEPS = {
     "marks of a printer, falling": sweep_of("omega [rad/s]\tG′ [Pa]\tG″ [Pa]", W[::-1], G.real[::-1], G.imag[::-1]),
     "|G*| and delta": sweep_of(
         "Frequency [Hz]\tComplex Modulus [kPa]\tPhase angle [°]", F, np.abs(G) / 1e3, np.degrees(np.angle(G))),
+    "|G*| and a bare delta": sweep_of(
+        "freq,|G*|,δ", F, np.abs(G), np.degrees(np.angle(G)), under="Hz,Pa,°\n", sep=","),
     "|G*| and tan delta": sweep_of("omega [rad/s],|G*| [Pa],Tan(delta)", W, np.abs(G), G.imag / G.real, sep=","),
     "G' and tan delta": sweep_of("Kreisfrequenz [rad/s];Speichermodul [Pa];Verlustfaktor [1]", W, G.real,
         G.imag / G.real, sep=";"),
@@ -199,6 +222,8 @@ def test_a_frequency_sweep_is_read_as_it_was_written(name, tmp_path):
         (SWEEPS["RepTate"] + SWEEPS["RepTate"].partition("[Pa]\n")[2], "segment="),
         (sweep_of("w [rad/s]\tG' [Pa]", W, G.real), "'loss'"),
         (sweep_of("w [rad/s]\t|G*| [Pa]\tPhase angle", W, np.abs(G), np.angle(G)), "'deg'.* or 'rad'"),
+        (sweep_of("w [rad/s]\t|G*| [Pa]\tdelta", W, np.abs(G), np.angle(G)), "'deg'.* or 'rad'"),
+        (sweep_of("w [rad/s]\t|G*| [Pa]\tδ [nm]", W, np.abs(G), np.angle(G)), "expected a unit among"),
         (
             sweep_of("w [rad/s]\t|G*| [Pa]\tPhase angle [rad]", W, np.abs(G), 57 * np.angle(G)),
             "between 0 and 90°",

@@ -86,7 +86,8 @@ HEADINGS = {
     "phase angle": "Phase angle [°]|° Phase Angle (deg)|deg Phasenwinkel [Grad]|Grad δ(G*) [rad]|rad",
     "load": "P [mN]|mN F/mN|mN Load (µN)|µN Normal force [N]|N Kraft in N|N Prüfkraft F [mN]|mN Fn|None"
     " Load On Sample [mN]|mN Vertical Deflection|None vDeflection|None force_nN|nN",
-    "depth": "h [nm]|nm Disp_nm|nm h/nm|nm Pd (nm)|nm δ|None Displacement Into Surface|None Eindringtiefe h [µm]|µm"
+    "delta": "δ|None δ [°]|° delta [nm]|nm",
+    "depth": "h [nm]|nm Disp_nm|nm h/nm|nm Pd (nm)|nm Displacement Into Surface|None Eindringtiefe h [µm]|µm"
     " Indentation (nm)|nm Penetration depth|None Eindringung|None",
     "height": "Height (measured)|None height (measured) [m]|m measuredHeight|None",
     "smoothed height": "Height (measured & smoothed)|None smoothedMeasuredHeight|None",

@@ -38,8 +38,9 @@ NAMES = {
     "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
     "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
     " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft",
-    "depth": "h d δ delta pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
+    "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
     " displacementintosurface eindringtiefe eindringung tiefe verschiebung",
+    "delta": "δ delta",  # a depth or a phase angle
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
@@ -51,7 +52,8 @@ KINDS = {
     "angular frequency": "omega", "frequency": "omega", "storage modulus": "stress", "loss modulus": "stress",
     "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
-    "load": "load", "depth": "depth", "height": "depth", "smoothed height": "depth", "commanded height": "depth",
+    "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
+    "smoothed height": "depth", "commanded height": "depth",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"
