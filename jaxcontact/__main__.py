@@ -40,7 +40,7 @@ EXAMPLES = (
 )
 OF_RUN = (
     "jaxcontact run polymer_coating -o out        # a case that comes with the package",
-    "jaxcontact run mine.toml -o out --save all   # one of your own, with every map",
+    "jaxcontact run mine.toml -o out --save few   # one of your own, with maps of nine times",
     "jaxcontact run mine.toml -o out --resume     # go on where it was stopped",
     "jaxcontact run --show tribofilm_creep        # print it with all defaults",
 )
@@ -137,8 +137,8 @@ def _add_run(commands: Commands) -> None:
     command.add_argument("--show", action="store_true", help="print it with all defaults, and do not run")
     command.add_argument(
         "--save",
-        choices=(FEW, ALL, LAST),
-        help="maps of nine times at most, of all, of the last; few when absent",
+        choices=(ALL, FEW, LAST),
+        help="maps of all times, of nine at most, of the last; as the case says when absent",
     )
     how = _add_output(command, required=False)
     how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")

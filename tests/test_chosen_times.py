@@ -1,4 +1,4 @@
-"""What a run writes by default: maps of a few times, which the file names itself, and lines and numbers of all."""
+"""What a run writes with --save few: maps of a few times, which the file names itself, and lines and numbers of all."""
 
 import json
 
@@ -26,8 +26,8 @@ def long_case(tmp_path):
 def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, capfd):
     """Bit for bit those of the run that keeps all, which ``test_command_line`` holds against ``indent``."""
     out, whole = tmp_path / "few", tmp_path / "all"
-    assert main(["run", str(long_case), "-o", str(whole), "--save", "all"]) == 0
-    assert main(["run", str(long_case), "-o", str(out)]) == 0
+    assert main(["run", str(long_case), "-o", str(whole)]) == 0
+    assert main(["run", str(long_case), "-o", str(out), "--save", "few"]) == 0
     assert "maps of 9 of 41 times" in capfd.readouterr().out
     few, every, course = (np.load(path) for path in (out / FILE, whole / FILE, out / "course.npz"))
     assert every["pressure"].shape == (41, 16, 16) and not (whole / "course.npz").exists()
@@ -52,7 +52,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
 
 def test_another_choice_leaves_no_course_of_the_run_before(long_case, tmp_path):
     out = tmp_path / "out"
-    assert main(["run", str(long_case), "-o", str(out)]) == 0
+    assert main(["run", str(long_case), "-o", str(out), "--save", "few"]) == 0
     assert main(["run", str(long_case), "-o", str(out), "--save", "last", "--force"]) == 0
     result = jc.load(out / FILE)
     assert result.pressure.shape == (16, 16) and result.approach.shape == (41,)

@@ -172,13 +172,7 @@ def test_a_run_leaves_its_result_a_summary_and_pictures(kind, written, instead, 
     last = "end_" if hasattr(result, "times") else ""
     assert summary[f"approach_{last}m"] == np.atleast_1d(result.approach)[-1]
     assert summary["experiment"] == kind and summary["grid_cells_count"] == list(GRID.shape)
-    course = {"course.npz"} if hasattr(result, "times") else set()
-    assert {path.name for path in out.iterdir()} == {
-        "result.npz",
-        "summary.json",
-        *course,
-        *summary["pictures"],
-    }
+    assert {path.name for path in out.iterdir()} == {"result.npz", "summary.json", *summary["pictures"]}
     assert all((out / name).stat().st_size > 5000 for name in summary["pictures"])
     assert set(summary["arrays_in_result_npz"]) == set(np.load(out / "result.npz").files) - {"kind", "case"}
     assert "approach" in capfd.readouterr().out

@@ -80,7 +80,7 @@ def test_a_signal_keeps_the_finished_steps(name, interrupted, capfd):
     out, status, finished = interrupted(number)
     assert status == 128 + number
     assert json.loads((out / "summary.json").read_text())["interrupted"] is True
-    with np.load(out / "course.npz") as arrays:
+    with np.load(out / "result.npz") as arrays:
         assert arrays["approach"].size == finished < 40
         assert np.all(np.diff(arrays["approach"]) >= -1e-12)
     (error,) = [line for line in capfd.readouterr().err.splitlines() if "error" in line]

@@ -29,7 +29,7 @@ from jaxcontact.files.case_schema import (
     choice,
     sections_of,
 )
-from jaxcontact.files.chosen_times import FEW, LAST
+from jaxcontact.files.chosen_times import ALL, LAST
 from jaxcontact.files.npz import read_npy
 from jaxcontact.files.quantities import in_si
 from jaxcontact.grid import Grid
@@ -113,7 +113,7 @@ def _case(tables: Table, folder: Path) -> Case:
     grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
     motion = _motion(kind, tables, times.size, folder)
     options = dict(tables.get("solver", {}))
-    kept = options.pop("save", FEW)
+    kept = options.pop("save", ALL)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
 

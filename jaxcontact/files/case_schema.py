@@ -209,7 +209,7 @@ ITERATIONS = Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", 
 MORE_ITERATIONS = Key(ITERATIONS.accept, ITERATIONS.meaning, default=2000)
 SUBSTEPS = Key(whole_number(1, 1000), "inner steps between two times", default=1)
 CORRESPONDENCE = Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact")
-SAVE = Key(choice(FEW, ALL, LAST), "maps written: of nine times at most, of all, of the last", default=FEW)
+SAVE = Key(choice(ALL, FEW, LAST), "maps written: of all times, of nine at most, of the last", default=ALL)
 
 Keys = dict[str, Key]
 TIMES_KEYS: Keys = {

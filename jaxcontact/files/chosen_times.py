@@ -1,6 +1,6 @@
 """Of which times a run writes its maps, and what it writes of all the others.
 
-A map of the plane is a thousand times as large as what else a step gives, and nobody looks at every one. So by default
+A map of the plane is a thousand times as large as what else a step gives, and nobody looks at every one. With "few"
 ``result.npz`` is the history of a few of the times, whole, and ``course.npz`` has lines and single numbers at all of them.
 """
 
