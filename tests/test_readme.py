@@ -57,7 +57,7 @@ def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "jaxcontact.cases.reproduce.main", lambda names, directory, force: asked.extend(names) or 0
     )
-    assert len(COMMANDS) == 10
+    assert len(COMMANDS) == 11
     for command in COMMANDS:
         if "--help" in command:
             with pytest.raises(SystemExit, match="0"):
