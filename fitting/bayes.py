@@ -25,10 +25,8 @@ from fitting.propagation import Propagated
 from fitting.result import Fit, Landscape
 from fitting.structure import Volume
 
-MIXED, ENOUGH = (
-    1.05,
-    200.0,
-)  # the largest R-hat, and the least effective sample size, of chains that have mixed
+# the largest R-hat, and the least effective sample size, of chains that have mixed
+MIXED, ENOUGH = 1.05, 200.0
 ASTRAY = 0.02  # share of draws that may diverge
 
 

@@ -104,10 +104,7 @@ def fit_relaxation(
         G = 1e+06 Pa, eta = 3e+06 Pa s
     """
     structure = structure_of(model, tau)
-    if structure.model is jc.KelvinVoigt:
-        raise ValueError(
-            "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
-        )
+    check_relaxes(structure)
     weights = "estimated" if weights is None and sigma is None else weights
     return _fit(data, weigh(data, weights, sigma), structure, limits(structure, fixed, bounds), nu, level)
 
@@ -149,6 +146,14 @@ def fit_oscillation(
         raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
     weighed = weigh(data, None if sigma is not None else weights, sigma)
     return _fit(data, weighed, structure, limits(structure, fixed, bounds), nu, level)
+
+
+def check_relaxes(structure: Structure) -> None:
+    """ValueError for a model that has no relaxation modulus."""
+    if structure.model is jc.KelvinVoigt:
+        raise ValueError(
+            "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
+        )
 
 
 class Weighed(NamedTuple):

@@ -24,17 +24,8 @@ PAIRS = (
     (STORAGE, ANGLE),
     (STORAGE, FACTOR),
 )  # the best first
-TENSILE = (
-    "e(t)",
-    "e'",
-    'e"',
-    "e*",
-    "|e*|",
-    "estor",
-    "eloss",
-    "erelax",
-    "tensile",
-)  # how such a column's name begins
+# how the name of a tensile column begins
+TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "estor", "eloss", "erelax", "tensile")
 
 
 def read_relaxation(

@@ -33,11 +33,7 @@ STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 CLOCK = Wanted("t", ("time", "step time"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth", "delta"))
-OF = {
-    "sigma": 1,
-    "sigma_load": 1,
-    "sigma_depth": 2,
-}  # place of the column, of those wanted, that an error is of
+OF = {"sigma": 1, "sigma_load": 1, "sigma_depth": 2}  # place of what an error is of, in the columns wanted
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
 AIR = 5  # points before contact that are too few to speak of
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa

@@ -30,7 +30,7 @@ from fitting.history import Step, columns, merge
 from fitting.modulus_data import OscillationData, RelaxationData
 from fitting.nonlinear import Best, Objective
 from fitting.result import Fit, findings
-from fitting.structure import Volume, limits, structure_of
+from fitting.structure import Structure, Volume, limits, structure_of
 from fitting.weights import without_noise
 
 SHARES = (0.1, 0.5, 0.9)
@@ -129,7 +129,7 @@ def fit_together(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     structure, data = structure_of(model, tau), tuple(data)
-    _check(data, structure.model)
+    _check(data, structure)
     table = limits(structure, fixed, bounds)
     duration, unit = max(map(_duration, data)), _compliance(data[0])
     space = modulus.material_space(structure, table, unit, duration)
@@ -153,15 +153,13 @@ def fit_together(
     )  # fmt: skip
 
 
-def _check(data: tuple, model: type) -> None:
+def _check(data: tuple, structure: Structure) -> None:
     kinds = CreepData | RelaxationData | OscillationData
     if len(data) < 2 or not all(isinstance(one, kinds) for one in data):
         got = ", ".join(type(one).__name__ for one in data) or "none"
         raise ValueError(f"data: expected two or more CreepData, RelaxationData, OscillationData, got {got}")
-    if model is jc.KelvinVoigt and any(isinstance(one, RelaxationData) for one in data):
-        raise ValueError(
-            "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
-        )
+    if any(isinstance(one, RelaxationData) for one in data):
+        modulus.check_relaxes(structure)
 
 
 def _duration(one: Any) -> float:
