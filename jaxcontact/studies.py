@@ -27,6 +27,9 @@ Case = dict[str, Any]
 Result = dict[str, np.ndarray]
 CASE = "case.json"  # the name of the case beside its arrays
 FUNCTION = "function.json"
+# read by XLA and by the linear algebra of numpy and scipy, whose threads spin where they wait: two processes that
+# each had as many as cores took longer than one
+THREADS = ("NPROC", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -252,7 +255,7 @@ def _outcomes(
 
 def _processes(count: int) -> loky.ProcessPoolExecutor:
     """The processes of this machine, made anew where one has died; together they take no more than its cores."""
-    threads = {"NPROC": str(max(1, loky.cpu_count() // count))}  # what XLA reads
+    threads = dict.fromkeys(THREADS, str(max(1, loky.cpu_count() // count)))
     return loky.get_reusable_executor(count, initializer=_share_programs, env=threads, timeout=60)
 
 
