@@ -18,10 +18,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy
 from jax import Array
-from scipy import ndimage
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from jaxcontact import _checks
 from jaxcontact._pytree import pytree
@@ -173,7 +171,7 @@ def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
     maps = np.asarray(result.pressure)
     maps = maps if maps.ndim == 3 else maps[None]
     _checks.whole("step", step, -len(maps), len(maps) - 1)
-    labels = _joined(ndimage.label(maps[step] > 0.0)[0], result.grid)
+    labels = _joined(scipy.ndimage.label(maps[step] > 0.0)[0], result.grid)
     cells = np.bincount(labels.ravel())[1:]
     order = np.argsort(-cells, kind="stable")
     rank = np.zeros(cells.size + 1, int)
@@ -188,8 +186,9 @@ def _joined(labels: np.ndarray, grid: Grid) -> np.ndarray:
         [np.stack([a, b])[:, (a > 0) & (b > 0)] for a, b in sides] + [np.zeros((2, 0), int)], 1
     )
     size = labels.max() + 1
-    links = coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(size, size))
-    return connected_components(links, directed=False)[1][labels]  # open cells, 0, are the first component
+    links = scipy.sparse.coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(size, size))
+    _, patches = scipy.sparse.csgraph.connected_components(links, directed=False)
+    return patches[labels]  # open cells, 0, are the first component
 
 
 def _rim(touching: Array, grid: Grid) -> tuple[Array, Array]:

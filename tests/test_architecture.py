@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -346,6 +348,12 @@ def test_only_plotting_imports_matplotlib():
     }
     for path in set(SOURCES) - allowed:
         assert not imports(path, "matplotlib"), path
+
+
+def test_importing_jaxcontact_waits_for_nothing_that_takes_long():
+    heavy = ("matplotlib", "scipy.fft", "scipy.ndimage", "scipy.sparse", "scipy.stats", "xarray")
+    code = f"import sys, jaxcontact; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
 def test_derivative_rules_live_in_one_module():

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from jaxcontact.files.case_file import Case, CaseError, Table, case_of, check_table, read_tables, shown
 from jaxcontact.files.case_schema import FLAG, NUMBER, Key, Keys, choice, whole_number
@@ -162,10 +163,8 @@ def _grid(given: Table) -> Iterator[Table]:
 
 def _sampled(given: Table, options: Table) -> Iterator[Table]:
     """Samples, each of which has a stratum of every key to itself; of a list, as many of each value."""
-    from scipy.stats import qmc  # half a second, which no other command is to wait for
-
     random = np.random.default_rng(options.get("seed", 0))
-    for shares in qmc.LatinHypercube(len(given), seed=random).random(options["samples"]):
+    for shares in scipy.stats.qmc.LatinHypercube(len(given), seed=random).random(options["samples"]):
         yield {
             name: value[int(share * len(value))] if isinstance(value, list) else _between(value, share)
             for (name, value), share in zip(given.items(), shares, strict=True)

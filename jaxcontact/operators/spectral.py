@@ -11,8 +11,8 @@ at all offsets of a period.
 """
 
 import jax.numpy as jnp
+import scipy
 from jax import Array
-from scipy.fft import next_fast_len
 
 Periodic = tuple[bool, bool]  # along x, along y
 FREE: Periodic = (False, False)
@@ -24,7 +24,7 @@ def padded_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int
     Along a periodic axis, where it shall wrap around: n.
     """
     (nx, ny), (x, y) = shape, periodic
-    return nx if x else 2 * next_fast_len(nx), ny if y else 2 * next_fast_len(ny)
+    return nx if x else 2 * scipy.fft.next_fast_len(nx), ny if y else 2 * scipy.fft.next_fast_len(ny)
 
 
 def _mirrored(kernel: Array, periodic: Periodic) -> Array:
@@ -91,6 +91,6 @@ def apply_circulant(spectrum: Array, field: Array) -> Array:
 
 def window_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int]:
     """About three quarters of a grid: what holds the contact in most runs, at half the cost. All of a periodic axis."""
-    part = lambda n: min(n, 2 * next_fast_len(-(-3 * n // 8)))
+    part = lambda n: min(n, 2 * scipy.fft.next_fast_len(-(-3 * n // 8)))
     nx, ny = (n if wraps else part(n) for n, wraps in zip(shape, periodic, strict=True))
     return nx, ny
