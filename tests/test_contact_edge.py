@@ -32,6 +32,7 @@ def test_the_radius_moves_between_the_cells():
     assert np.all(np.abs(np.diff(found) / (0.05 * cell) - 1.0) < 0.25)
 
 
+@pytest.mark.slow
 def test_the_slope_of_the_radius_is_that_of_hertz():
     """d log a/d log W = 1/3; by forward and reverse mode and by central differences over which no cell enters."""
     slope = jax.grad(radius)(0.0)
@@ -42,6 +43,7 @@ def test_the_slope_of_the_radius_is_that_of_hertz():
     assert central == pytest.approx(float(slope), rel=CENTRAL_DIFFERENCE * 10)
 
 
+@pytest.mark.slow
 def test_without_contact_radius_and_slope_are_zero():
     assert jax.value_and_grad(lambda q: radius(q, jc.Approach, -1e-7))(0.0) == (0.0, 0.0)
     assert jax.value_and_grad(lambda q: radius(q, jc.Load, 0.0))(0.0) == (0.0, 0.0)

@@ -70,6 +70,13 @@ def test_creep_writes_what_it_says(tmp_path, capsys):
     np.testing.assert_allclose(curve[:, 2], J, rtol=1e-6)
     assert (out / "fit.png").stat().st_size > 10000
     assert "not empty" in refused(["fit", "creep", path, "-o", str(out)], capsys)
+
+
+@pytest.mark.slow
+def test_a_known_parameter_is_fixed_from_the_shell(tmp_path):
+    path, out = table(tmp_path / "film.csv", "t [s],J [1/GPa]", T, 1e9 * J), tmp_path / "out"
+    out.mkdir()
+    (out / "old.txt").touch()
     assert main(["fit", "creep", path, "-o", str(out), "--force", "--fix", "G2=13.89e6"]) == 0
     assert json.loads((out / "summary.json").read_text())["fixed"] == ["G2"]
 
