@@ -1,0 +1,70 @@
+"""What a person waits for before anything is computed: seconds of wall, each in processes of their own.
+
+    python -m tests.benchmarks.bench_start
+
+Importing jax and jaxcontact; README's first command and a fit of 20 points, with an empty store of programs and
+then with what the first run left in it. A loop of ten million additions tells how fast the machine is.
+"""
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import jaxcontact as jc
+
+
+def seconds(*arguments: str, folder: Path) -> float:
+    """Wall time of a process of this Python, whose store of programs is in the folder."""
+    environment = {k: v for k, v in os.environ.items() if k != "JAX_COMPILATION_CACHE_DIR"}
+    start = time.perf_counter()
+    subprocess.run(
+        [sys.executable, *arguments],
+        check=True,
+        capture_output=True,
+        env=environment | {"XDG_CACHE_HOME": str(folder)},
+    )
+    return time.perf_counter() - start
+
+
+def creep_file(path: Path) -> str:
+    """20 points of a Burgers material with one percent of noise."""
+    material = jc.Burgers(G1=2e5, G2=1e5, eta1=5e6, eta2=4e5, nu=0.5)
+    t = np.geomspace(0.1, 100.0, 20)
+    J = np.asarray(material.creep(t)) * (1.0 + 0.01 * np.random.default_rng(0).normal(size=20))
+    np.savetxt(path, np.column_stack([t, J]), header="t [s], J [1/Pa]", delimiter=",")
+    return str(path)
+
+
+def main() -> None:
+    start = time.perf_counter()
+    sum(range(10**7))
+    print(f"ten million additions: {time.perf_counter() - start:.2f} s")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for module in ("jax", "jaxcontact"):
+            times = [seconds("-c", f"import {module}", folder=folder) for _ in range(5)]
+            print(f"import {module}: {statistics.median(times):.2f} s")
+        run = ("-m", "jaxcontact", "run", "polymer_coating", "-o", str(folder / "out"), "--force")
+        fit = (
+            "-m",
+            "jaxcontact",
+            "fit",
+            "creep",
+            creep_file(folder / "creep.csv"),
+            "-o",
+            str(folder / "fit"),
+        )
+        for what, command in (("README's first command", run), ("a fit of 20 points", fit)):
+            first = seconds(*command, folder=folder)
+            again = [seconds(*command, folder=folder) for _ in range(3)]
+            print(f"{what}: first run {first:.1f} s, then {statistics.median(again):.1f} s")
+
+
+if __name__ == "__main__":
+    main()
