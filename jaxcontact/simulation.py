@@ -51,13 +51,15 @@ class Simulation:
         state = marching.start(self.plan.setup)
         if carry is not None:
             state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
-        blocks, padding = marching.in_blocks(self.plan.steps, BLOCK)
+        on_host = jax.device_get(self)  # numpy: each operation of jax outside run_block would be a program
+        blocks, padding = jax.device_get(_in_blocks(self.plan.steps))
         for index in range(done, len(blocks.dt)):
             state, outcomes = run_block(self.plan.setup, state, jax.tree.map(lambda a, i=index: a[i], blocks))
-            outcomes = marching.without_padding(outcomes, padding) if index == 0 else outcomes
-            outcomes = jax.tree.map(np.asarray, outcomes)
+            outcomes = jax.device_get(outcomes)
+            if index == 0:
+                outcomes = jax.tree.map(lambda a: np.delete(a, np.s_[1 : 1 + padding], axis=0), outcomes)
             first = max(0, index * BLOCK - padding)
-            block = self._block(first, outcomes, [np.asarray(leaf) for leaf in jax.tree.leaves(state)])
+            block = on_host._block(first, outcomes, jax.device_get(jax.tree.leaves(state)))
             yield block
             if block.status:
                 return
@@ -84,12 +86,13 @@ def prepare(*case: Any, **options: Any) -> Simulation:
 
 def first_block(simulation: Simulation) -> tuple[marching.Carry, marching.Outcome]:
     """What marching the first block gives, scaled; for its shapes, by ``jax.eval_shape``."""
-    blocks, _ = marching.in_blocks(simulation.plan.steps, BLOCK)
+    blocks, _ = _in_blocks(simulation.plan.steps)
     state = marching.start(simulation.plan.setup)
     return run_block(simulation.plan.setup, state, jax.tree.map(lambda a: a[0], blocks))
 
 
 _plan = jax.jit(planned)
+_in_blocks = jax.jit(lambda steps: marching.in_blocks(steps, BLOCK))
 
 
 @jax.jit

@@ -48,6 +48,7 @@ def solids_of(body: LayeredHalfSpace) -> Solids:
     return jax.lax.stop_gradient(Solids(first, poissons, thicknesses))
 
 
+@jax.jit  # of every check, where each operation would be a program of its own
 def stiffness_contrast(body: LayeredHalfSpace) -> Array:
     """The largest modulus at first over one of those below it, (), solids aside that are rigid at first."""
     compliances = solids_of(body).compliances
