@@ -34,6 +34,7 @@ LAYERS = {
     "surface_files": 3,
     "spectrum": 1,
     "materials": 2,
+    "fractional": 3,
     "layers": 3,
     # wavenumber and time
     "response.linear_fit": 0,
