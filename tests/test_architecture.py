@@ -164,6 +164,7 @@ FITTING_LAYERS = {
     "half_space_search": 4,
     "layered": 4,
     "unsupported": 4,
+    "fractional": 4,
     "creep": 5,
     "batch": 4,
     "planning": 4,
