@@ -55,7 +55,7 @@ def add_parser(kinds: Any) -> None:
             parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=f"({MODELS})")
             flags.add_known(parser)
         else:
-            flags.add_model(parser)
+            flags.add_model(parser, laws=True)
         if command is further_commands.carry:
             further_commands.add_carry(parser)
         flags.add_creep(parser)

@@ -12,11 +12,12 @@ import numpy as np
 from jax.tree_util import Partial
 
 import jaxcontact as jc
-from fitting import creep_search, evidence, padding, report
+from fitting import creep_search, evidence, fractional, nonlinear, padding, profiles, report
 from fitting.creep_search import Optimum, Scaled
 from fitting.data import CreepData
-from fitting.result import Estimate, Fit, Landscape, findings, plain
-from fitting.structure import Structure, Volume, limits, resolve
+from fitting.fractional import Law, creep_structure
+from fitting.result import Estimate, Fit, Landscape, findings, linear_band, plain
+from fitting.structure import Structure, Volume, limits
 from fitting.uncertainty import covariance, linear_sd, log_covariance
 from fitting.unsupported import Supported, keep_all, leave_out
 from fitting.varpro import PLACES, TauSearch
@@ -29,7 +30,7 @@ class CreepFit(Fit):
 
     Attributes:
         combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and
-            J(T) [1/Pa], which stay known where single parameters do not.
+            J(T) [1/Pa], which stay known where single parameters do not; none of a fractional law.
         kept: (n,) bool, the points that count, which ``fitted`` and ``residuals`` are of.
         options: those that ``fit_creep`` was given.
         profile: (2, m) limits of J [1/Pa] at times (m,) [s].
@@ -41,7 +42,8 @@ class CreepFit(Fit):
     profile: Callable[[Any], np.ndarray] = dataclasses.field(repr=False)
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Profile-likelihood limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s]."""
+        """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s]: of the profile likelihood, or for a
+        fractional law linearised in log J."""
         low, high = self.profile(np.atleast_1d(np.asarray(t, dtype=float)))
         return low, high
 
@@ -95,7 +97,9 @@ def fit_creep(
 
     Args:
         data: the curve, n points.
-        model: a material class with at most one retardation time, or its name; ``fit_prony`` takes more.
+        model: a material class with at most one retardation time, or a fractional one, or its name; ``fit_prony``
+            takes more. The material that comes back of a fractional law is its cut (``jc.Springpot.prony``) to the
+            times of the data, and no point is left out of its fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
             (``weights.py``), and points that nothing beside them supports left out (``unsupported.py``);
             "relative" (errors proportional to the data); "absolute" (one error for all).
@@ -120,11 +124,13 @@ def fit_creep(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
-    return _fit(data, resolve(model), options, leave_out)
+    return _fit(data, creep_structure(model), options, leave_out)
 
 
 def _fit(data: CreepData, structure: Structure, options: dict, choose: Callable[..., Supported]) -> CreepFit:
     """As ``fit_creep``; choose: which of the points count where the weights are estimated."""
+    if isinstance(structure, Law):
+        return _fit_law(data, structure, options)
     table, level = limits(structure, options["fixed"], options["bounds"]), options["level"]
     weight, label = fit_weights(data, options["weights"], options["sigma"])
     p, known = sum(low < high for low, high in table.values()), label == "sigma"
@@ -146,6 +152,31 @@ def _fit(data: CreepData, structure: Structure, options: dict, choose: Callable[
         notes=(*data.notes, *_said(data, kept, label, weight, quality.noise)),
         combinations=_combinations(scaled, best, ends, spread),
         profile=lambda t: profile(t)[5:].T * scaled.compliance,
+    )  # fmt: skip
+
+
+def _fit_law(data: CreepData, law: Law, options: dict) -> CreepFit:
+    """As ``fit_creep``, of a fractional law."""
+    table, level = fractional.orders(limits(law, options["fixed"], options["bounds"])), options["level"]
+    weight, label = fit_weights(data, options["weights"], options["sigma"])
+    p, known = sum(low < high for low, high in table.values()), label == "sigma"
+    evidence.check(level, data.t.size, p)
+    curve = fractional.Crept.of(data, weight)
+    law = dataclasses.replace(law, span=curve.span)
+    objective = curve.objective(law, table)
+    best = nonlinear.minimise_from(objective, curve.starts(law))
+    name, unit, t, measured = measured_curve(data)
+    J = best.jacobian * without_noise(label, weight, measured, best.residual)[:, None]
+    allowed = evidence.allow(best.residual, J, p, float(np.sum((weight * measured) ** 2)), level, known)
+    ends = profiles.profile(objective, best, allowed.level)
+    quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, t)
+    found = fractional.estimate(curve, law, table, best, ends, quality.spread(known))
+    kept = np.ones(t.size, dtype=bool)
+    return CreepFit(
+        **findings(law, table, level, Volume("nu", options["nu"]), quality, found), data=data, weights=label,
+        duration=curve.duration, curve=(name, unit, t, measured), options=options, kept=kept, combinations={},
+        notes=(*data.notes, *_said(data, kept, label, weight, quality.noise), *law.notes),
+        profile=lambda t: np.stack(linear_band(law, found, level, t)),
     )  # fmt: skip
 
 
@@ -268,7 +299,7 @@ def compare(
         >>> [fit.model.__name__ for fit in table.fits]
         ['Maxwell', 'Elastic']
     """
-    own = {model: resolve(model).where for model in models}
+    own = {model: creep_structure(model).where for model in models}
     known = set().union(*own.values())
     for name in [*(fixed or {}), *(bounds or {})]:
         if name not in known:
@@ -281,7 +312,9 @@ def compare(
     first = fit_creep(data, richest, **each[richest], **options)
     data = _points(data, first.kept)
     others = [
-        _fit(data, resolve(model), first.options | each[model], keep_all) for model in own if model != richest
+        _fit(data, creep_structure(model), first.options | each[model], keep_all)
+        for model in own
+        if model != richest
     ]
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
 

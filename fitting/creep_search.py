@@ -30,17 +30,22 @@ class Scaled(NamedTuple):
 def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict) -> Scaled:
     """The dimensionless problem, padded."""
     y, size = data.response, float(np.max(np.abs(data.response)))
-    span, stress = float(data.t[-1]), 1.0
-    t = padding.repeated(data.t / span)
-    basis: Step | History = Step(t)
-    if data.J is None:
-        knots, values = data.stress
-        stress = float(np.max(np.abs(values)))
-        basis = merge(t, padding.repeated(knots / span), padding.repeated(values / stress))
+    span, (stressed, stress) = float(data.t[-1]), basis(data)
     unit = size / stress
     box = structure.box(table) / structure.units(unit, span)[:, None]
     y, weight = padding.repeated(y / size), padding.without_weight(weight * size)
-    return Scaled(varpro.search(y, weight, basis, data.t / span, box), unit, span)
+    return Scaled(varpro.search(y, weight, stressed, data.t / span, box), unit, span)
+
+
+def basis(data: CreepData) -> tuple[Step | History, float]:
+    """The stress in parts of its largest value and of the duration, padded, and that value [Pa]; a step of one for J."""
+    span = float(data.t[-1])
+    t = padding.repeated(data.t / span)
+    if data.J is not None:
+        return Step(t), 1.0
+    knots, values = data.stress
+    stress = float(np.max(np.abs(values)))
+    return merge(t, padding.repeated(knots / span), padding.repeated(values / stress)), stress
 
 
 class Optimum(NamedTuple):

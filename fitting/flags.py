@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from fitting.fractional import LAWS
 from fitting.readers import read_creep
 from fitting.structure import CLASSICAL
 from fitting.weights import KINDS
@@ -51,9 +52,9 @@ def add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
     _add_pairs(parser, "unit", "KIND=UNIT", "its unit, before what the header says")
 
 
-def add_model(parser: Any) -> None:
-    """One of the classical materials, and what is known of its parameters."""
-    names = ", ".join(cls.__name__ for cls in CLASSICAL)
+def add_model(parser: Any, laws: bool = False) -> None:
+    """One of the classical materials, or of the fractional laws too, and what is known of its parameters."""
+    names = ", ".join([*(cls.__name__ for cls in CLASSICAL), *(LAWS if laws else ())])
     parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
     add_known(parser)
 

@@ -20,8 +20,6 @@ from scipy import stats
 from fitting.result import Fit
 from fitting.structure import Volume
 
-LEAST = 1e-9  # share of the largest compliance: an infinite parameter has no slope, this has
-
 
 class Propagated(NamedTuple):
     """A result with its uncertainty.
@@ -80,7 +78,7 @@ def propagate(
         material = structure.material(structure.parameters(p), Volume(held, q[held]))
         return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
 
-    start = jnp.asarray(_off_zero(fit))
+    start = jnp.asarray(structure.off_zero(fit.estimate.best, fit.duration))
     value = np.asarray(result(start, values))
     by_p, by_q = jax.jacfwd(result, argnums=(0, 1))(start, values)
     by_p = np.asarray(by_p)
@@ -105,12 +103,6 @@ def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) ->
         raise ValueError(f"f: expected a result that moves with the material, got slope 0: {why}")
     if without:
         warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
-
-
-def _off_zero(fit: Fit) -> np.ndarray:
-    """The compliances of a fit, those at an open end a little off it."""
-    unit, best = fit.structure.units(1.0, fit.duration), fit.estimate.best
-    return np.maximum(best, LEAST * np.max(best / unit) * unit)
 
 
 def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:

@@ -140,13 +140,7 @@ class Fit:
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
         """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
-        times = jnp.atleast_1d(jnp.asarray(t, dtype=float))
-        log_creep = lambda values: jnp.log(self.structure.compliances(values).creep(times))
-        slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(self.estimate.best))))
-        spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, self.covariance(), slope))
-        z, best = stats.norm.ppf(0.5 + 0.5 * self.level), self.predict(times)
-        with np.errstate(over="ignore"):
-            return best * np.exp(-z * spread), best * np.exp(z * spread)
+        return linear_band(self.structure, self.estimate, self.level, t)
 
     def summary(self) -> str:
         """The fit in words, for the terminal."""
@@ -214,6 +208,20 @@ def plain(value: Any) -> Any:
     if np.ndim(value):
         return [plain(v) for v in value]
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Limits (low, high) of J(t) [1/Pa] at a level, t (m,) [s], linearised in log J."""
+    times = jnp.atleast_1d(jnp.asarray(t, dtype=float))
+    log_creep = lambda values: jnp.log(structure.compliances(values).creep(times))
+    slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))
+    spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, found.covariance, slope))
+    z, best = (
+        stats.norm.ppf(0.5 + 0.5 * level),
+        np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times)),
+    )
+    with np.errstate(over="ignore"):
+        return best * np.exp(-z * spread), best * np.exp(z * spread)
 
 
 def findings(

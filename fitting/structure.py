@@ -19,6 +19,8 @@ from jax import Array
 
 import jaxcontact as jc
 
+LEAST = 1e-9  # share of the largest compliance: an infinite parameter has no slope, this has
+
 
 class Compliances(NamedTuple):
     """spring: j0 (); retarded: j_i (k,) [1/Pa]; flow: f () [1/(Pa s)]; rates: 1/tau_i (k,) [1/s]."""
@@ -98,6 +100,11 @@ class Structure:
         """Unit of each compliance, (size,), from one of compliance [1/Pa] and one of time [s]."""
         return np.where(np.arange(self.size) < self.flow, compliance, compliance / time)
 
+    def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
+        """A list of compliances with those at zero a little off it, where a parameter has a slope; time [s]."""
+        unit = self.units(1.0, time)
+        return np.maximum(values, LEAST * np.max(values / unit) * unit)
+
     def unit(self, name: str) -> str:
         """Of a parameter."""
         if self.tau is not None:
@@ -163,13 +170,14 @@ CLASSICAL = {
 }
 
 
-def resolve(model: type | str) -> Structure:
-    """The structure of a material class with at most one retardation time, given itself or its name."""
+def resolve(model: type | str, also: tuple[str, ...] = ()) -> Structure:
+    """The structure of a material class with at most one retardation time, given itself or its name; also: other
+    names that are accepted where it is asked for."""
     by_name = {cls.__name__: cls for cls in CLASSICAL}
     cls = by_name.get(model) if isinstance(model, str) else model
     if cls not in CLASSICAL:
         raise ValueError(
-            f"model: expected one of {sorted(by_name)}, got {getattr(model, '__name__', model)!r}"
+            f"model: expected one of {sorted([*by_name, *also])}, got {getattr(model, '__name__', model)!r}"
         )
     return CLASSICAL[cls]
 

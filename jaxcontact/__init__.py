@@ -31,6 +31,9 @@ from jaxcontact.controls import TangentialDisplacement as TangentialDisplacement
 from jaxcontact.controls import TangentialLoad as TangentialLoad  # noqa: E402
 from jaxcontact.files.storage import load as load  # noqa: E402
 from jaxcontact.files.storage import save as save  # noqa: E402
+from jaxcontact.fractional import FractionalKelvinVoigt as FractionalKelvinVoigt  # noqa: E402
+from jaxcontact.fractional import FractionalMaxwell as FractionalMaxwell  # noqa: E402
+from jaxcontact.fractional import Springpot as Springpot  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
 from jaxcontact.indentation import indent as indent  # noqa: E402
 from jaxcontact.indenters import Cone as Cone  # noqa: E402
@@ -88,6 +91,8 @@ __all__ = [
     "Cylinder",
     "Elastic",
     "FlatPunch",
+    "FractionalKelvinVoigt",
+    "FractionalMaxwell",
     "Graded",
     "Grid",
     "HeightField",
@@ -103,6 +108,7 @@ __all__ = [
     "ShearHistory",
     "SlidingHistory",
     "Sphere",
+    "Springpot",
     "StandardLinearSolid",
     "Status",
     "SteadyRolling",

@@ -167,9 +167,10 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
 
 def check_material(where: str, material: Material) -> Verdict:
     """Moduli and viscosities above zero, nu in (-1, 0.5] or a bulk modulus, one number each; a spectrum of one shape."""
+    cut = ": its prony(shortest, longest) is one" if hasattr(material, "prony") else ""
     _checks.require(
         isinstance(material, Material),
-        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}",
+        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{cut}",
     )
     kind = type(material).__name__
     nu, K = material.nu, material.bulk_modulus

@@ -36,6 +36,7 @@ LAYERS = {
     "surface_files": 3,
     "spectrum": 1,
     "materials": 2,
+    "fractional": 3,
     "layers": 3,
     # wavenumber and time
     "response.linear_fit": 0,
@@ -165,6 +166,7 @@ FITTING_LAYERS = {
     "half_space_search": 4,
     "layered": 4,
     "unsupported": 4,
+    "fractional": 4,
     "creep": 5,
     "batch": 4,
     "planning": 4,

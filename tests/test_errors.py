@@ -133,6 +133,27 @@ PYTHON = {
         lambda: indent(body=on(jc.Elastic(1e9, nu=0.6))),
         r"nu: expected -1 < nu <= 0.5, got 0.6",
     ),
+    "a fractional law that is not cut": (
+        lambda: indent(body=on(jc.Springpot(1e9, 0.5))),
+        r"got Springpot: its prony\(shortest, longest\) is one",
+    ),
+    "a cut from no time": (lambda: jc.Springpot(1e9, 0.5).prony(0.0, 1.0), r"shortest: expected > 0, got 0"),
+    "a cut backwards": (
+        lambda: jc.Springpot(1e9, 0.5).prony(1.0, 1.0),
+        r"longest: expected more than shortest = 1 s, got 1",
+    ),
+    "a cut by half": (
+        lambda: jc.Springpot(1e9, 0.5).prony(1.0, 2.0, 0.5),
+        r"tolerance: expected > .*, got 0.5",
+    ),
+    "a springpot below zero": (
+        lambda: jc.Springpot(-1e9, 0.5).prony(1.0, 2.0),
+        r"V: expected > 0, got -1e\+09",
+    ),
+    "a springpot that is a dashpot": (
+        lambda: jc.Springpot(1e9, 1.0).prony(1.0, 2.0),
+        r"alpha: expected > 0 and <= 0.999, got 1",
+    ),
     "nu and a bulk modulus": (
         lambda: indent(body=on(jc.Elastic(1e9, nu=0.3, bulk_modulus=1e9))),
         r"substrate Elastic: expected one of nu and bulk_modulus, got both",

@@ -20,7 +20,7 @@ kernels load enable_compilation_cache frequency_response normal_response save se
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
-pressure_histogram surface_statistics Surface read_surface
+pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit JointFit ModulusFit OscillationData Posterior
