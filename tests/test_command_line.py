@@ -265,7 +265,7 @@ def test_check_refuses_what_run_refuses(name, case, capfd):
         assert 'did you mean "thickness"?' in err
 
 
-def test_plot_draws_a_saved_result_and_overwrites_nothing(case, tmp_path, capfd):
+def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["run", str(case), "-o", str(out)]) == 0
     assert main(["plot", str(out / "result.npz")]) == 0
@@ -275,6 +275,9 @@ def test_plot_draws_a_saved_result_and_overwrites_nothing(case, tmp_path, capfd)
     assert main(["plot", str(out / "result.npz"), "-o", str(tmp_path / "a.svg")]) == 0
     assert "pressure [" in (tmp_path / "a.svg").read_text()
     assert main(["plot", str(out / "summary.json")]) == 2
+    film = tmp_path / "press.pvd"
+    assert main(["convert", str(out / "result.npz"), "-o", str(film)]) == 0
+    assert film.read_text().count(".vtr") == len(list((tmp_path / "press").iterdir())) == 7
     history = jc.load(out / "result.npz")
     summary = json.loads((out / "summary.json").read_text())
     assert history.pressure.shape == (7, 32, 32)
@@ -325,7 +328,7 @@ def test_new_without_a_kind_is_an_indentation(tmp_path):
     assert read_case(tmp_path / "mine.toml").kind == "indentation"
 
 
-@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "reproduce"])
+@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])
 def test_help_ends_with_examples_that_are_commands(command, capsys):
     """Each is understood by the parser, but for what stands behind its #."""
     with pytest.raises(SystemExit):

@@ -1,4 +1,4 @@
-"""The commands that compute nothing: ``cases``, ``new``, ``check``, ``plot`` and ``cite``."""
+"""The commands that compute nothing: ``cases``, ``new``, ``check``, ``plot``, ``convert`` and ``cite``."""
 
 import argparse
 import sys
@@ -56,15 +56,24 @@ def plot(options: argparse.Namespace) -> int:
     accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
     if picture.suffix not in accepted:
         raise ValueError(f"{picture}: found {picture.suffix or 'no ending'}, accepted: {', '.join(accepted)}")
-    if picture.exists() and not options.force:
-        raise ValueError(
-            f"{picture}: is there already; choose another name with -o, or --force to overwrite it"
-        )
+    _check_new(picture, options.force)
     from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
 
     write_picture(picture, storage.load(options.result).plot())
     print(picture)
     return FINE
+
+
+def convert(options: argparse.Namespace) -> int:
+    """A saved result as another kind of file."""
+    _check_new(options.file, options.force)
+    print(storage.save(storage.load(options.result), options.file))
+    return FINE
+
+
+def _check_new(path: Path, force: bool) -> None:
+    if path.exists() and not force:
+        raise ValueError(f"{path}: is there already; choose another name with -o, or --force to overwrite it")
 
 
 def cite(options: argparse.Namespace) -> int:
