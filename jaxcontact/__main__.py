@@ -10,12 +10,14 @@ import argparse
 import contextlib
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
 from jaxcontact._version import __version__
 from jaxcontact.cases import REPRODUCTIONS
 from jaxcontact.commands import look
+from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
@@ -93,7 +95,14 @@ def _dispatch(arguments: list[str]) -> int:
     return options.command(options)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser_with_fits() -> argparse.ArgumentParser:
+    """The parser with those of the fits, which otherwise parse by themselves."""
+    from fitting import command
+
+    return _parser(command.add_parser)
+
+
+def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="jaxcontact",
         description="Time-dependent contact with a layered body.",
@@ -101,11 +110,18 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"jaxcontact {__version__}")
+    parser.add_argument(
+        "--completion",
+        choices=SHELLS,
+        action=completing(_parser_with_fits),
+        help='for a shell: eval "$(jaxcontact --completion bash)"',
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_run(commands)
     _add_case_commands(commands)
     _add_sweep(commands)
-    commands.add_parser("fit", help="material parameters from creep or indentation data")
+    fit = commands.add_parser("fit", help="material parameters from creep or indentation data")
+    add_fits(fit.add_subparsers(metavar="KIND"))
     _add_result_commands(commands)
     command = _add(commands, "reproduce", "compare with the paper's figures and tables", OF_REPRODUCE)
     names = f"of figures and tables, all when absent: {', '.join(REPRODUCTIONS)}"

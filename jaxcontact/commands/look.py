@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from jaxcontact import citation
-from jaxcontact.commands.status import FINE
+from jaxcontact.commands.status import FINE, tell
 from jaxcontact.files import advice, storage
 from jaxcontact.files.case_file import read_case
 from jaxcontact.files.npz import write_whole
@@ -44,9 +44,9 @@ def check(options: argparse.Namespace) -> int:
     advice.check_whole(case, options.case)
     notes = advice.advice(case)
     for note in notes:
-        print(f"jaxcontact: warning: {options.case}: {note}", file=sys.stderr)
+        tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
-    print(f"{options.case}: {verdict}: {advice.describe(case)}")
+    tell(f"{options.case}: {verdict}: {advice.describe(case)}", sys.stdout)
     return FINE
 
 
