@@ -6,6 +6,8 @@ import io
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tqdm import tqdm
+
 from fitting import batch_page, flags, output
 from fitting.creep import CreepFit, fit_creep
 
@@ -22,7 +24,8 @@ class FileFit(NamedTuple):
 def run(options: argparse.Namespace) -> int:
     """Fit every file; one that cannot be read or fitted is listed with the reason, and stops nothing."""
     output.check_directory(options)
-    found = [_outcome(options, path) for path in options.file]
+    files = tqdm(options.file, "fitting", unit="file", disable=None, leave=False)
+    found = [_outcome(options, path) for path in files]
     if all(one.error for one in found):
         raise ValueError(
             f"{found[0].error} (and none of the other files)" if found[1:] else str(found[0].error)

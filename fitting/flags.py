@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from fitting.fractional import LAWS
 from fitting.readers import read_creep
 from fitting.structure import CLASSICAL
@@ -113,9 +115,10 @@ def in_flags(message: str) -> str:
 
 @contextlib.contextmanager
 def about(file: str) -> Iterator[None]:
-    """Errors within name the file, and speak of flags."""
+    """Errors within name the file, and speak of flags; a terminal says meanwhile what is fitted."""
     try:
-        yield
+        with tqdm(desc=f"fitting {file}", bar_format="{desc} ...", disable=None, leave=False):
+            yield
     except ValueError as error:
         raise ValueError(f"{file}: {in_flags(str(error))}") from error
 

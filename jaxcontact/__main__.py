@@ -10,12 +10,14 @@ import argparse
 import contextlib
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
 from jaxcontact._version import __version__
 from jaxcontact.cases import REPRODUCTIONS
 from jaxcontact.commands import look
+from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain
@@ -60,6 +62,10 @@ OF_PLOT = (
     "jaxcontact plot out/result.npz               # out/result.png",
     "jaxcontact plot out/result.npz -o creep.svg",
 )
+OF_CONVERT = (
+    "jaxcontact convert out/result.npz -o out.pvd # for ParaView: a film of all times",
+    "jaxcontact convert out/result.npz -o out.nc  # for xarray and MATLAB",
+)
 OF_REPRODUCE = (
     "jaxcontact reproduce figure_4 -o paper       # one of them, and paper/report.html",
     "jaxcontact reproduce -o paper                # all: some minutes",
@@ -89,7 +95,14 @@ def _dispatch(arguments: list[str]) -> int:
     return options.command(options)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser_with_fits() -> argparse.ArgumentParser:
+    """The parser with those of the fits, which otherwise parse by themselves."""
+    from fitting import command
+
+    return _parser(command.add_parser)
+
+
+def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="jaxcontact",
         description="Time-dependent contact with a layered body.",
@@ -97,16 +110,19 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"jaxcontact {__version__}")
+    parser.add_argument(
+        "--completion",
+        choices=SHELLS,
+        action=completing(_parser_with_fits),
+        help='for a shell: eval "$(jaxcontact --completion bash)"',
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_run(commands)
     _add_case_commands(commands)
     _add_sweep(commands)
-    commands.add_parser("fit", help="material parameters from creep or indentation data")
-    command = _add(commands, "plot", "draw a saved result", OF_PLOT)
-    command.add_argument("result", type=Path, metavar="RESULT", help="a result.npz, or a .nc file")
-    command.add_argument("-o", dest="picture", type=Path, metavar="FILE", help=".png, .svg or .pdf")
-    command.add_argument("--force", action="store_true", help="overwrite FILE")
-    command.set_defaults(command=look.plot)
+    fit = commands.add_parser("fit", help="material parameters from creep or indentation data")
+    add_fits(fit.add_subparsers(metavar="KIND"))
+    _add_result_commands(commands)
     command = _add(commands, "reproduce", "compare with the paper's figures and tables", OF_REPRODUCE)
     names = f"of figures and tables, all when absent: {', '.join(REPRODUCTIONS)}"
     command.add_argument("names", nargs="*", metavar="NAME", help=names)
@@ -183,6 +199,19 @@ def _add_sweep(commands: Commands) -> None:
         "--processes", type=int, metavar="N", help="of this machine; one for each core when absent"
     )
     command.set_defaults(command=run_study)
+
+
+def _add_result_commands(commands: Commands) -> None:
+    plot = _add(commands, "plot", "draw a saved result", OF_PLOT)
+    plot.add_argument("-o", dest="picture", type=Path, metavar="FILE", help=".png, .svg or .pdf")
+    plot.set_defaults(command=look.plot)
+    convert = _add(commands, "convert", "write a saved result for another program", OF_CONVERT)
+    kinds = ".pvd for ParaView, .nc (NetCDF) or .npz (numpy)"
+    convert.add_argument("-o", dest="file", type=Path, metavar="FILE", required=True, help=kinds)
+    convert.set_defaults(command=look.convert)
+    for command in (plot, convert):
+        command.add_argument("result", type=Path, metavar="RESULT", help="a result.npz, or a .nc file")
+        command.add_argument("--force", action="store_true", help="overwrite FILE")
 
 
 def _add_output(parser: argparse.ArgumentParser, required: bool) -> "argparse._MutuallyExclusiveGroup":

@@ -123,6 +123,7 @@ LAYERS = {
     "files.chosen_times": 3,
     "files.quantities": 0,
     "files.run_directory": 0,
+    "files.paraview": 3,
     "files.storage": 11,
     "files.case_schema": 19,
     "files.case_file": 20,

@@ -1,8 +1,11 @@
 """The command line as a user meets it: results, and refusals in one line."""
 
 import inspect
+import io
 import json
 import re
+import shutil
+import subprocess
 import types
 import warnings
 from pathlib import Path
@@ -10,6 +13,7 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from test_progress import Terminal
 
 import jaxcontact as jc
 from jaxcontact.__main__ import _parser, main
@@ -265,7 +269,7 @@ def test_check_refuses_what_run_refuses(name, case, capfd):
         assert 'did you mean "thickness"?' in err
 
 
-def test_plot_draws_a_saved_result_and_overwrites_nothing(case, tmp_path, capfd):
+def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["run", str(case), "-o", str(out)]) == 0
     assert main(["plot", str(out / "result.npz")]) == 0
@@ -275,6 +279,9 @@ def test_plot_draws_a_saved_result_and_overwrites_nothing(case, tmp_path, capfd)
     assert main(["plot", str(out / "result.npz"), "-o", str(tmp_path / "a.svg")]) == 0
     assert "pressure [" in (tmp_path / "a.svg").read_text()
     assert main(["plot", str(out / "summary.json")]) == 2
+    film = tmp_path / "press.pvd"
+    assert main(["convert", str(out / "result.npz"), "-o", str(film)]) == 0
+    assert film.read_text().count(".vtr") == len(list((tmp_path / "press").iterdir())) == 7
     history = jc.load(out / "result.npz")
     summary = json.loads((out / "summary.json").read_text())
     assert history.pressure.shape == (7, 32, 32)
@@ -325,7 +332,7 @@ def test_new_without_a_kind_is_an_indentation(tmp_path):
     assert read_case(tmp_path / "mine.toml").kind == "indentation"
 
 
-@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "reproduce"])
+@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])
 def test_help_ends_with_examples_that_are_commands(command, capsys):
     """Each is understood by the parser, but for what stands behind its #."""
     with pytest.raises(SystemExit):
@@ -335,6 +342,54 @@ def test_help_ends_with_examples_that_are_commands(command, capsys):
     assert len(examples) >= 2
     for words in examples:
         assert words[:2] == ["jaxcontact", command] and _parser().parse_args(words[1:])
+
+
+COMPLETE = """
+source "$1"
+shift
+COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+$(complete -p jaxcontact | sed 's/.*-F \\([^ ]*\\) .*/\\1/') jaxcontact "${!#}" "${COMP_WORDS[COMP_CWORD - 1]}"
+printf '%s\\n' "${COMPREPLY[@]}"
+"""  # what bash does when the tabulator is pressed
+
+
+@pytest.mark.skipif(not shutil.which("bash"), reason="asks bash itself")
+def test_bash_completes_commands_options_kinds_of_fits_and_files(case, tmp_path, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main(["--completion", "bash"])
+    script = tmp_path / "completion.bash"
+    script.write_text(capsys.readouterr().out)
+
+    def completed(*words):
+        command = ["bash", "-c", COMPLETE, "bash", script, "jaxcontact", *words]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+        return set(done.stdout.split())
+
+    assert completed("r") == {"run", "reproduce"}
+    assert completed("run", "--res") == {"--resume"}
+    assert completed("fit", "c") == {"creep", "compare"}
+    assert completed("check", "ca") == {case.name}
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_other_shells_are_given_every_command(shell, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main(["--completion", shell])
+    script = capsys.readouterr().out
+    assert all(name in script for name in ("convert", "reproduce", "indentation", "resume"))
+
+
+@pytest.mark.parametrize("no_color", ["", "1"])
+def test_an_error_is_red_on_a_terminal_unless_its_user_wants_no_colour(no_color, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", no_color)
+    terminal, pipe = Terminal(), io.StringIO()
+    for stream in (terminal, pipe):
+        monkeypatch.setattr("sys.stderr", stream)
+        assert main(["check", "no such error: file"]) == 2
+    plain = pipe.getvalue()
+    assert plain.startswith("jaxcontact: error: ") and "\x1b" not in plain
+    red = plain.replace("error", "\x1b[31merror\x1b[0m", 1)
+    assert terminal.getvalue() == (plain if no_color else red)
 
 
 def test_help_of_reproduce_lists_what_there_is(capsys):

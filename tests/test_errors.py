@@ -819,6 +819,7 @@ def shell(folder, *words):
     (folder / "bad.npz").write_text("no arrays")
     np.savez(folder / "other.npz", a=1.0)
     np.savez(folder / "part.npz", kind="ContactHistory")
+    np.savez(folder / "course.npz", times=[0.0], approach=[1e-6])
     for number, (sweep, _) in enumerate(STUDIES.values()):
         (folder / f"study_{number}.toml").write_text(f"{sweep}\n{CASE}")
     (folder / "full").mkdir(exist_ok=True)
@@ -925,6 +926,12 @@ SHELL = {
     "a result that is none": (["plot", "@bad.npz"], r"not an npz file of arrays; accepted"),
     "somebody else's arrays": (["plot", "@other.npz"], r"found no result of jaxcontact; accepted"),
     "half a result": (["plot", "@part.npz"], r"times: missing; accepted"),
+    "a course for a result": (
+        ["plot", "@course.npz"],
+        r"course.npz: found the course of a run.*numpy.load.*; accepted: the result.npz beside it",
+    ),
+    "a file over another": (["convert", "@other.npz", "-o", "@full.png"], r"is there already"),
+    "a film to be converted": (["convert", "@film.pvd", "-o", "@film.nc"], r"found .pvd, accepted"),
     "an unknown figure": (
         ["reproduce", "figure_99", "-o", "@out"],
         r"unknown case 'figure_99'; expected one of figure_4",

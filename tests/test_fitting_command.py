@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from test_fitting_readers import MALFORMED, write
+from test_progress import Terminal
 
 from fitting import command
 from jaxcontact.__main__ import main
@@ -356,3 +357,12 @@ def test_a_creep_test_is_designed_from_the_shell(capsys):
     sd = np.sqrt(np.diag(np.linalg.inv(A.T @ A)))
     np.testing.assert_allclose(sd.max(), 0.01, rtol=1e-3)
     assert "--value" in refused(["fit", "design", "--model", "Maxwell", "--value", "G=1"], capsys)
+
+
+def test_a_terminal_says_what_is_fitted_and_nothing_of_it_stays(tmp_path, monkeypatch, capsys):
+    file, terminal = table(tmp_path / "film.csv", "t [s],J [1/Pa]", T, J), Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    assert main(["fit", "creep", file, "-o", str(tmp_path / "out")]) == 0
+    shown = terminal.getvalue().split("\r")
+    assert f"fitting {file} ..." in shown and not shown[-1].strip()
+    assert "fitting" not in capsys.readouterr().out

@@ -39,7 +39,7 @@ def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
         warnings.simplefilter("ignore")
         exec("\n".join(PYTHON), {"__name__": "__main__"})
     assert "Burgers(" in capsys.readouterr().out
-    assert len(list(tmp_path.glob("creep_*.nc"))) == 31
+    assert len(list(tmp_path.glob("creep/*.vtr"))) == 31
 
 
 @pytest.mark.slow
@@ -57,7 +57,7 @@ def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "jaxcontact.cases.reproduce.main", lambda names, directory, force: asked.extend(names) or 0
     )
-    assert len(COMMANDS) == 11
+    assert len(COMMANDS) == 12
     for command in COMMANDS:
         if "--help" in command:
             with pytest.raises(SystemExit, match="0"):

@@ -1,11 +1,11 @@
-"""The commands that compute nothing: ``cases``, ``new``, ``check``, ``plot`` and ``cite``."""
+"""The commands that compute nothing: ``cases``, ``new``, ``check``, ``plot``, ``convert`` and ``cite``."""
 
 import argparse
 import sys
 from pathlib import Path
 
 from jaxcontact import citation
-from jaxcontact.commands.status import FINE
+from jaxcontact.commands.status import FINE, tell
 from jaxcontact.files import advice, storage
 from jaxcontact.files.case_file import read_case
 from jaxcontact.files.npz import write_whole
@@ -44,9 +44,9 @@ def check(options: argparse.Namespace) -> int:
     advice.check_whole(case, options.case)
     notes = advice.advice(case)
     for note in notes:
-        print(f"jaxcontact: warning: {options.case}: {note}", file=sys.stderr)
+        tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
-    print(f"{options.case}: {verdict}: {advice.describe(case)}")
+    tell(f"{options.case}: {verdict}: {advice.describe(case)}", sys.stdout)
     return FINE
 
 
@@ -56,15 +56,24 @@ def plot(options: argparse.Namespace) -> int:
     accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
     if picture.suffix not in accepted:
         raise ValueError(f"{picture}: found {picture.suffix or 'no ending'}, accepted: {', '.join(accepted)}")
-    if picture.exists() and not options.force:
-        raise ValueError(
-            f"{picture}: is there already; choose another name with -o, or --force to overwrite it"
-        )
+    _check_new(picture, options.force)
     from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
 
     write_picture(picture, storage.load(options.result).plot())
     print(picture)
     return FINE
+
+
+def convert(options: argparse.Namespace) -> int:
+    """A saved result as another kind of file."""
+    _check_new(options.file, options.force)
+    print(storage.save(storage.load(options.result), options.file))
+    return FINE
+
+
+def _check_new(path: Path, force: bool) -> None:
+    if path.exists() and not force:
+        raise ValueError(f"{path}: is there already; choose another name with -o, or --force to overwrite it")
 
 
 def cite(options: argparse.Namespace) -> int:

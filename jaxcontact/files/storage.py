@@ -1,7 +1,7 @@
 """Results in files: npz with numpy alone, NetCDF (named dimensions, units) with the extra ``jaxcontact[io]``.
 
 Both hold the same fields under the same names. In NetCDF every field has its dimensions, its unit and its
-meaning, and the case is in the attributes; xarray, ParaView and MATLAB open it as it is.
+meaning, and the case is in the attributes; xarray and MATLAB open it as it is. For ParaView see ``files.paraview``.
 """
 
 import dataclasses
@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
+from jaxcontact.files.paraview import write_collection
 from jaxcontact.grid import Grid
 from jaxcontact.interior_fields import InteriorFields
 from jaxcontact.labels import arrays_of, dataset, fields_of, status_names, stored_fields
@@ -31,12 +32,13 @@ PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, of a perio
 
 
 def save(result: Result, path: str | Path, **case: Any) -> Path:
-    """Write a result to a file; an existing one is replaced, whole or not at all.
+    """Write a result to a file; an existing one is replaced, whole or not at all (ParaView's files each by itself).
 
     Args:
         result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
             ``InteriorFields``; what a ``save`` function kept is left out.
-        path: with the ending ``.npz`` or ``.nc``.
+        path: with the ending ``.npz`` or ``.nc``, or ``.pvd`` for ParaView: a film of all times, in files of their own
+            in a folder of the same name beside it, to look at and not to load again.
         case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
             of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
             the arrays of an npz file.
@@ -59,9 +61,12 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
         raise ValueError(
             f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
         )
-    write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf})
+    write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf, ".pvd": None})
     arrays = arrays_of(result)
     _check_arrays(type(result), arrays | _of_grid(result.grid))
+    if write is None:
+        write_collection(path, result)
+        return path
     notes = {STATUS_NAMES: status_names()} | dict(_flat(case)) | notes_of(result)
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
@@ -91,6 +96,11 @@ def load(path: str | Path) -> Any:
     """
     path = Path(path)
     arrays, kind = _format(path, {".npz": _read_npz, ".nc": _read_netcdf})(path)
+    if not kind and "times" in arrays:
+        raise ValueError(
+            f"{path}: found the course of a run, lines and numbers at all times, which numpy.load reads;"
+            " accepted: the result.npz beside it, which has the maps"
+        )
     if kind not in KINDS:
         raise ValueError(
             f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"

@@ -1,0 +1,41 @@
+"""``jaxcontact --completion SHELL``: what a shell needs to complete commands, options and files."""
+
+import argparse
+from collections.abc import Callable, Iterator
+from typing import Any
+
+SHELLS = ("bash", "zsh", "fish")
+OF_PATHS = ("FILE", "RESULT", "CASE", "STUDY", "DIR")  # how the name of a path begins, in a help
+
+
+def completing(whole: Callable[[], argparse.ArgumentParser]) -> type[argparse.Action]:
+    """An action that prints the completion for its shell, of the parser that ``whole`` makes, and ends."""
+
+    class Completion(argparse.Action):
+        def __call__(
+            self, parser: argparse.ArgumentParser, namespace: Any, shell: Any, flag: Any = None
+        ) -> None:
+            print(completion(whole(), shell))
+            parser.exit()
+
+    return Completion
+
+
+def completion(parser: argparse.ArgumentParser, shell: str) -> str:
+    """A script for the shell to read."""
+    import shtab  # no other command needs it
+
+    for action in _actions(parser):
+        name = str(action.metavar or "")
+        if name.startswith(OF_PATHS):
+            action.complete = shtab.DIRECTORY if name == "DIR" else shtab.FILE  # type: ignore[attr-defined]
+    return shtab.complete(parser, shell)
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Those of a parser and of its commands."""
+    for action in parser._actions:  # argparse has no public way to list them
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from _actions(command)

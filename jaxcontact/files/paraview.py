@@ -1,0 +1,112 @@
+"""Results for ParaView: a collection ``press.pvd`` that names one VTK file for each time, ``press/press_0.vtr`` and on.
+
+The points are the cell centres, z into the body [m]; fields of the surface lie at z = 0. Each field has its unit in its
+name, ``pressure [Pa]``; a tangential vector has a z component of zero, and a stress nine components by rows. What is one
+number at a time is field data. Format: VTK's XML files, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
+"""
+
+import base64
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, ElementTree, SubElement
+
+import numpy as np
+
+from jaxcontact.files.npz import write_whole
+from jaxcontact.labels import MAP, arrays_of, dimensions, fields_of
+
+BESIDE = {"gap": (MAP, "m"), "von_mises": (("depth", "x", "y"), "Pa")}  # what follows from the stored fields
+AXES = ("depth", "y", "x")  # of the points, the last the fastest, as VTK counts them
+Field = tuple[str, np.ndarray, tuple[str, ...]]  # name with unit, values, names of its dimensions
+
+
+def write_collection(path: Path, result: Any) -> None:
+    """Write a result at each of its times, then the collection of them."""
+    arrays = arrays_of(result)
+    fields = list(_fields(result, arrays))
+    folder = path.with_suffix("")
+    folder.mkdir(exist_ok=True)
+    pieces: dict[str, float] = {}
+    for index, time in _times(arrays).items():
+        piece = folder / f"{path.stem}_{len(pieces)}.vtr"
+        _write(piece, _grid(arrays, [_at(field, index) for field in fields]))
+        pieces[f"{folder.name}/{piece.name}"] = time
+    _write(path, _collection(pieces))
+
+
+def _write(path: Path, root: Element) -> None:
+    write_whole(path, lambda part: ElementTree(root).write(part, "utf-8", xml_declaration=True))
+
+
+def _fields(result: Any, arrays: dict[str, np.ndarray]) -> Iterator[Field]:
+    known = {name: (spec, unit) for name, (spec, unit, _) in fields_of(arrays).items() if name in arrays}
+    known |= {name: spec for name, spec in BESIDE.items() if hasattr(result, name)}
+    for name, (spec, unit) in known.items():
+        values = np.asarray(getattr(result, name))
+        yield f"{name} [{unit}]", values, dimensions(spec, values.ndim)
+
+
+def _times(arrays: dict[str, np.ndarray]) -> dict[int, float]:
+    """The times with maps, by their index: all, or the last; a steady state has one."""
+    times = arrays.get("times", np.zeros(1))
+    every = range(times.size) if arrays.get("pressure", np.zeros(())).ndim == 3 else [times.size - 1]
+    return {index: float(times[index]) for index in every}
+
+
+def _at(field: Field, index: int) -> Field:
+    """A field at one time."""
+    name, values, dims = field
+    return (name, values[index], dims[1:]) if dims[:1] == ("time",) else field
+
+
+def _grid(arrays: dict[str, np.ndarray], fields: list[Field]) -> Element:
+    """A grid of the cell centres, with the fields on them."""
+    root = _file("RectilinearGrid")
+    axes = [arrays["x"], arrays["y"], arrays.get("depths", np.zeros(1))]
+    extent = " ".join(f"0 {axis.size - 1}" for axis in axes)
+    grid = SubElement(root, "RectilinearGrid", WholeExtent=extent)
+    numbers = [(name, values) for name, values, dims in fields if "x" not in dims]
+    _add(grid, "FieldData", numbers, of_tuples=True)
+    piece = SubElement(grid, "Piece", Extent=extent)
+    _add(piece, "PointData", [(field[0], _on_points(field)) for field in fields if "x" in field[2]])
+    _add(piece, "Coordinates", zip("xyz", axes, strict=True))
+    return root
+
+
+def _on_points(field: Field) -> np.ndarray:
+    """Values with one row for each point, and its components beside each other."""
+    _, values, dims = field
+    axes = [axis for axis in AXES if axis in dims]
+    components = [dim for dim in dims if dim not in AXES]
+    rows = values.transpose([dims.index(dim) for dim in [*axes, *components]])
+    rows = rows.reshape(int(np.prod([values.shape[dims.index(axis)] for axis in axes])), -1)
+    return np.pad(rows, ((0, 0), (0, 1))) if components == ["direction"] else rows
+
+
+def _add(
+    parent: Element, kind: str, arrays: Iterable[tuple[str, np.ndarray]], of_tuples: bool = False
+) -> None:
+    """Arrays in base64, each behind its number of bytes."""
+    element = SubElement(parent, kind)
+    for name, values in arrays:
+        values = np.asarray(values, "<f8")
+        told = {"type": "Float64", "Name": name, "format": "binary"}
+        if of_tuples:
+            told |= {"NumberOfTuples": "1", "NumberOfComponents": str(values.size)}
+        elif values.ndim == 2:
+            told |= {"NumberOfComponents": str(values.shape[1])}
+        data = np.array(values.nbytes, "<u8").tobytes() + values.tobytes()
+        SubElement(element, "DataArray", told).text = base64.b64encode(data).decode()
+
+
+def _collection(pieces: dict[str, float]) -> Element:
+    root = _file("Collection")
+    collection = SubElement(root, "Collection")
+    for file, time in pieces.items():
+        SubElement(collection, "DataSet", timestep=repr(time), part="0", file=file)
+    return root
+
+
+def _file(kind: str) -> Element:
+    return Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian", header_type="UInt64")
