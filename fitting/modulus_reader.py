@@ -120,6 +120,7 @@ def read_oscillation(
     convention, taken = _tension(table.path, taken, convention, nu)
     taken = mending.complete(table.path, mending.window(taken, window), positive=("omega",))
     _check_angle(table.path, taken, units)
+    _check_sweep(table.path, taken.values["omega"])
     fields = _moduli(taken.values) | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
     return build(table.path, OscillationData, **fields)
 
@@ -154,6 +155,15 @@ def _check_angle(path: str, taken: Series, units: dict) -> None:
     if most >= 0.5 * np.pi:
         raise ValueError(
             f"{path}: column {column.label!r}: expected phase angles between 0 and 90°, got {np.degrees(most):.4g}°"
+        )
+
+
+def _check_sweep(path: str, omega: np.ndarray) -> None:
+    """ValueError for a sweep of time, strain or temperature at one frequency."""
+    if omega.size > 1 and np.ptp(omega) == 0.0:
+        raise ValueError(
+            f"{path}: omega: expected several frequencies, got {omega[0]:g} rad/s throughout: a sweep of something"
+            " else? give a frequency sweep"
         )
 
 

@@ -30,6 +30,7 @@ STRAIN = Wanted("strain", ("strain", "tensile strain"))
 STRESS = Wanted("stress", ("stress", "tensile stress"))
 MODULUS = Wanted("modulus", ("relaxation modulus",))
 STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
+SWEEP = Wanted("sweep", (*STORAGE.names, "complex modulus", "tensile complex modulus"))
 CLOCK = Wanted("t", ("time", "step time"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth", "delta"))
@@ -92,7 +93,7 @@ def read_creep(
     fields: dict[str, Any] = {"convention": convention, "nu": nu}
     if "J" in taken.values:
         taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
-        taken = mending.ordered(taken)
+        taken = mending.check_times(table.path, mending.ordered(taken))
         fields["J"] = taken.values["J"]
         onset.check_clock(table.path, taken.values["t"], start)
         onset.check_course(table.path, taken.values["t"], fields["J"])
@@ -100,9 +101,9 @@ def read_creep(
         taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))
         taken, fields["stress"] = onset.loaded(table.path, taken, start)
         taken = mending.window(taken, window)
+        taken = mending.check_times(table.path, taken)
         fields["strain"] = taken.values["strain"]
         onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
-    taken = mending.check_times(table.path, taken)
     fields["sigma"] = taken.values.get("sigma")
     return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
 
@@ -212,11 +213,13 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     """Compliance where a block has it, else strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
     if some(COMPLIANCE) or not some(STRAIN):
-        for other, what, reader in (
-            (MODULUS, "a relaxation modulus", "read_relaxation"),
-            (STORAGE, "a storage modulus", "read_oscillation"),
+        for others, what, reader in (
+            ((MODULUS,), "a relaxation modulus", "read_relaxation"),
+            ((STORAGE,), "a storage modulus", "read_oscillation"),
+            ((SWEEP,), "a complex modulus", "read_oscillation"),
+            ((LOAD, DEPTH), "load and depth", "read_indentation"),
         ):
-            if not some(COMPLIANCE) and some(other):
+            if not some(COMPLIANCE) and some(*others) and "J" not in columns:
                 raise ValueError(
                     f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
                 )
@@ -234,6 +237,11 @@ def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: di
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
     if not blocks:  # the longest block says what is missing
         blocks = [max(table.blocks, key=lambda block: len(block.rows))]
+        if len(blocks[0].rows) < mending.LEAST < blocks[0].width:
+            raise ValueError(
+                f"{table.path}: expected a row for each time, got {len(blocks[0].rows)} rows of {blocks[0].width} "
+                "cells: transpose the table"
+            )
         if blocks[0].header is None:
             example = {one.key: k for k, one in enumerate(wanted)}
             line, got = blocks[0].rows[0][0], columns or "none"

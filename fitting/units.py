@@ -19,7 +19,7 @@ TIME = {
     "msec": 1e-3, "mins": 60.0, "minute": 60.0, "minutes": 60.0, "Minute": 60.0, "Minuten": 60.0,
     "hr": 3600.0, "hrs": 3600.0, "hour": 3600.0, "hours": 3600.0,
     "Std": 3600.0, "Stunde": 3600.0, "Stunden": 3600.0,
-    "day": 86400.0, "days": 86400.0, "Tag": 86400.0, "Tage": 86400.0, "week": 604800.0, "weeks": 604800.0,
+    "day": 86400.0, "days": 86400.0, "Tag": 86400.0, "Tage": 86400.0, "Tagen": 86400.0, "week": 604800.0, "weeks": 604800.0,
 }  # fmt: skip
 FREQUENCY = {
     "rad/s": 1.0, "1/s": 1.0, **{unit: 2.0 * math.pi * PREFIX[unit[:-2]] for unit in ("Hz", "mHz", "kHz", "MHz")},
@@ -54,6 +54,7 @@ COMPLIANCE = {
     **{f"{area}/{force}": AREA[area] / FORCE[force] for force in FORCE for area in AREA},
     "%/Pa": 1e-2, "%/kPa": 1e-5, "%/MPa": 1e-8,
 }  # fmt: skip
+CAPITALS = {("load", "MN")}  # of an indentation: mN by a program that writes in capitals, or none at all
 KINDS = {
     "t": TIME,
     "omega": FREQUENCY,
@@ -77,7 +78,20 @@ SHOWN = {
     "ratio": 2,
 }  # canonical ones come first
 SIGNS = str.maketrans(
-    {"µ": "u", "μ": "u", "ε": "e", "²": "2", "·": ".", "⋅": ".", "⁻": "-", "¹": "1", "−": "-"}
+    {
+        "µ": "u",
+        "μ": "u",
+        "ε": "e",
+        "²": "2",
+        "·": ".",
+        "⋅": ".",
+        "⁻": "-",
+        "¹": "1",
+        "−": "-",
+        "$": "",
+        "{": "",
+        "}": "",
+    }
 )
 
 
@@ -101,7 +115,7 @@ def factor(kind: str, text: str) -> float:
     """
     unit = _plain(text)
     known = KINDS[kind]
-    if unit in known:
+    if unit in known and (kind, unit) not in CAPITALS:
         return known[unit]
     alike = {known[name] for name in known if name.lower() == unit.lower()}
     if len(alike) != 1:
@@ -125,7 +139,8 @@ def accepted(kind: str) -> str:
 def _plain(text: str) -> str:
     """One spelling: inverses as "1/Pa", powers as "mm2", a product as "N.mm-2", no closing dot."""
     unit = text.strip().translate(SIGNS).replace("**", "^").removesuffix(".")
-    unit = unit[1:-1] if re.fullmatch(r"\([^()]*\)", unit) else unit
+    while re.fullmatch(r"\([^()]*\)|\[[^\[\]]*\]|\(\[[^\[\]]*\]\)", unit):
+        unit = unit[1:-1]
     unit = re.sub(r"\s*([/^()-])\s*", r"\1", unit)
     unit = re.sub(r"[\s*]+", ".", unit)
     unit = re.sub(r"^(?:1[._])?per[._]", "1/", unit)

@@ -13,7 +13,7 @@ UNITS = [
     ("t", "min mins minutes Minuten", 60.0), ("t", "h hr hrs hours Stunden Std", 3600.0),
     ("t", "d days Tage", 86400.0), ("t", "SEC S", 1.0), ("t", "week", 604800.0),
     ("load", "N", 1.0), ("load", "mN", 1e-3), ("load", "µN uN μN", 1e-6), ("load", "nN", 1e-9),
-    ("load", "pN", 1e-12), ("load", "kN KN", 1e3), ("load", "MN", 1e6),
+    ("load", "pN", 1e-12), ("load", "kN KN", 1e3), ("stress", "MN/m2", 1e6),
     ("load", "kgf kp", 9.80665), ("load", "gf", 9.80665e-3), ("load", "mgf", 9.80665e-6),
     ("load", "lbf", POUND), ("load", "dyn", 1e-5),
     ("depth", "m", 1.0), ("depth", "mm", 1e-3), ("depth", "µm um micron microns", 1e-6), ("depth", "nm", 1e-9),
@@ -31,7 +31,7 @@ UNITS = [
 ]  # fmt: skip
 FOREIGN = {
     "t": "fortnight N",
-    "load": "g V Mn",
+    "load": "g V Mn MN",
     "depth": "V deg",
     "stress": "MPA N",
     "strain": "mm",

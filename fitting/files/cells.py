@@ -79,7 +79,10 @@ def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
     ranked = {Dialect(s, mark): _score(sample, s, mark) for s in ("\t", ";", ",", None) for mark in marks}
     best = max(ranked, key=lambda dialect: ranked[dialect])
     if ranked[best][0] == 0:
-        what = "expected rows of at least two numbers (no dates, no hh:mm:ss), got none"
+        what = (
+            "expected rows of at least two numbers (no dates, no hh:mm:ss) between commas, semicolons, tabs or blanks,"
+            " got none: save the table as CSV"
+        )
         raise ValueError(f"{path}: line {lines[-1].number}: {what}")
     twin = Dialect(best.separator, "," if best.decimal == "." else ".")
     if ranked.get(twin, ())[:2] == ranked[best][:2] and _doubtful(sample, best, ranked[best], ranked[twin]):

@@ -7,13 +7,17 @@ import numpy as np
 
 from fitting import units as unit_table
 from fitting.files.cells import is_missing, number
-from fitting.files.names import KINDS, Heading, read_heading
+from fitting.files.names import FACTOR, KINDS, LOGARITHM, Heading, read_heading
 from fitting.files.table import Block, Row, Table
 
 SI = {
     "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
     "angle": "rad", "ratio": "-",
 }  # fmt: skip
+OVERLOAD = (
+    9.9e37,
+    9.91e37,
+)  # infinity and "not a number" of instruments by SCPI-99, sec. 7.2.1.4 and 7.2.1.5
 LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; beyond it a number without a unit was not in SI
 FOOTER = 3  # lines of words after the numbers that may be left out, or a tenth of the rows
 
@@ -100,6 +104,7 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
         heading = read_heading(label)
         under = block.header.units[place]
         heading = heading._replace(unit=heading.unit if heading.unit is not None else under or None)
+        _check_plain(table.path, line, label, wanted.key, units)
     text = units.get(wanted.key, heading.unit)
     quantity = KINDS[wanted.names[0]]
     if text is None:
@@ -111,6 +116,17 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
         accepted = unit_table.accepted(quantity)
         fail(table.path, line, label, f"expected a unit among {accepted}; got {text!r}")
     return Column(place, label, kind, heading.name, factor, notes, str(text))
+
+
+def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> None:
+    """ValueError where the name says that the numbers are logarithms, or, with no unit told, times a power of ten."""
+    if LOGARITHM.match(label):
+        fail(
+            path, line, label, "expected the quantity itself, got a function of it: write its values instead"
+        )
+    if FACTOR.search(label) and key not in units:
+        what = "expected a unit without a power of ten, got one: say what the numbers are in"
+        fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
 
 
 def _place(
@@ -131,6 +147,9 @@ def _place(
         hits, name = _by_name(cells, block.header.units, wanted)
     if len(hits) != 1:
         found = "none" if not hits else " and ".join(repr(cells[i]) for i in hits)
+        for cell in cells:
+            if not hits and read_heading(cell).kind is None:
+                _check_plain(table.path, block.header.line, cell, wanted.key, {})
         shown = ", ".join(repr(cell) for cell in cells[:12])
         what = (
             f"expected one column for {choice or key!r} in {shown}; got {found}; say columns={{{key!r}: ...}}"
@@ -199,10 +218,9 @@ def _is_words(row: list[str], place: int, decimal: str) -> bool:
 
 def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
     line, cells = row
-    if column.place >= len(cells):
-        fail(table.path, line, column.label, f"expected {block.width} columns, got {len(cells)}")
-    if len(cells) > block.width and any(cells[block.width :]):
-        fail(table.path, line, column.label, f"expected {block.width} columns, got {len(cells)}")
+    if column.place >= len(cells) or any(cells[block.width :]):
+        what = f"expected {block.width} columns, got {len(cells)}: name each of them in the header, once"
+        fail(table.path, line, column.label, what)
     cell = cells[column.place]
     if is_missing(cell):
         return math.nan
@@ -211,7 +229,7 @@ def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
         fail(table.path, line, column.label, f"expected a number, got {cell[:40]!r}")
     if math.isinf(value):
         fail(table.path, line, column.label, f"expected a finite number, got {cell!r}")
-    return value
+    return math.nan if abs(value) in OVERLOAD else value
 
 
 def _check_size(table: Table, column: Column, key: str, values: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from fitting import units
 from fitting.files.cells import number, split
-from fitting.files.names import KINDS, read_heading
+from fitting.files.names import FACTOR, KINDS, read_heading
 from fitting.files.text import Line
 
 
@@ -28,7 +28,11 @@ def find_header(lines: list[Line], width: int, separator: str | None) -> Header 
     if best is None:
         return None
     (*_, k), cells = best
-    return Header(cells, _units(lines[k + 1 :], cells, separator), lines[k].number)
+    found = _units(lines[k + 1 :], cells, separator)
+    if not any(found) and k > 0:
+        above = _under(split(lines[k - 1].text, separator), len(cells))
+        found = above if above and all(map(_fits, cells, above)) else found
+    return Header(cells, _with_factors(lines[k + 1 :], found, separator), lines[k].number)
 
 
 def _cells(text: str, width: int, separator: str | None) -> list[str]:
@@ -89,6 +93,18 @@ def _units(lines: list[Line], cells: list[str], separator: str | None) -> list[s
     last = _under(split(lines[-1].text, separator), len(cells)) if lines and not lines[-1].remark else []
     words = [text for text in last if re.search(r"\w", text)]
     return last if words and len(words) == len([text for text in last if text]) else [""] * len(cells)
+
+
+def _with_factors(lines: list[Line], found: list[str], separator: str | None) -> list[str]:
+    """The units with what stands under them as a power of ten, "x 1e-6 1/Pa", for the reader of the column to refuse."""
+    for line in lines:
+        cells = _under(split(line.text, separator), len(found))
+        if any(map(FACTOR.search, cells)):
+            return [
+                f"{cell} {unit}".strip() if FACTOR.search(cell) else unit
+                for cell, unit in zip(cells, found, strict=True)
+            ]
+    return found
 
 
 def _under(texts: list[str], width: int) -> list[str]:

@@ -60,7 +60,11 @@ BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"
 BRACKETS = (
     r"(?P<name>.*\S)\s*\[(?P<unit>[^\[\]]*)\]",
     r"(?P<name>.*\S)\s*\((?P<unit>(?:[^()]|\([^()]*\))*)\)",
+    r"(?P<name>.*\S)\s*[{<（【](?P<unit>[^{}<>（）【】]*)[}>）】]",
 )
+AGAIN = re.compile(r"(?<=[\])])\.[0-9]+$")  # what pandas puts after the second of two equal names
+LOGARITHM = re.compile(r"\s*(?:log|lg|ln|sqrt)(?:10|2|e)?(?=[\s_(\[])", re.IGNORECASE)
+FACTOR = re.compile(r"10\s*(?:\^\s*[-−+]?|[-−+])[0-9]|10[⁻⁺]?[⁰¹²³⁴-⁹]|[0-9][eE][-−+]?[0-9]")
 PARTS = (
     r"(?P<name>.+)",
     *BRACKETS,
@@ -84,7 +88,7 @@ class Heading(NamedTuple):
 
 def read_heading(cell: str) -> Heading:
     """What a header's cell says: "J [1/GPa]", "Depth (nm)", "time / s", "F/mN", "time_s", "Kraft in N"."""
-    cell = cell.strip().strip(":")
+    cell = AGAIN.sub("", cell.strip().strip(":"))
     cuts = [(pattern, *found) for pattern in PARTS for found in _cuts(pattern, cell)]
     for pattern, name, unit in cuts:
         kind = kind_of(name)
@@ -101,7 +105,7 @@ def read_heading(cell: str) -> Heading:
 def _cuts(pattern: str, cell: str) -> list[tuple[str, str | None]]:
     """(name, unit) of the cell cut by a pattern; by an underscore, at each of them."""
     if pattern == "_":
-        places = [k for k, letter in enumerate(cell) if letter == "_"]
+        places = [k for k, letter in enumerate(cell) if letter == "_" and not re.search(r"\s[\[(]", cell[k:])]
         return [(cell[:k], cell[k + 1 :]) for k in reversed(places)]
     found = re.fullmatch(pattern, cell)
     return [(found["name"], found.groupdict().get("unit"))] if found else []

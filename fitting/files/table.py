@@ -6,11 +6,12 @@ import re
 from collections import Counter
 from typing import NamedTuple
 
-from fitting.files.cells import Dialect, choose, is_data, split
+from fitting.files.cells import Dialect, choose, is_data, number, split
 from fitting.files.header import Header, find_header, known
 from fitting.files.text import Line, read_lines
 
 Row = tuple[int, list[str]]
+FOREIGN = 3  # lines of numbers with another separator that are no accident
 NAMES = (
     r"(?m)^\[step\]\s*\n(?P<name>.+)",  # TRIOS
     r"(?m)^segment:\s*(?P<name>\S.*)",  # JPK
@@ -54,6 +55,7 @@ def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
     dialect = choose(name, lines, decimal)
     blocks: list[Block] = []
     for before, rows in _groups(lines, dialect):
+        _check_words(name, before, dialect)
         header = find_header(before, _width(rows), dialect.separator) if rows else None
         if not blocks or (header and known(header.cells)):
             text = "\n".join(line.text for line in before)
@@ -75,6 +77,22 @@ def _groups(lines: list[Line], dialect: Dialect) -> list[tuple[list[Line], list[
         else:
             groups.append(([line for line, _ in run], []))
     return [group for group in groups if any(group)]
+
+
+def _check_words(path: str, lines: list[Line], dialect: Dialect) -> None:
+    """ValueError where the words between numbers are numbers themselves, in another dialect."""
+    for other in itertools.starmap(Dialect, itertools.product(",;\t", ".,")):
+        cells = [split(line.text, other.separator) for line in lines if not line.remark]
+        hits = [row for row in cells if len(row) > 1 and _all_numbers(row, other.decimal)]
+        if other != dialect and len(hits) >= FOREIGN:
+            raise ValueError(
+                f"{path}: line {lines[0].number}: expected one separator and decimal mark throughout, got others in "
+                f"{len(hits)} lines: write all lines alike"
+            )
+
+
+def _all_numbers(row: list[str], decimal: str) -> bool:
+    return all(number(cell, decimal) is not None for cell in row)
 
 
 def _as_rows(lines: list[Line], dialect: Dialect) -> list[Row]:

@@ -2,10 +2,15 @@
 
 import os
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
+MARKUP = re.compile(r"<|[{]|\[\s*[\[{]|%PDF")  # HTML and XML, JSON and RTF, PDF: how they begin
+INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # a byte-order mark where files were joined, no blank
+OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that goes on in the next line
+LONGEST = 4  # lines of such a cell
 REMARK = re.compile(r"\s*(#+|//+|%+(?=\s*\w))\s?")
 
 
@@ -24,14 +29,32 @@ def read_lines(path: str | os.PathLike) -> list[Line]:
         ValueError: no such file, not text, or nothing in it.
     """
     name = os.fspath(path)
-    found = [
-        _line(number, text)
-        for number, text in enumerate(decode(name).splitlines(), 1)
-        if text.strip(" \t\r\n,;")
-    ]
+    whole = decode(name).translate(INVISIBLE)
+    if MARKUP.match(whole.lstrip()):
+        raise ValueError(
+            f"{name}: expected rows of numbers, got {whole.strip()[:12]!r}: save the table as CSV"
+        )
+    found = [_line(number, text) for number, text in _joined(whole.splitlines()) if text.strip(" \t\r\n,;")]
     if not any(line.text.strip() and not line.remark for line in found):
         raise ValueError(f"{name}: expected a table, got an empty file")
     return found
+
+
+def _joined(texts: list[str]) -> Iterator[tuple[int, str]]:
+    """Numbers and texts of lines, those within a quoted cell ("Time" over "(s)" in a workbook) as one."""
+    k = 0
+    while k < len(texts):
+        size = 1
+        if OPEN.search(texts[k]):
+            size = next((n for n in range(2, LONGEST + 1) if _closed(texts[k : k + n])), 1)
+        yield k + 1, " ".join(texts[k : k + size])
+        k += size
+
+
+def _closed(texts: list[str]) -> bool:
+    """Whether every quoted cell ends within these lines."""
+    whole = " ".join(texts)
+    return whole.count('"') % 2 == 0 and not OPEN.search(whole)
 
 
 def _line(number: int, text: str) -> Line:

@@ -1,0 +1,245 @@
+"""Files that no instrument should write, and people do: read right, or refused with one line that says what to do.
+
+One truth, a Burgers creep curve, is written here in many ways; no number may come out of them that is not its own.
+"""
+
+import json
+
+import numpy as np
+import pytest
+from layouts import each, rows, table
+
+import fitting
+from jaxcontact.__main__ import main
+
+T = np.geomspace(0.5, 40.0, 24)
+J = 1 / 2e5 - np.expm1(-T / 4.0) / 1e5 + T / 5e6
+S = 0 * T + 1000.0
+GAMMA = J * S
+FULL = {"form": "{:.13g}"}
+BODY = rows(T, J, **FULL)
+LINES = BODY.splitlines()
+HEAD = "t [s],J [1/Pa]\n"
+PLAIN = HEAD + BODY
+HALVES = "\n".join(LINES[:12]) + "\n", "\n".join(LINES[12:]) + "\n"
+
+
+MARKS = PLAIN.replace(",", ";").replace(".", ",")
+
+
+def curve(header, t=T / 60, y=1e3 * J, **style):
+    """The curve in min and 1/kPa, unless said otherwise."""
+    return table(header, t, y, **FULL, **style)
+
+
+READ = {
+    "UTF-8 mark, CRLF": b"\xef\xbb\xbf" + PLAIN.replace("\n", "\r\n").encode(),
+    "UTF-8 mark before sep=": b"\xef\xbb\xbfsep=;\r\n" + PLAIN.replace(",", ";").encode(),
+    "UTF-16, other end first": b"\xfe\xff" + PLAIN.encode("utf-16-be"),
+    "UTF-16, German, tabs": curve("Zeit [min]\tNachgiebigkeit [1/kPa]", sep="\t", comma=True).encode("utf-16"),
+    "line ends doubled": PLAIN.replace("\n", "\r\r\n"),
+    "mark where files were joined": HEAD + "\ufeff".join(HALVES),
+    "page feed": HEAD + "\f".join(HALVES),
+    "invisible blank": "\u200b" + PLAIN,
+    "blanks that do not break": PLAIN.replace(",", "\u00a0"),
+    "blanks and tabs in turn": "t [s]\t J [1/Pa]\n" + "".join(
+        line.replace(",", (" ", "\t", "  ", "\t ")[k % 4]) + "\n" for k, line in enumerate(LINES)),
+    "rules of a table": "t [s]   J [1/Pa]\n-------  --------\n" + BODY.replace(",", " "),
+    "LaTeX": "t & J \\\\\n" + "".join(line.replace(",", " & ") + " \\\\\n" for line in LINES),
+    "braces": curve("t {min},J {1/kPa}"),
+    "angles": curve("t <min>,J <1/kPa>"),
+    "wide brackets": curve("t（min）;J【1/kPa】", sep=";"),
+    "in and brackets": curve("t in [min];J in [1/kPa]", sep=";"),
+    "stroke and brackets": curve("t / [min];J / [1/kPa]", sep=";"),
+    "two kinds of brackets": curve("t ([min]);J ([1/kPa])", sep=";"),
+    "a dot": curve("t [min.];J [kPa^-1]", sep=";"),
+    "TeX": curve("t [$min$];J [$kPa^{-1}$]", sep=";"),
+    "superscripts": curve("t [min];J [kPa⁻¹]", sep=";"),
+    "capitals": curve("TIME [MIN],COMPLIANCE [1/KPA]"),
+    "symbols, then units": curve("Time,Compliance\nt,J\nmin,1/kPa"),
+    "units above the names": curve("min,1/kPa\nt,J"),
+    "sample over units": curve("film A,film A\nt [min],J [1/kPa]"),
+    "Origin": curve("Time\tCompliance\nmin\t1/kPa\nfilm A\tfilm A", sep="\t"),
+    "lines within a cell": curve('"Time\n(min)","J\n(1/kPa)"'),
+    "words of lines within a cell": curve('"Creep\ntime [min]";"Creep\ncompliance [1/kPa]"', sep=";"),
+    "index of pandas": ",t [s],J [1/Pa]\n" + "".join(f"{k},{line}\n" for k, line in enumerate(LINES)),
+    "names of rows from R": '"","t","J"\n' + "".join(f'"{k}",{line}\n' for k, line in enumerate(LINES)),
+    "commas at the end of the header": PLAIN.replace("]\n", "],,\n"),
+    "overload": HEAD + "3,9.9E37\n".join(HALVES),
+    "not a number of an instrument": HEAD + "3,9.91E+37\n".join(HALVES),
+    "-999 for nothing": HEAD + "3,-999\n".join(HALVES),
+    "signs": HEAD + each(T, J, "{t:+.13g},{J:+.13g}"),
+    "time of day beside": "Clock,Time [s],J [1/Pa]\n" + each(T, J, "10:00:{t:05.2f},{t:.13g},{J:.13g}"),
+    "date beside": "Datum;t [s];J [1/Pa]\n" + each(T, J, "12.03.2024 10:00;{t:.13g};{J:.13g}"),
+    "temperature named t": table("t [°C],time [s],J [1/Pa]", S, T, J, **FULL),
+    "temperature named T": table("T,t,J", S, T, J, **FULL),
+    "error before": table("t [s],J_err [1/Pa],J [1/Pa]", T, 0.1 * J, J, **FULL),
+    "fit beside": table("t [s],J (fit) [1/Pa],J [1/Pa]", T, 1.1 * J, J, **FULL),
+    "weeks, per bar": curve("t [weeks],J [1/bar]", T / 604800, 1e5 * J),
+    "days, per cent": curve("Zeit in Tagen;J [%/kPa]", T / 86400, 1e5 * J, sep=";", comma=True),
+    "mm2 and meganewtons": curve("t [µs];J [m²/MN]", 1e6 * T, 1e6 * J, sep=";"),
+    "pressed, not drawn": table("t [s],strain [-],stress [Pa]", T, -GAMMA, -S, **FULL),
+    "per mille and gf": table("t [s],strain [‰],stress [gf/cm2]", T, 1e3 * GAMMA, S / 98.0665, **FULL),
+}  # fmt: skip
+
+FACTOR = "units={'J'"
+CSV = "save the table as CSV"
+# name: (file, the remedy)
+REFUSED = {
+    "factor in the unit": (curve("t [min],J [10^-3 1/Pa]"), FACTOR),
+    "factor in the unit, E": (curve("t [min],J [1e-3/Pa]"), FACTOR),
+    "factor in the unit, minus": (curve("t [min],J (x10⁻³ Pa⁻¹)"), FACTOR),
+    "factor before the name": (curve("t [min],1e3 J [1/Pa]"), FACTOR),
+    "factor after the name": (curve("t [min],J x 10^3 [1/Pa]"), FACTOR),
+    "factor behind": (curve("t [min],J [1/Pa] (x 1e-3)"), FACTOR),
+    "factor of the time": (curve("t [10^3 s],J [1/Pa]"), "units={'t'"),
+    "factor in a line below": (curve("t,J\nmin,1/Pa\n,x 1e-3"), "'x 1e-3 1/Pa'"),
+    "log t": (curve("log t [s],J [1/kPa]", np.log10(T)), "write its values"),
+    "log10(t)": (curve("log10(t),J [1/kPa]", np.log10(T)), "write its values"),
+    "lg t/s": (curve("lg t/s;J/(1/kPa)", np.log10(T), sep=";"), "write its values"),
+    "log of the unit": (curve("t [log s],J [1/kPa]", np.log10(T)), "expected a unit among s"),
+    "log J": (curve("t [min],log J", y=np.log10(J)), "write its values"),
+    "root of the time": (curve("sqrt(t) [s],J [1/kPa]", T**0.5), "write its values"),
+    "relative": (curve("t [min],J/J0", y=J / J[0]), "expected a unit among 1/Pa"),
+    "normalised": (curve("t [min],J_norm", y=J / J[0]), "expected a unit among 1/Pa"),
+    "any unit": (curve("t [min],J [a.u.]"), "expected a unit among 1/Pa"),
+    "time over a time": (curve("t/tau,J [1/kPa]"), "expected a unit among s"),
+    "temperature for time": (curve("t [°C],J [1/kPa]"), "expected a unit among s"),
+    "minutes or months": (curve("Time [M],J [1/kPa]"), "expected a unit among s"),
+    "modulus": (curve("t [min],modulus [MPa]", y=1 / J), "columns={'J'"),
+    "modulus named compliance": (curve("t [min],J [N/mm2]", y=1 / J), "expected a unit among 1/Pa"),
+    "creep modulus": (curve("t [h],creep modulus [MPa]", y=1 / J), "read_relaxation"),
+    "complex modulus": (table("Frequency [Hz],|G*| [Pa],tan(δ)", T, 1 / J, 0.1 / J), "read_oscillation"),
+    "load and depth": (table("Time (s),Load (mN),Depth (nm)", T, S, J), "read_indentation"),
+    "complex compliance": (table("t [s],J' [1/Pa],J'' [1/Pa]", T, J, J), "columns={'J'"),
+    "flow curve": (table("Shear rate [1/s],Viscosity [Pa.s],Shear stress [Pa]", T, J, S), "columns="),
+    "rate of strain": (table("t [s],strain rate [1/s],stress [Pa]", T, GAMMA, S), "columns="),
+    "one header twice, side by side": (table("t [s],J [1/Pa],t [s],J [1/Pa]", T, J, T, 2 * J), "columns={'t'"),
+    "side by side, by pandas": (table("t [s],J [1/Pa],t [s].1,J [1/Pa].1", T, J, T, 2 * J), "columns={'t'"),
+    "repeats": (table("t [s],J_1 [1/Pa],J_2 [1/Pa]", T, J, 2 * J), "columns={'J'"),
+    "mean and deviation": (table("t [s],J mean [1/Pa],J SD [1/Pa]", T, J, J), "columns={'J'"),
+    "time in two units": (table("t [s],t [min],J [1/Pa]", T, T / 60, J), "columns={'t'"),
+    "numbers of rows without a name": (HEAD + each(T, J, "7,{t:.6g},{J:.6g}"), "name each of them"),
+    "a column without a name": (HEAD + each(T, J, "{t:.6g},{J:.6g},25"), "name each of them"),
+    "header on every page": (HEAD + HEAD.join(HALVES), "segment="),
+    "another unit on the next page": (HEAD + HALVES[0] + curve("t [min],J [1/kPa]"), "segment="),
+    "another separator half-way": (HEAD + HALVES[0] + HALVES[1].replace(",", ";"), "write all lines alike"),
+    "another decimal mark half-way": (PLAIN.replace(",", ";")[:500] + MARKS[500:], "write all lines alike"),
+    "another decimal mark before": (PLAIN.replace(",", ";")[:200] + "\n" + MARKS[230:], "write all lines alike"),
+    "thousands unquoted": ("t [ms],J [1/Pa]\n" + each(1e3 * T, J, "{t:,.3f},{J:.9g}"), "expected 2 columns"),
+    "error of a formula": (HEAD + "3,#DIV/0!\n".join(HALVES), "line 14"),
+    "overload in words": (HEAD + "3,OVL\n".join(HALVES), "line 14"),
+    "too narrow a column": (HEAD + "3,########\n".join(HALVES), "line 14"),
+    "below a limit": (HEAD + "3,<1e-5\n".join(HALVES), "line 14"),
+    "remark behind a row": (PLAIN.replace(LINES[3], LINES[3] + " # late"), "line 5"),
+    "units in the cells": ("t,J\n" + each(T, J, "{t:.6g} s,{J:.6g} 1/Pa"), CSV),
+    "powers in the cells": (HEAD + each(T, J, "{t:.6g} s,{J:.6f}x10^-6"), CSV),
+    "errors in the cells": (HEAD + each(T, J, "{t:.6g},{J:.6g} ± 1e-7"), CSV),
+    "one quoted cell a row": (HEAD + "".join(f'"{line}"\n' for line in LINES), CSV),
+    "pipes": (PLAIN.replace(",", "|"), CSV),
+    "times of day": ("t,J [1/Pa]\n" + each(T, J, "2024-03-12T10:00:{t:06.3f},{J:.9g}"), CSV),
+    "seconds since 1970": (table("Time [s],J [1/Pa]", 1.7e9 + T, J, form="{:.15g}"), "start="),
+    "days of a workbook": (table("Time,J [1/Pa]", 45000.5 + T / 86400, J, form="{:.15g}"), "start="),
+    "HTML named xls": ("<html><table>\n<tr><td>0.5</td><td>6e-6</td></tr>\n</table></html>", CSV),
+    "JSON": (json.dumps({"t": T.tolist(), "J": J.tolist()}, indent=1), CSV),
+    "JSON, pairs": (json.dumps(np.stack([T, J], 1).tolist()), CSV),
+    "RTF": ("{\\rtf1\\ansi t [s]\\tab J [1/Pa]\\par\n" + BODY.replace("\n", "\\par\n"), CSV),
+    "PDF": (b"%PDF-1.4\n%\xe2\xe3\n1 0 0 1 72 720 Tm\n0 0 0 rg\n", CSV),
+    "pointer to a large file": ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", CSV),
+    "array of numpy": (b"\x93NUMPY\x01\x00" + np.stack([T, J]).tobytes(), "export it as text or CSV"),
+    "a zero byte": (PLAIN[:99] + "\0" + PLAIN[99:], "export it as text or CSV"),
+    "transposed": ("t [s]," + ",".join(map(str, T)) + "\nJ [1/Pa]," + ",".join(map(str, J)) + "\n", "transpose the table"),
+    "times below zero": (table("t [s],J [1/Pa]", -T, J), "window=(0, None)"),
+    "compliance below zero": (table("t [s],J [1/Pa]", T, -J), "expected values > 0"),
+    "one time throughout": (table("t [s],J [1/Pa]", S, J), "at least 5 different times"),
+    "one row": (HEAD + "1,2e-5\n", "at least 5 values"),
+    "mark and nothing else": (b"\xef\xbb\xbf", "empty file"),
+}  # fmt: skip
+
+INDENTATION, RELAXATION, SWEEP = fitting.read_indentation, fitting.read_relaxation, fitting.read_oscillation
+# name: (reader, file, the remedy)
+OTHERS = {
+    "force in capitals": (INDENTATION, table("TIME (S),LOAD (MN),DEPTH (NM)", T, S, J), "'MN'"),
+    "way of the piezo": (INDENTATION, table("Time (s),Force (nN),Piezo (nm)", T, S, J), "spring_constant="),
+    "deflection in volts": (INDENTATION, table("Time (s),Deflection (V),Depth (nm)", T, S, J), "columns={'load'"),
+    "mass for force": (INDENTATION, table("Time (s),Load (g),Depth (nm)", T, S, J), "expected a unit among N"),
+    "letters lost": (INDENTATION, table("Time (s),Load (\ufffdN),Depth (nm)", T, S, J), "expected a unit among N"),
+    "factor of the load": (INDENTATION, table("Time (s),Load (1e-6 N),Depth (nm)", T, S, J), "units={'load'"),
+    "creep for indentation": (INDENTATION, PLAIN, "columns={'load'"),
+    "creep for relaxation": (RELAXATION, PLAIN, "columns={'modulus'"),
+    "log of a modulus": (RELAXATION, table("t [s],log G(t) [Pa]", T, 5 - np.log(T)), "write its values"),
+    "modulus over its first": (RELAXATION, table("t [s],G(t)/G0", T, J[0] / J), "expected a unit among Pa"),
+    "sweep for relaxation": (RELAXATION, table("Frequency [Hz],G' [Pa],G'' [Pa]", T, S, S), "columns={'t'"),
+    "log of a frequency": (SWEEP, table("log omega [rad/s],G' [Pa],G'' [Pa]", T, S, S), "write its values"),
+    "sweep of strain": (SWEEP, table("Strain [%],G' [Pa],G'' [Pa]", T, S, S), "columns={'omega'"),
+    "sweep of time": (SWEEP, table("Time [s],Frequency [Hz],G' [Pa],G'' [Pa]", T, S, S, S), "a frequency sweep"),
+}  # fmt: skip
+
+
+def save(tmp_path, text):
+    path = tmp_path / "film.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+@pytest.mark.parametrize("name", READ)
+def test_the_truth_is_read(tmp_path, name):
+    data = fitting.read_creep(save(tmp_path, READ[name]))
+    stress = 1.0 if data.stress is None else data.stress[1][-1]
+    np.testing.assert_allclose(data.t, T, rtol=1e-9)
+    np.testing.assert_allclose(data.response / stress, J, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("read", "text", "remedy"),
+    [(fitting.read_creep, *case) for case in REFUSED.values()] + list(OTHERS.values()),
+    ids=[*REFUSED, *OTHERS],
+)
+def test_what_could_be_read_wrong_is_refused_with_a_remedy(tmp_path, read, text, remedy):
+    with pytest.raises(ValueError) as error:
+        read(save(tmp_path, text))
+    message = str(error.value)
+    assert "film.csv" in message and "\n" not in message and len(message) < 500
+    assert remedy in message, message
+
+
+def test_the_remedy_reads_the_file(tmp_path):
+    """What a message advises gives the truth."""
+    for text, options in (
+        (REFUSED["factor in the unit"][0], {"units": {"J": "1/kPa"}}),
+        (REFUSED["factor behind"][0], {"columns": {"J": 1}, "units": {"J": "1/kPa"}}),
+        (REFUSED["factor in a line below"][0], {"units": {"J": "1/kPa"}}),
+        (REFUSED["header on every page"][0], {"segment": [0, 1]}),
+        (REFUSED["time in two units"][0], {"columns": {"t": "t [min]"}}),
+        (REFUSED["repeats"][0], {"columns": {"J": "J_1 [1/Pa]"}}),
+    ):
+        data = fitting.read_creep(save(tmp_path, text), **options)
+        np.testing.assert_allclose(data.t, T, rtol=1e-7)
+        np.testing.assert_allclose(data.J, J, rtol=1e-7)
+
+
+def test_choosing_a_column_of_logarithms_does_not_make_them_times(tmp_path):
+    """A caller who names the column of log t is told what is in it, not taken at his word."""
+    for name in ("log t", "log10(t)", "root of the time"):
+        with pytest.raises(ValueError, match="write its values"):
+            fitting.read_creep(save(tmp_path, REFUSED[name][0]), columns={"t": 0})
+
+
+IN_A_SHELL = {  # the same remedies, as flags
+    "factor in the unit": "--unit J=",
+    "modulus": "--column J=",
+    "times below zero": "--window 0:",
+    "header on every page": "--segment",
+    "log10(t)": "write its values",
+    "JSON": CSV,
+    "transposed": "transpose the table",
+}
+
+
+@pytest.mark.parametrize("name", IN_A_SHELL)
+def test_the_command_line_says_the_same_line(tmp_path, capsys, name):
+    path, out = save(tmp_path, REFUSED[name][0]), tmp_path / "out"
+    assert main(["fit", "creep", str(path), "-o", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert IN_A_SHELL[name] in said and "film.csv" in said and said.count("\n") == 1
+    assert not out.exists()
