@@ -23,6 +23,7 @@ def long_case(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, capfd):
     """Bit for bit those of the run that keeps all, which ``test_command_line`` holds against ``indent``."""
     out, whole = tmp_path / "few", tmp_path / "all"

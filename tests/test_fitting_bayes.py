@@ -55,6 +55,7 @@ def assert_agrees(draws, expected, ess):
     assert np.all(np.abs(np.quantile(draws, [0.025, 0.5, 0.975]) - wanted) < error), (draws.size, wanted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [False, True], ids=["noise estimated", "noise known"])
 def test_creep_has_the_density_of_a_grid(known):
     """RSS^(-n/2) without a sigma, exp(-RSS/2) with it, even in the logarithms of both parameters."""

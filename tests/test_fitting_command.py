@@ -271,6 +271,7 @@ def test_prony_from_the_shell(tmp_path, capsys):
     assert "chosen by BIC" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_nothing_stops_a_batch(tmp_path, capsys):
     """Three curves of two moduli, one file of words: a folder for each fit, a line for each file."""
     (tmp_path / "other").mkdir()
@@ -314,6 +315,7 @@ def flowing(path, noise=0.01):
     return np.linalg.lstsq(A, J / 1e-7, rcond=None)[0], np.linalg.inv(A.T @ A)
 
 
+@pytest.mark.slow
 def test_what_follows_from_a_fit_from_the_shell(tmp_path, capsys):
     """J(t) at later times with its band as linear least squares has it; the depth of a ball as Hertz and Radok have it."""
     x, covariance = flowing(tmp_path / "gel.csv")

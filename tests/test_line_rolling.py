@@ -89,6 +89,7 @@ def tractive(share, n=192):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.3, 0.7])
 def test_carters_force_over_creepage(share):
     """Q/(mu P) = 1 - (1 - |xi| R/(mu a))^2, R the relative radius (here the roller's): with q = mu p less mu p0 (c/a) times

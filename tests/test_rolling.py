@@ -46,6 +46,7 @@ def test_the_force_saturates_as_vermeulen_and_johnson_measured():
     assert float(fast.tangential_load[0]) == pytest.approx(MU * LOAD, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_rolling_obeys_the_law_of_friction_and_sticks_at_its_leading_edge():
     """And what friction takes from cell to cell is what the force loses, to the first order in the cell."""
     state = rolled(MU * LOAD / (4.12 * G * A**2), 0.0)

@@ -292,6 +292,7 @@ def test_derivatives_reverse_forward_and_central():
     assert abs(float(gradient[5])) > 1e-3 * float(jnp.max(jnp.abs(gradient)))  # the speed matters
 
 
+@pytest.mark.slow
 def test_equal_calls_compile_once(body, ball):
     from jaxcontact.sliding.transient import _run
 

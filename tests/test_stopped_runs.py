@@ -74,6 +74,7 @@ def interrupted(long_case, tmp_path, monkeypatch):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_keeps_the_finished_steps(name, interrupted, capfd):
     number = signal.Signals[name]

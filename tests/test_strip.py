@@ -64,6 +64,7 @@ def test_a_wave_that_is_long_along_the_free_axis_has_the_response_of_the_solid()
     np.testing.assert_allclose(2.0 * np.sum(rows, 0) - rows[0], exact, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_the_same_along_the_periodic_axis_is_in_plane_strain():
     """A roller on a creeping film, with 5 cells along it and with one."""
     roller, width = jc.Cylinder(1e-3, 1.0, STEEL), 40e-6
