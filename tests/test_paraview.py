@@ -6,7 +6,9 @@ from test_storage import GRID, NT, NX, NY, made_up
 
 import jaxcontact as jc
 
+# half a gigabyte on disk, so that .ci/run installs it for this file alone
 vtk_reader = pytest.importorskip("vtkmodules.vtkIOXML", reason="VTK's reader is the package vtk")
+pytestmark = pytest.mark.slow
 
 
 def read(path):
