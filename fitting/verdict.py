@@ -29,6 +29,11 @@ def reasons(
             f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
             " AR(1) noise is taken off"
         )
+    slip = slipped(residuals, jacobian.shape[1])
+    if slip is not None:
+        found.append(
+            f"the curve slips between t = {t[slip]:.4g} and {t[slip + 1]:.4g} s: one jump of the residuals"
+        )
     points = [i for i in outlying(residuals, jacobian) if _moves(residuals, jacobian, i) > MATTERS]
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
@@ -47,6 +52,23 @@ def outlying(residuals: np.ndarray, jacobian: np.ndarray) -> list[int]:
     score = np.abs(residuals) / np.sqrt(others * left)
     far = np.flatnonzero(score > stats.t.ppf(1.0 - 0.5 * CHANCE / n, dof))
     return [int(i) for i in far if isolated(residuals, i)]
+
+
+def slipped(residuals: np.ndarray, k: int) -> int | None:
+    """The point before a jump of the residuals of k parameters beyond chance, alone of its size; None without.
+
+    Differences of neighbours are small where a model is only somewhat wrong, or the noise correlated; a slip of the
+    instrument makes one large one (a spike two, the steps of a display many). Studentised by the others, Bonferroni.
+    """
+    jumps = np.diff(residuals)
+    dof = jumps.size - k - 1
+    if dof < 1:
+        return None
+    i = int(np.argmax(np.abs(jumps)))
+    rest = np.delete(jumps, i)
+    far = stats.t.ppf(1.0 - 0.5 * CHANCE / jumps.size, dof) * math.sqrt(rest @ rest / dof)
+    single = np.max(np.abs(rest)) <= ISOLATED * abs(jumps[i])
+    return i if 0 < i < jumps.size - 1 and single and abs(jumps[i]) > far else None
 
 
 def isolated(residuals: np.ndarray, i: int) -> bool:

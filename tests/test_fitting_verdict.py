@@ -8,7 +8,7 @@ import pytest
 from scipy import optimize
 
 import fitting
-from fitting import correlation
+from fitting import correlation, verdict
 from fitting.weights import noise_floor
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
@@ -185,3 +185,26 @@ def test_standard_deviations_of_the_data_are_taken():
         np.testing.assert_allclose(own.intervals[name], given.intervals[name], rtol=1e-9)
     with pytest.raises(ValueError, match="sigma: expected standard deviations > 0"):
         fitting.CreepData(t=TIMES, J=J, sigma=0 * sd)
+
+
+@pytest.mark.parametrize(("n", "spread"), [(40, np.linspace), (60, np.geomspace), (200, np.linspace)])
+def test_a_slip_of_the_instrument_is_refused(n, spread):
+    """A step of a fifth of the range of J at half time: a Burgers curve bends itself to it, with R2 near 1."""
+    t = spread(0.5, 40.0, n)
+    J = burgers(t) * (1 + 0.005 * np.random.default_rng(1).standard_normal(n))
+    slipped = fit(t, J + 0.2 * np.ptp(J) * (t > 20.0))
+    assert fit(t, J).verdict == "stands"
+    assert slipped.verdict == "refused" and not any(slipped.identified.values())
+    assert any(reason.startswith("the curve slips between t = 1") for reason in slipped.refused)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
+def test_noise_spikes_and_the_steps_of_a_display_are_no_slips(rho):
+    """Of 1000 series of noise at most two (one in a thousand is allowed for); no series with one spike, nor rounded."""
+    rng, ramp = np.random.default_rng(4), np.linspace(0.0, 5.5, 60)
+    series = [noise(60, rho, rng) for _ in range(1000)]
+    assert sum(verdict.slipped(e, 4) is not None for e in series) <= 2
+    spike = 20.0 * (np.arange(60) == 30)
+    assert not any(verdict.slipped(e + spike, 4) is not None for e in series[:200])
+    assert verdict.slipped(np.round(ramp) - ramp, 2) is None
+    assert all(verdict.slipped(e + 20.0 * (np.arange(60) > 30), 4) == 30 for e in series[:200])
