@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from fitting import axis_units
+
 COLOURS = {"approach": "C0", "hold": "C1", "retract": "C2"}
 
 
@@ -17,7 +19,8 @@ def draw(data: Any) -> Any:
     panels = figure.subplots(1, 3)
     pairs = ((0, 1), (0, 2), (2, 1))
     taken, whole, segments = (data.t, data.load, data.depth), data.whole, data.segments
-    labels = ("time [s]", "load [N]", "depth [m]")
+    names = (("time", "s"), ("load", "N"), ("depth", "m"))
+    shown = taken if whole is None else whole
     for panel, (x, y) in zip(panels, pairs, strict=True):
         if whole is not None:
             panel.plot(whole[x], whole[y], color="0.75", lw=1, label="left out")
@@ -25,7 +28,7 @@ def draw(data: Any) -> Any:
             on = segments == name
             if on.any():
                 panel.plot(taken[x][on], taken[y][on], ".", ms=3, color=COLOURS[name], label=name)
-        panel.set_xlabel(labels[x])
-        panel.set_ylabel(labels[y])
+        axis_units.label(panel.xaxis, *names[x], shown[x])
+        axis_units.label(panel.yaxis, *names[y], shown[y])
     panels[0].legend(frameon=False)
     return figure

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import report
+from fitting import axis_units, report
 
 EARLY = 0.1  # share of the duration in which half of the samples lie, if they are to be seen on log time
 FINE = 400  # points of a line
@@ -29,7 +29,7 @@ def draw(fit: Any, path: Any) -> Any:
     top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
     label = f"{fit.model.__name__}, R² = {fit.r2:.5f}"
     top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
-    top.set(ylabel=f"{name} [{unit}]")
+    axis_units.label(top.yaxis, name, unit, measured)
     top.tick_params(labelbottom=False)
     top.legend()
     bottom.plot(t, -fit.residuals, ".", markersize=3)
@@ -98,7 +98,8 @@ def _compliance(axes: Any, fit: Any) -> None:
     t = _times(since, 0.0, fit.duration)
     _band(axes, fit, t)
     axes.plot(t, fit.predict(t))
-    axes.set(xlabel="time [s]", ylabel="J [1/Pa]", xscale=_scale(since))
+    axes.set(xlabel="time [s]", xscale=_scale(since))
+    axis_units.label(axes.yaxis, "J", "1/Pa", fit.predict(t))
     axes.legend()
 
 

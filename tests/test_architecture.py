@@ -145,6 +145,7 @@ FITTING_LAYERS = {
     "padding": 0,
     "uncertainty": 0,
     "report": 0,
+    "axis_units": -1,
     "fit_picture": 1,
     "structure": 0,
     "segments": -1,

@@ -1,0 +1,28 @@
+"""Axes in units that fit their numbers: 3.5 1/GPa and 120 nm rather than 3.5e-9 1/Pa and 1.2e-7 m."""
+
+from typing import Any
+
+import numpy as np
+
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))  # fmt: skip
+
+
+def label(axis: Any, name: str, unit: str, values: np.ndarray) -> None:
+    """Name an axis of matplotlib whose data are values in an SI unit, and count its ticks in a multiple of it."""
+    factor, unit = multiple(unit, float(np.max(np.abs(values), initial=0.0)))
+    axis.set_label_text(f"{name} [{unit}]")
+    if factor != 1.0:
+        axis.set_major_formatter(lambda value, _: f"{value / factor:g}")
+
+
+def multiple(unit: str, largest: float) -> tuple[float, str]:
+    """(factor, unit) in which the largest value is 1 to 1000; units other than Pa, 1/Pa, N and m as they are."""
+    if unit == "1/Pa":
+        factor, prefixed = multiple("Pa", 1e3 / largest if largest > 0.0 else 1.0)
+        return 1.0 / factor, f"1/{prefixed}"
+    if unit not in ("Pa", "N", "m"):
+        return 1.0, unit
+    for factor, prefix in PREFIXES:
+        if largest >= factor:
+            return factor, prefix + unit
+    return 1.0, unit
