@@ -8,7 +8,7 @@ Least squares over the points before contact and the first of the load together 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from fitting.segments import noise
 
@@ -79,7 +79,8 @@ def _least_squares(x: np.ndarray, y: np.ndarray, power: float) -> float:
     best = int(np.argmin([_fit(x, y, point, power)[0] for point in trial]))
     low, high = trial[max(best - 1, 0)], trial[min(best + 1, SCAN - 1)]
     error = lambda share: _fit(x, y, low + share * (high - low), power)[0]
-    found = minimize_scalar(error, bounds=(0.0, 1.0), method="bounded")  # stops at an absolute 1e-5
+    # it stops at an absolute 1e-5
+    found = scipy.optimize.minimize_scalar(error, bounds=(0.0, 1.0), method="bounded")
     return float(low + found.x * (high - low))
 
 

@@ -12,7 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize, signal, stats
+import scipy
+
+from fitting import student
 
 RHO = np.tanh(np.linspace(0.0, 2.15, 31))  # up to 0.973
 WHITE = 0.3  # prior share of white noise
@@ -74,7 +76,7 @@ def _restricted(residual: np.ndarray, Q: np.ndarray, rho: float) -> float:
 
 def _trace(Q: np.ndarray, rho: float) -> float:
     """trace(Q^T V Q), V_ij = rho^|i - j|."""
-    past = signal.lfilter([1.0], [1.0, -rho], Q, axis=0)
+    past = scipy.signal.lfilter([1.0], [1.0, -rho], Q, axis=0)
     return float(2.0 * np.sum(Q * past) - np.sum(Q * Q))
 
 
@@ -83,9 +85,8 @@ def widening(noise: Noise, level: float, dof: float) -> float:
     if noise.share[0] > MORE_LIKELY_THAN_NOT:
         return 1.0
     factor = np.sqrt(noise.known_inflation if math.isinf(dof) else noise.inflation)
-    law = stats.norm if math.isinf(dof) else stats.t(dof)
-    single = law.ppf(0.5 + 0.5 * level)
+    single = student.two_sided(level, dof)
     # the half width in which the mixture over rho has the share ``level``
-    short = lambda q: float(noise.share @ (2.0 * law.cdf(q / factor) - 1.0)) - level
+    short = lambda q: float(noise.share @ student.share_within(q / factor, dof)) - level
     low, high = 0.5 * single * factor.min(), 2.0 * single * factor.max()
-    return max((optimize.brentq(short, low, high, rtol=1e-12) / single) ** 2, 1.0)
+    return max((scipy.optimize.brentq(short, low, high, rtol=1e-12) / single) ** 2, 1.0)

@@ -10,9 +10,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
 
-from fitting import correlation
+from fitting import correlation, student
 from fitting.correlation import BEYOND_CHANCE, Noise
 from fitting.verdict import reasons
 
@@ -76,8 +75,8 @@ def allow(
     real = rss > (0.5 * (n - p) if known else EXACT * size)
     noise = correlation.judge(residual, correlation.basis(jacobian), p)
     widening = correlation.widening(noise, level, np.inf if known else n - p) if real else 1.0
-    rule = stats.chi2.ppf(level, 1) if known else stats.f.ppf(level, 1, n - p)
-    rise = float(rule) * (1.0 if known else rss / (n - p)) * widening
+    rule = student.two_sided(level, math.inf if known else n - p) ** 2
+    rise = rule * (1.0 if known else rss / (n - p)) * widening
     return Allowance(rss + max(rise, ROUNDING * size), noise, widening, real)
 
 
@@ -115,7 +114,7 @@ def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
 def identified(intervals: dict, table: dict, level: float, refused: Any = ()) -> dict[str, bool]:
     """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be, by a fit
     that is not refused."""
-    z = stats.norm.ppf(0.5 + 0.5 * level)
+    z = student.two_sided(level)
     result = {}
     for name, (low, high) in intervals.items():
         closed = table[name][0] < low and high < table[name][1]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from fitting.uncertainty import inverse
 
@@ -130,5 +130,5 @@ def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, dampi
     step = np.linalg.lstsq(A, b, rcond=1e-12)[0]
     low, high = low * size, high * size
     if np.any(step < low) or np.any(step > high):
-        step = optimize.lsq_linear(A, b, (low, np.maximum(high, low + 1e-300)), method="bvls").x
+        step = scipy.optimize.lsq_linear(A, b, (low, np.maximum(high, low + 1e-300)), method="bvls").x
     return np.clip(step, low, high) / size

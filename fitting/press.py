@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from fitting import varpro
 from fitting.contact import find_contact
@@ -188,7 +188,7 @@ def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: f
     else:
         A = weights[:, None] * np.asarray(columns(basis, press.duration / space.structure.tau))
         low, high = box.T
-        found = optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
+        found = scipy.optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
     return space.near(found, least)
 
 

@@ -10,9 +10,9 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+import scipy
 from jax import Array
 from jax.tree_util import Partial
-from scipy import optimize
 
 from fitting import evidence, history, nonlinear, profiles
 from fitting.creep import fit_weights, measured_curve
@@ -103,7 +103,7 @@ def _chosen(data: CreepData, weight: np.ndarray, known: bool, instantaneous: boo
         taken = [0] * instantaneous + list(range(1, k + 1)) + [k + 1] * flow
         columns = _columns(data, weight, tau)[:, taken]
         size = np.linalg.norm(columns, axis=0)
-        x, residual = optimize.nnls(columns / size, y)
+        x, residual = scipy.optimize.nnls(columns / size, y)
         misfit = residual**2 if known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
         found.append((misfit + np.sum(x > 0) * np.log(y.size), tau))
     return min(found, key=lambda one: one[0])[1]

@@ -15,8 +15,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from scipy import stats
 
+from fitting import student
 from fitting.result import Fit
 from fitting.structure import Volume
 
@@ -88,7 +88,7 @@ def propagate(
         shares[name] = np.abs(np.asarray(by_q[name]) + by_p @ fit.moves(name)) * sd
     _check_moves(value, by_p, by_q)
     total = np.sqrt(sum(share**2 for share in shares.values()))
-    z = stats.norm.ppf(0.5 + 0.5 * fit.level)
+    z = student.two_sided(fit.level)
     return Propagated(value, total, value - z * total, value + z * total, shares)
 
 

@@ -10,9 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.tree_util import Partial
-from scipy import stats
 
-from fitting import fit_picture, report
+from fitting import fit_picture, report, student
 from fitting.evidence import Evidence, identified
 from fitting.structure import Compliances, Structure, Volume
 from fitting.uncertainty import LogCovariance
@@ -217,7 +216,7 @@ def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> 
     slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))
     spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, found.covariance, slope))
     z, best = (
-        stats.norm.ppf(0.5 + 0.5 * level),
+        student.two_sided(level),
         np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times)),
     )
     with np.errstate(over="ignore"):

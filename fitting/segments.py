@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter
+import scipy
 
 SEGMENTS = ("approach", "hold", "retract")
 WORDS = {  # parts of names, looked for in this order: "unload" before "load"
@@ -77,7 +77,7 @@ def _still(t: np.ndarray, y: np.ndarray, start: int, stop: int) -> bool:
 
 def smooth(y: np.ndarray) -> np.ndarray:
     """A running median."""
-    return median_filter(y, size=SMOOTH, mode="nearest")
+    return scipy.ndimage.median_filter(y, size=SMOOTH, mode="nearest")
 
 
 def noise(y: np.ndarray) -> float:

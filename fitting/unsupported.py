@@ -10,9 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
-from fitting import creep_search, varpro, verdict
+from fitting import creep_search, student, varpro, verdict
 from fitting.correlation import basis
 from fitting.creep_search import Optimum
 
@@ -91,7 +90,7 @@ def _score(problem: varpro.TauSearch, trial: Supported, points: list[int]) -> fl
     if np.max(np.abs(away[beside])) > verdict.ISOLATED * size:
         return 0.0
     variance = away[on] @ away[on] / dof * (1.0 + _spread(J[on], J[points]))
-    limit = stats.t.ppf(1.0 - 0.5 * CHANCE / n, dof)
+    limit = student.two_sided(1.0 - CHANCE / n, dof)
     return float(np.min(np.abs(away[points]) / np.sqrt(variance + 1e-300))) / limit
 
 

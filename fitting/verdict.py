@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from scipy import stats
 
+from fitting import student
 from fitting.correlation import BEYOND_CHANCE, MORE_LIKELY_THAN_NOT, RHO, Noise, basis
 
 CHANCE = 1e-3  # of an outlier in a series of Gaussian noise
@@ -50,7 +50,7 @@ def outlying(residuals: np.ndarray, jacobian: np.ndarray) -> list[int]:
         return []
     others = np.maximum(residuals @ residuals - residuals**2 / left, 1e-300) / dof
     score = np.abs(residuals) / np.sqrt(others * left)
-    far = np.flatnonzero(score > stats.t.ppf(1.0 - 0.5 * CHANCE / n, dof))
+    far = np.flatnonzero(score > student.two_sided(1.0 - CHANCE / n, dof))
     return [int(i) for i in far if isolated(residuals, i)]
 
 
@@ -66,7 +66,7 @@ def slipped(residuals: np.ndarray, k: int) -> int | None:
         return None
     i = int(np.argmax(np.abs(jumps)))
     rest = np.delete(jumps, i)
-    far = stats.t.ppf(1.0 - 0.5 * CHANCE / jumps.size, dof) * math.sqrt(rest @ rest / dof)
+    far = student.two_sided(1.0 - CHANCE / jumps.size, dof) * math.sqrt(rest @ rest / dof)
     single = np.max(np.abs(rest)) <= ISOLATED * abs(jumps[i])
     return i if 0 < i < jumps.size - 1 and single and abs(jumps[i]) > far else None
 

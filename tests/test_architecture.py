@@ -146,6 +146,7 @@ FITTING_LAYERS = {
     "uncertainty": 0,
     "report": 0,
     "axis_units": -1,
+    "student": -3,
     "fit_picture": 1,
     "structure": 0,
     "segments": -1,

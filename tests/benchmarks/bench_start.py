@@ -59,6 +59,7 @@ def main() -> None:
             creep_file(folder / "creep.csv"),
             "-o",
             str(folder / "fit"),
+            "--force",
         )
         for what, command in (("README's first command", run), ("a fit of 20 points", fit)):
             first = seconds(*command, folder=folder)
