@@ -76,7 +76,8 @@ def _restricted(residual: np.ndarray, Q: np.ndarray, rho: float) -> float:
 
 def _trace(Q: np.ndarray, rho: float) -> float:
     """trace(Q^T V Q), V_ij = rho^|i - j|."""
-    past = scipy.signal.lfilter([1.0], [1.0, -rho], Q, axis=0)
+    bands = np.outer([1.0, -rho], np.ones(len(Q)))
+    past = scipy.linalg.solve_banded((1, 0), bands, Q)  # past[i] = Q[i] + rho past[i - 1]
     return float(2.0 * np.sum(Q * past) - np.sum(Q * Q))
 
 
