@@ -8,14 +8,14 @@ SHELLS = ("bash", "zsh", "fish")
 OF_PATHS = ("FILE", "RESULT", "CASE", "STUDY", "DIR")  # how the name of a path begins, in a help
 
 
-def completing(whole: Callable[[], argparse.ArgumentParser]) -> type[argparse.Action]:
-    """An action that prints the completion for its shell, of the parser that ``whole`` makes, and ends."""
+def completing(make: Callable[[], argparse.ArgumentParser]) -> type[argparse.Action]:
+    """An action that prints the completion for its shell, of the parser that ``make`` makes, and ends."""
 
     class Completion(argparse.Action):
         def __call__(
             self, parser: argparse.ArgumentParser, namespace: Any, shell: Any, flag: Any = None
         ) -> None:
-            print(completion(whole(), shell))
+            print(completion(make(), shell))
             parser.exit()
 
     return Completion
