@@ -215,10 +215,8 @@ def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> 
     log_creep = lambda values: jnp.log(structure.compliances(values).creep(times))
     slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))
     spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, found.covariance, slope))
-    z, best = (
-        student.two_sided(level),
-        np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times)),
-    )
+    z = student.two_sided(level)
+    best = np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times))
     with np.errstate(over="ignore"):
         return best * np.exp(-z * spread), best * np.exp(z * spread)
 
