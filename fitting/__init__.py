@@ -1,5 +1,6 @@
 """Material parameters from creep and indentation data, with what the data can and cannot tell."""
 
+import jaxcontact  # noqa: F401  # before jax, which reads what it sets when it is first imported
 from fitting.batch import BatchFit as BatchFit
 from fitting.batch import fit_creep_batch as fit_creep_batch
 from fitting.bayes import Posterior as Posterior

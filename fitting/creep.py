@@ -299,7 +299,7 @@ def compare(
         >>> [fit.model.__name__ for fit in table.fits]
         ['Maxwell', 'Elastic']
     """
-    own = {model: creep_structure(model).where for model in models}
+    own = {structure.model: structure.where for structure in map(creep_structure, models)}
     known = set().union(*own.values())
     for name in [*(fixed or {}), *(bounds or {})]:
         if name not in known:

@@ -47,6 +47,18 @@ def test_the_second_process_compiles_nothing_and_all_find_the_same_numbers(tmp_p
     assert first[1] == second[1] == third[1] == without[1]
 
 
+@pytest.mark.parametrize("package", ["jaxcontact", "fitting"])
+def test_jax_is_told_before_it_is_imported_to_be_silent_about_the_store(package):
+    watch = "print(name, os.environ.get('TF_CPP_MIN_LOG_LEVEL')) if name == 'jax' else None"
+    code = (
+        "import os, sys; os.environ.pop('TF_CPP_MIN_LOG_LEVEL', None)\n"
+        f"find = staticmethod(lambda name, *more: {watch})\n"
+        f"sys.meta_path.insert(0, type('Watch', (), {{'find_spec': find}})); import {package}"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("jax 3\n", "")
+
+
 def test_half_an_entry_is_removed(tmp_path):
     """jax stores the time of the last use after the program; without it no entry could ever be stored again."""
     for name in ("whole-cache", "whole-atime", "half-cache"):
