@@ -275,7 +275,9 @@ def test_compare_prefers_the_true_model():
     for fit in table.fits:
         best = t.size * np.log(fit.rss / t.size) + np.log(t.size) * (fit.p + 1)
         np.testing.assert_allclose(fit.bic, best, rtol=1e-12)
-    twice = fitting.compare(fitting.CreepData(t=t, J=J), ["Burgers", jc.Burgers, "Maxwell"], weights="relative")
+    twice = fitting.compare(
+        fitting.CreepData(t=t, J=J), ["Burgers", jc.Burgers, "Maxwell"], weights="relative"
+    )
     assert [fit.model for fit in twice.fits] == [jc.Burgers, jc.Maxwell]
 
 
