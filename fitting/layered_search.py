@@ -30,7 +30,6 @@ MARGIN = 1.2  # grid over contact
 WIDER = 1.3
 LEAST = 1e-8  # scaled flow, or branch of a series: at none the decay rates of the film have no slope
 SMALL = 0.2  # bias over standard error that is small
-EDGE = 2
 Scene = Callable[[Mesh], FilmTest]
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
@@ -109,12 +108,12 @@ def _wide_enough(
         film = scene(mesh)
         best, objective = _minimise(press, film, theta)
         status = int(layered.evaluate(press.space.point(best.theta), film)[1])
-        if not (status == EDGE and chosen):
+        if not (status == jc.Status.AT_EDGE and chosen):
             break
         theta, mesh = best.theta, mesh._replace(width=WIDER * mesh.width)
     if status:
         n = mesh.cells
-        raise ValueError(f"grid: the contact on {n} x {n} cells has status {status}: a wider or finer grid")
+        raise ValueError(f"grid: the contact of the best fit on {n} x {n} cells: {jc.Status(status).message}")
     return best, objective, mesh
 
 
