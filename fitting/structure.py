@@ -177,7 +177,8 @@ def resolve(model: type | str, also: tuple[str, ...] = ()) -> Structure:
     cls = by_name.get(model) if isinstance(model, str) else model
     if cls not in CLASSICAL:
         raise ValueError(
-            f"model: expected one of {sorted([*by_name, *also])}, got {getattr(model, '__name__', model)!r}"
+            f"model: expected one of {sorted([*by_name, *also])}, got {getattr(model, '__name__', model)!r};"
+            " fit_prony takes several retardation times"
         )
     return CLASSICAL[cls]
 
