@@ -258,6 +258,12 @@ def test_check_warns_and_is_not_an_error(name, case, capfd):
     assert err.count("\n") == 1 and words in err
 
 
+def test_check_asks_for_the_unit_of_a_layer_that_is_thick_beyond_sense(case, capfd):
+    case.write_text(CASE.replace("thickness = 150e-9", "thickness = 150"))
+    assert main(["check", str(case)]) == 0
+    assert "layer.thickness: found 150 m, 5e+05 times the grid's width" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("name", ["missing key", "unknown key", "text for a number", "broken TOML"])
 def test_check_refuses_what_run_refuses(name, case, capfd):
     old, new, words = BAD[name]

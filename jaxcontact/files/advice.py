@@ -17,6 +17,7 @@ from jaxcontact.layers import checked_body
 from jaxcontact.response.body import response_of
 from jaxcontact.spectrum import relaxation_modes
 
+THICK = 1000.0  # thickness over the grid's width
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 
 
@@ -67,7 +68,7 @@ def in_bytes(size: float) -> str:
 
 def advice(case: Case) -> list[str]:
     """One line for each thing that may spoil the result; none for a case without fault."""
-    return [*_grid_advice(case), *_time_advice(case)]
+    return [*_layer_advice(case), *_grid_advice(case), *_time_advice(case)]
 
 
 def describe(case: Case) -> str:
@@ -81,6 +82,18 @@ def describe(case: Case) -> str:
         f"{times}, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um,"
         f" about {in_bytes(needed.memory)} of memory, {in_bytes(needed.disk)} on disk"
     )
+
+
+def _layer_advice(case: Case) -> Iterator[str]:
+    """Of layers so thick that a slip of the unit is likely: nothing below them is felt."""
+    width = max(float(width) for width in case.grid.width)
+    for layer in case.body.layers:
+        thickness = float(np.max(layer.thickness))
+        if thickness > THICK * width:
+            yield (
+                f"layer.thickness: found {thickness:g} m, {thickness / width:.2g} times the grid's width: a half-space"
+                ' for this contact; accepted: text with its unit too, "150 nm"'
+            )
 
 
 def _grid_advice(case: Case) -> Iterator[str]:
