@@ -165,6 +165,11 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     return _checks.positive("layer thickness [m]", layer.thickness)
 
 
+def thickest(body: LayeredHalfSpace) -> float:
+    """The largest thickness of a layer at any time [m], 0 without layers."""
+    return max((float(np.max(layer.thickness)) for layer in body.layers), default=0.0)
+
+
 def check_material(where: str, material: Material) -> Verdict:
     """Moduli and viscosities above zero, nu in (-1, 0.5] or a bulk modulus, one number each; a spectrum of one shape."""
     cut = ": its prony(shortest, longest) is one" if hasattr(material, "prony") else ""

@@ -13,7 +13,7 @@ from jaxcontact.files.case_file import Case, CaseError
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters import Sphere
-from jaxcontact.layers import checked_body
+from jaxcontact.layers import checked_body, thickest
 from jaxcontact.response.body import response_of
 from jaxcontact.spectrum import relaxation_modes
 
@@ -85,15 +85,13 @@ def describe(case: Case) -> str:
 
 
 def _layer_advice(case: Case) -> Iterator[str]:
-    """Of layers so thick that a slip of the unit is likely: nothing below them is felt."""
-    width = max(float(width) for width in case.grid.width)
-    for layer in case.body.layers:
-        thickness = float(np.max(layer.thickness))
-        if thickness > THICK * width:
-            yield (
-                f"layer.thickness: found {thickness:g} m, {thickness / width:.2g} times the grid's width: a half-space"
-                ' for this contact; accepted: text with its unit too, "150 nm"'
-            )
+    """Of a layer so thick that a slip of the unit is likely: nothing below it is felt."""
+    width, thickness = max(float(width) for width in case.grid.width), thickest(case.body)
+    if thickness > THICK * width:
+        yield (
+            f"layer.thickness: found {thickness:g} m, {thickness / width:.2g} times the grid's width: a half-space"
+            ' for this contact; accepted: text with its unit too, "150 nm"'
+        )
 
 
 def _grid_advice(case: Case) -> Iterator[str]:
