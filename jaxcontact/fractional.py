@@ -142,8 +142,21 @@ class Fractional(abc.ABC):
         _checks.between("alpha", self.alpha, 0.0, MOST)
 
 
+class PowerLaw(Fractional):
+    """The modes of a springpot, alone or with a spring in series."""
+
+    def _density(self, w: Array) -> tuple[Array, Array]:
+        return w, jnp.sin(jnp.pi * self.alpha) / (jnp.pi * self.V) * jnp.exp(-self.alpha * w)
+
+    def _place(self, log_rate: Array) -> Array:
+        return log_rate
+
+    def _above(self, w: Array, step: Array | float) -> Array:
+        return step * self._density(w)[1] / -jnp.expm1(-self.alpha * step)
+
+
 @pytree
-class Springpot(Fractional):
+class Springpot(PowerLaw):
     """J(t) = t^alpha/(V Gamma(1 + alpha)): a power law.
 
     Args:
@@ -167,18 +180,9 @@ class Springpot(Fractional):
         """J(t) [1/Pa], t >= 0 [s] of any shape."""
         return power(t, self.alpha) / self.V
 
-    def _density(self, w: Array) -> tuple[Array, Array]:
-        return w, jnp.sin(jnp.pi * self.alpha) / (jnp.pi * self.V) * jnp.exp(-self.alpha * w)
-
-    def _place(self, log_rate: Array) -> Array:
-        return log_rate
-
-    def _above(self, w: Array, step: Array | float) -> Array:
-        return step * self._density(w)[1] / -jnp.expm1(-self.alpha * step)
-
 
 @pytree
-class FractionalMaxwell(Fractional):
+class FractionalMaxwell(PowerLaw):
     """J(t) = 1/G + t^alpha/(V Gamma(1 + alpha)): a spring and a springpot in series.
 
     Args:
@@ -202,24 +206,11 @@ class FractionalMaxwell(Fractional):
 
     def creep(self, t: Array | float) -> Array:
         """J(t) [1/Pa], t >= 0 [s] of any shape."""
-        return 1.0 / self.G + self._pot.creep(t)
+        return 1.0 / self.G + power(t, self.alpha) / self.V
 
     @property
     def _spring(self) -> Array | float:
         return 1.0 / self.G
-
-    @property
-    def _pot(self) -> Springpot:
-        return Springpot(self.V, self.alpha)
-
-    def _density(self, w: Array) -> tuple[Array, Array]:
-        return self._pot._density(w)
-
-    def _place(self, log_rate: Array) -> Array:
-        return log_rate
-
-    def _above(self, w: Array, step: Array | float) -> Array:
-        return self._pot._above(w, step)
 
 
 @pytree
