@@ -74,8 +74,8 @@ def said(history):
 
 @app.cell
 def _():
-    decades = lambda low, high, digits=2: [
-        float(f"{x:.{digits}g}") for x in np.geomspace(low, high, 4 * round(np.log10(high / low)) + 1)
+    decades = lambda low, high: [
+        float(f"{x:.2g}") for x in np.geomspace(low, high, 4 * round(np.log10(high / low)) + 1)
     ]
     slider = lambda steps, value, label: mo.ui.slider(
         steps=steps, value=value, label=label, show_value=True, debounce=False

@@ -14,6 +14,13 @@ def table(header, *columns, **style):
     return header + "\n" + rows(*columns, **style)
 
 
+def save(tmp_path, text):
+    """A file with that text, or those bytes."""
+    path = tmp_path / "film.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
 def each(t, J, line):
     """One line for each pair by a format, for what ``rows`` cannot write."""
     return "".join(line.format(t=x, J=y) + "\n" for x, y in zip(t, J, strict=True))

@@ -10,7 +10,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from layouts import GERMAN, TRIOS, agilent, anton_paar, each, hysitron, jpk, optics11, rows, table, trios
+from layouts import (
+    GERMAN,
+    TRIOS,
+    agilent,
+    anton_paar,
+    each,
+    hysitron,
+    jpk,
+    optics11,
+    rows,
+    save,
+    table,
+    trios,
+)
 
 import fitting
 
@@ -263,12 +276,6 @@ def test_numbers_of_unknown_meaning_are_not_taken_for_compliance():
         fitting.read_creep(path, columns={"t": 0, "J": 1})
     creep = fitting.read_creep(path, columns={"t": 0, "J": 1}, window=(0, 230))
     assert creep.t[-1] == pytest.approx(230, abs=0.2)
-
-
-def save(tmp_path, text):
-    path = tmp_path / "film.txt"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
 
 
 @pytest.mark.parametrize("name", COMPLIANCE)

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from layouts import each, rows, table
+from layouts import each, rows, save, table
 
 import fitting
 from jaxcontact.__main__ import main
@@ -174,12 +174,6 @@ OTHERS = {
     "sweep of strain": (SWEEP, table("Strain [%],G' [Pa],G'' [Pa]", T, S, S), "columns={'omega'"),
     "sweep of time": (SWEEP, table("Time [s],Frequency [Hz],G' [Pa],G'' [Pa]", T, S, S, S), "a frequency sweep"),
 }  # fmt: skip
-
-
-def save(tmp_path, text):
-    path = tmp_path / "film.csv"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
 
 
 @pytest.mark.parametrize("name", READ)

@@ -77,6 +77,7 @@ def test_values_and_profile_intervals_are_those_of_scipy(model):
         assert fit.identified[name]
         for end in fit.intervals[name]:
             rise = least(model, J, 0.01 * truth, list(fit.values.values()), (place, end))[0] - best
+            # the search for an end stops at a part of its distance, not at rounding
             np.testing.assert_allclose(rise, stats.chi2.ppf(0.95, 1), rtol=2e-2)
     np.testing.assert_allclose(fit.predict(TIMES), CREEP[model](*values), rtol=1e-3)
     np.testing.assert_allclose(fit.material.creep(TIMES), fit.predict(TIMES), rtol=1e-5)
@@ -144,5 +145,6 @@ def test_a_law_from_the_command_line(tmp_path):
     words = ["fit", "creep", str(tmp_path / "c.csv"), "-o", str(tmp_path / "out"), "--model", "Springpot"]
     assert main(words) == 0
     found = json.loads((tmp_path / "out" / "summary.json").read_text())
+    # the noise of 1 % leaves less than 5 %
     assert found["parameters"]["V_Pa_s^alpha"] == pytest.approx(1500.0, rel=0.05)
     assert found["parameters"]["alpha"] == pytest.approx(0.4, rel=0.05)

@@ -14,10 +14,8 @@ SI = {
     "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
     "angle": "rad", "ratio": "-",
 }  # fmt: skip
-OVERLOAD = (
-    9.9e37,
-    9.91e37,
-)  # infinity and "not a number" of instruments by SCPI-99, sec. 7.2.1.4 and 7.2.1.5
+# infinity and "not a number" of instruments by SCPI-99, sec. 7.2.1.4 and 7.2.1.5
+OVERLOAD = (9.9e37, 9.91e37)
 LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; beyond it a number without a unit was not in SI
 FOOTER = 3  # lines of words after the numbers that may be left out, or a tenth of the rows
 

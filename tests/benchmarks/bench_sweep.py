@@ -15,16 +15,15 @@ import loky
 import numpy as np
 
 import jaxcontact as jc
+from tests.benchmarks.problems import BALL, FILM, STEEL, WIDTH
 
 
 def creep(case: dict) -> dict:
     """The approach of the paper's ball on a film, of a thickness and under a load."""
     warnings.simplefilter("ignore")  # that the film is shortened by more than its thickness
-    steel = jc.Elastic.from_young(210e9, nu=0.3)
-    film = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
-    body = jc.LayeredHalfSpace([jc.Layer(film, thickness=case["thickness"])], substrate=steel)
-    ball, times = jc.Sphere(radius=9.525e-3, material=steel), np.linspace(0.0, 7200.0, 31)
-    history = jc.indent(body, ball, jc.Load(case["load"]), times, grid=jc.Grid.square(64, 600e-6))
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, thickness=case["thickness"])], substrate=STEEL)
+    times, grid = np.linspace(0.0, 7200.0, 31), jc.Grid.square(64, WIDTH)
+    history = jc.indent(body, BALL, jc.Load(case["load"]), times, grid=grid)
     return {"approach": history.approach}
 
 
