@@ -85,6 +85,7 @@ def test_film_against_laplace_inversion():
     np.testing.assert_allclose(response(ON_STEEL, X / H, TIMES[:, None]) * X / H, exact, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_sum_of_products_of_a_film_is_as_good_as_it_says():
     """What a march uses, against the response just inverted."""
     x = np.concatenate([[0.0], np.geomspace(1e-5, 40.0, 60), X, [1e5]])
@@ -106,6 +107,7 @@ def test_a_fluid_film_on_a_rigid_base_is_squeezed_out():
     assert (found[1] - found[0]) / (t[1] - t[0]) == pytest.approx(x**3 / (3 * eta), rel=3 * x**2)
 
 
+@pytest.mark.slow
 def test_an_elastic_solid_with_a_bulk_modulus_is_that_with_its_poisson_ratio():
     """K = 2 G (1 + nu)/(3 (1 - 2 nu)), as layer, substrate and half-space, in all nine entries."""
     G, nu = 2e9, 0.37

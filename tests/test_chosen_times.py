@@ -51,6 +51,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
     assert jc.load(out / FILE).pressure.shape == (9, 16, 16)
 
 
+@pytest.mark.slow
 def test_another_choice_leaves_no_course_of_the_run_before(long_case, tmp_path):
     out = tmp_path / "out"
     assert main(["run", str(long_case), "-o", str(out), "--save", "few"]) == 0

@@ -57,12 +57,14 @@ def test_hertz(shape):
     np.testing.assert_allclose(np.asarray(result.pressure[0])[inside], expected[inside], rtol=PEAK)
 
 
+@pytest.mark.slow
 def test_elastic_ball_adds_its_compliance():
     result = press(jc.Load(20.0), jc.Grid.square(64, 3.2 * HERTZ_RADIUS), jc.Sphere(5e-3, GLASS))
     a = HERTZ_RADIUS * 2 ** (1 / 3)
     assert float(result.approach[0]) == pytest.approx(a**2 / 5e-3, rel=APPROACH)
 
 
+@pytest.mark.slow
 def test_flat_punch():
     """approach = (1 - nu) W/(4 G a); the punch's cells make its area."""
     a = 1e-3
@@ -71,6 +73,7 @@ def test_flat_punch():
     assert float(result.contact_radius[0]) == pytest.approx(a, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_cone():
     """W = 2 E*/pi tan(angle) d^2, a = 2 d tan(angle)/pi, p(r) = E*/(2 tan(angle)) arccosh(a/r); E* = 2 G/(1 - nu)."""
     angle, depth, E = np.radians(75.0), 1e-6, 2 * 30e9 / 0.75
@@ -104,6 +107,7 @@ def test_long_cylinder_has_the_line_contacts_width_and_pressure_in_its_middle():
     assert float(jnp.sum(middle > 0) * grid.spacing[0]) == pytest.approx(2 * a, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_solution_is_optimal_to_the_stated_tolerance():
     """p >= 0, g >= 0, p g = 0 and the load, checked on the fields themselves."""
@@ -174,6 +178,7 @@ def test_height_field_of_a_ball_is_the_ball():
     np.testing.assert_allclose(field.pressure, ball.pressure, atol=SOLVER * float(jnp.max(ball.pressure)))
 
 
+@pytest.mark.slow
 def test_load_and_approach_control_are_inverse():
     grid = square(2.6)
     by_load = press(jc.Load(20.0), grid, tolerance=1e-11)
@@ -182,6 +187,7 @@ def test_load_and_approach_control_are_inverse():
     assert bool(by_approach.converged[0])
 
 
+@pytest.mark.slow
 def test_no_contact_and_zero_load():
     grid = jc.Grid.square(N, 1e-4)
     result = press(jc.Approach(-1e-6), grid)
@@ -223,6 +229,7 @@ def test_unit_systems_agree(control):
             np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-10 * float(jnp.max(ours)))
 
 
+@pytest.mark.slow
 def test_status_tells_of_the_edge_of_a_coarse_grid_and_of_iterations():
     """A ball goes on beyond the grid; heights end with it, so that contact at its edge is no error."""
     assert int(press(jc.Load(20.0), square(1.5)).status[0]) == 2

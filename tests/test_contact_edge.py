@@ -49,6 +49,7 @@ def test_without_contact_radius_and_slope_are_zero():
     assert jax.value_and_grad(lambda q: radius(q, jc.Load, 0.0))(0.0) == (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_flat_punch_ends_with_its_cells():
     """A wall has no gap to go by: the radius is that of the cells under the punch, to 0.15 of a cell."""
     history = jc.indent(GLASS, jc.FlatPunch(60e-6), jc.Load(20.0), [0.0], grid=GRID)

@@ -73,6 +73,7 @@ def test_public_docstrings_name_every_argument_and_what_comes_back(thing):
     assert "\nExample:\n" in doc
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "thing",
     [pytest.param(thing, marks=[pytest.mark.slow] * (thing.__name__ in DEAR)) for thing in PUBLIC],

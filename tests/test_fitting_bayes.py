@@ -78,6 +78,7 @@ def test_creep_has_the_density_of_a_grid(known):
         np.testing.assert_allclose(found.intervals[name], fit.intervals[name], rtol=0.01)
 
 
+@pytest.mark.slow
 def test_a_result_is_carried_through_the_draws():
     """J(t) is linear in the compliances, so that least squares of numpy alone has its median and its sd; with the prior
     even in logarithms the two differ by far less than the spread."""
@@ -99,6 +100,7 @@ def test_a_result_is_carried_through_the_draws():
     np.testing.assert_array_equal(again, found.samples["G"])
 
 
+@pytest.mark.slow
 def test_what_the_data_leave_open_is_said_to_be_the_prior_s():
     """A spring that does not flow: the viscosity has a lower limit, and above it the prior."""
     J = 5e-6 * (1 + 0.01 * np.random.default_rng(2).standard_normal(T.size))

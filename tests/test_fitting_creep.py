@@ -140,6 +140,7 @@ def test_two_hours_do_not_determine_the_flow():
     assert abs(np.median(low) - 0.5 * 1356e9) < 3 * error < 0.3 * np.median(low)
 
 
+@pytest.mark.slow
 def test_batch_is_the_single_fit():
     t, J = noisy(40000.0, 0)
     J = np.stack([J, noisy(40000.0, 1)[1]])
@@ -342,6 +343,7 @@ def test_interval_ends_do_not_hang_on_rounding():
         np.testing.assert_allclose(fits[1].intervals[name], fits[0].intervals[name], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_another_number_of_points_does_not_compile_again():
     t, J = noisy(40000.0, 10)
     counts = []

@@ -64,7 +64,11 @@ def least(model, J, sigma, start, held=None):
 
 @pytest.mark.parametrize(
     "model",
-    ["FractionalKelvinVoigt", pytest.param("FractionalMaxwell", marks=pytest.mark.slow), "Springpot"],
+    [
+        pytest.param("FractionalKelvinVoigt", marks=pytest.mark.slow),
+        pytest.param("FractionalMaxwell", marks=pytest.mark.slow),
+        "Springpot",
+    ],
 )
 def test_values_and_profile_intervals_are_those_of_scipy(model):
     """At an end of an interval the least chi^2 is 3.84 above the best: sigma is known."""

@@ -100,6 +100,7 @@ def test_unloading_is_tings():
         np.testing.assert_allclose(found.values[name], value, rtol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rates", [None, np.array([9.0, 0.7])])
 def test_unloading_has_exact_slopes(rates):
     """The Jacobian through t1(t) against central differences; times that are sought, and times that are given."""
@@ -228,7 +229,9 @@ def series_creep(t):
     )
 
 
-@pytest.mark.parametrize(("control", "accuracy"), [("load", 1e-6), ("depth", 2e-3)])
+@pytest.mark.parametrize(
+    ("control", "accuracy"), [("load", 1e-6), pytest.param("depth", 2e-3, marks=pytest.mark.slow)]
+)
 def test_a_series_is_recovered_under_either_control(control, accuracy):
     """Depths of a step load by Lee and Radok; under depth control they are linear between the samples."""
     t = np.concatenate([[0.0], np.geomspace(1.0, 40000.0, 800)])
@@ -241,6 +244,7 @@ def test_a_series_is_recovered_under_either_control(control, accuracy):
     assert found.material.tau.tolist() == SERIES_TIMES.tolist() and len(found.covariance()) == 5
 
 
+@pytest.mark.slow
 def test_fixed_bounds_and_other_models():
     data = hold(noise=0.005)
     found = fit(data, weights="relative", fixed={"G2": 1.4e7}, bounds={"eta1": (None, 2.5e12)})

@@ -38,6 +38,7 @@ def agree(found, rtol=1e-6):
         assert found.values[name] == pytest.approx(value, rel=rtol), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROBES)
 def test_a_held_load_creeps_and_a_held_depth_relaxes(name):
     probe, power, size = PROBES[name]

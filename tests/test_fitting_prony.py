@@ -74,6 +74,7 @@ def spread_out(seed):
     return t, truth, truth * (1 + 0.01 * np.random.default_rng(seed).standard_normal(t.size))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_times_that_are_chosen_follow_the_truth_within_the_noise(seed):
     """As many as the lowest BIC asks for, here by least squares of numpy on the columns that are not zero."""

@@ -44,6 +44,7 @@ def test_spread_of_many_fits():
     np.testing.assert_allclose(band.high - band.low, 2 * 1.959964 * band.sd, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_open_parameter_widens_what_depends_on_it():
     """After two hours: J inside the window is known to a per cent, J at eleven hours is not."""
     t, J = noisy(1, 7200.0)
@@ -71,6 +72,7 @@ def hold(depth=None, seed=0):
     return fitting.IndentationData(t=t, load=np.ones(t.size), depth=depth)
 
 
+@pytest.mark.slow
 def test_poisson_ratio_moves_the_fit_and_the_result():
     """df/dnu by gradients against fitting again at another nu: the depth itself does not move, J does."""
     press = lambda nu: fitting.fit_indentation(

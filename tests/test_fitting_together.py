@@ -75,6 +75,7 @@ def test_the_material_is_the_likeliest_of_all_tests(tmp_path):
     assert (tmp_path / "fit.png").stat().st_size > 10000
 
 
+@pytest.mark.slow
 def test_each_test_gives_what_the_other_lacks():
     """Each parameter is known about as well from both tests as from the better one, or better: a sweep of high
     frequencies knows the spring, a long creep test the flow."""

@@ -32,6 +32,7 @@ def fit(t, J, **options):
     return fitting.fit_creep(fitting.CreepData(t=t, J=J), **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("early", [[(0.0, 3e-9)], [(0.0, 3e-9), (0.01, 5e-9)]], ids=["one", "two"])
 def test_readings_before_the_load_do_not_decide(early):
     """G1 = 3.3e8 without a word where 2e5 is true; now left out, and said; with relative weights, refused."""
@@ -110,6 +111,7 @@ def test_a_fit_that_is_refused_determines_nothing(name):
     assert found.refused[0] in found.plot().get_suptitle()
 
 
+@pytest.mark.slow
 def test_a_constant_may_be_the_truth():
     """R2 of a constant is zero by its definition; that is no reason to refuse one that describes the data."""
     J = 1e-5 * (1 + 0.01 * np.random.default_rng(1).standard_normal(40))
@@ -140,6 +142,7 @@ def test_intervals_cover_under_correlated_noise(n, rho):
     assert 0.93 <= covered.mean() <= 0.97
 
 
+@pytest.mark.slow
 def test_compared_models_have_the_same_points():
     """A spike that Burgers shows as one stays out of the fit of Maxwell too: BIC compare the same data."""
     t, J = np.append(0.0, TIMES), np.append(3e-9, burgers(TIMES))
@@ -187,7 +190,14 @@ def test_standard_deviations_of_the_data_are_taken():
         fitting.CreepData(t=TIMES, J=J, sigma=0 * sd)
 
 
-@pytest.mark.parametrize(("n", "spread"), [(40, np.linspace), (60, np.geomspace), (200, np.linspace)])
+@pytest.mark.parametrize(
+    ("n", "spread"),
+    [
+        (40, np.linspace),
+        pytest.param(60, np.geomspace, marks=pytest.mark.slow),
+        pytest.param(200, np.linspace, marks=pytest.mark.slow),
+    ],
+)
 def test_a_slip_of_the_instrument_is_refused(n, spread):
     """A step of a fifth of the range of J at half time: a Burgers curve bends itself to it, with R2 near 1."""
     t = spread(0.5, 40.0, n)

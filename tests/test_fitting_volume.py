@@ -45,6 +45,7 @@ def press(control, bulk_modulus=K, **options):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["load", pytest.param("depth", marks=pytest.mark.slow)])
 def test_shear_creep_is_recovered_where_the_volume_stays_elastic(control):
     found = press(control)

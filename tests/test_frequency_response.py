@@ -115,6 +115,7 @@ def test_in_time_against_numerical_laplace_inversion(film):
         assert relative(np.asarray(ours[i]), matrix(four, m, n)) < 1e-9
 
 
+@pytest.mark.slow
 def test_wavevector_zero_is_defined_and_does_not_spoil_derivatives():
     body = layered(0.01, 2.0, 0.3, 0.25)
     np.testing.assert_array_equal(jc.frequency_response(body, 0.0, 0.0), np.diag([np.inf] * 3))

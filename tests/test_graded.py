@@ -55,6 +55,7 @@ def test_sublayers_converge_with_the_square_of_their_number():
     assert np.all(np.abs(errors[1]) < 2e-3)
 
 
+@pytest.mark.slow
 def test_derivatives_flow_through_the_profile():
     """With respect to the modulus on top and its growth, against differences of the continuous solid."""
     at = lambda G, growth: scaled(body(12, G=G, growth=growth), X)

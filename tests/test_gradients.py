@@ -187,6 +187,7 @@ def test_after_unloading_the_approach_has_the_derivative_of_the_print_left_behin
     np.testing.assert_allclose(found.T, jnp.stack(central), rtol=CENTRAL_DIFFERENCE, atol=CENTRAL_DIFFERENCE)
 
 
+@pytest.mark.slow
 def test_a_derivative_whose_solve_fails_is_nan(monkeypatch):
     monkeypatch.setattr(implicit, "TANGENT_ITERATIONS", 2)
     slope = jax.jvp(jax.jit(lambda q: small_contact(q)), (jnp.zeros(3),), (jnp.ones(3),))[1]

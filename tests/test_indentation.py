@@ -146,6 +146,7 @@ def test_unloading_against_ting():
     assert float(result.load[-1]) == 0.0
 
 
+@pytest.mark.slow
 def test_re_contact_remembers_the_imprint():
     """After a pause out of contact the ball meets its own imprint: touching later, more so the sooner."""
     body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(2e9, 2e9, 2e9))
@@ -164,9 +165,9 @@ def test_re_contact_remembers_the_imprint():
 
 @pytest.mark.versions
 @pytest.mark.parametrize(("load", "approach", "peak", "radius", "papers"), [
-    (10.0, 0.780865e-6, 0.630787e9, 89.94e-6, 0.7796e-6),
+    pytest.param(10.0, 0.780865e-6, 0.630787e9, 89.94e-6, 0.7796e-6, marks=pytest.mark.slow),
     (60.0, 2.55166e-6, 1.16724e9, 160.207e-6, 2.5468e-6),
-    (500.0, 10.41896e-6, 2.39395e9, 320.06e-6, 10.4002e-6),
+    pytest.param(500.0, 10.41896e-6, 2.39395e9, 320.06e-6, 10.4002e-6, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_tribofilm_at_once(body, ball, load, approach, peak, radius, papers):
     """Table 4 and 5 at t = 0, N = 256: the truth in 0.05 %, peak pressure 0.2 %, the paper's own in 0.3 %."""
@@ -236,6 +237,7 @@ def both_ways(body, ball, grid, times, pressures):
 TIMES = jnp.array([0.0, 3.0, 3.0, 40.0, 300.0, 301.0, 5000.0])
 
 
+@pytest.mark.slow
 def test_recursion_equals_superposition_for_given_pressures_and_kernels(film):
     """A half-space has one kernel in space, so both ways use the same: equal to round-off."""
     body, grid = jc.LayeredHalfSpace([], film), jc.Grid.square(12, 1e-4)

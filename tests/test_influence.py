@@ -50,7 +50,9 @@ def test_love_element_by_quadrature():
     assert float(ours[0, 0]) == pytest.approx(centre, rel=1e-12)
 
 
-@pytest.mark.parametrize(("h", "pixel"), [(150e-9, 2.4e-6), (2e-6, 2e-6), (5e-5, 1e-6)])
+@pytest.mark.parametrize(
+    ("h", "pixel"), [pytest.param(150e-9, 2.4e-6, marks=pytest.mark.slow), (2e-6, 2e-6), (5e-5, 1e-6)]
+)
 def test_layered_coefficients_against_a_hankel_integral(steel, h, pixel):
     """A ring of loads: the mean displacement on a distant circle from a uniform disc, by quadrature of
     A int (alpha N) 2 J1(alpha b)/(alpha b) J0(alpha r) d alpha, against cells summed over the disc."""
@@ -88,6 +90,7 @@ def test_a_film_far_thinner_than_a_cell_adds_its_springs_at_the_centre(steel):
     assert float(abs(extra[1, 0])) < 0.02 * springs
 
 
+@pytest.mark.slow
 def test_a_layer_far_thicker_than_the_grid_is_a_half_space_of_its_own(steel, film):
     grid = jc.Grid.square(n=16, width=16e-6)
     thick = coefficients(jc.LayeredHalfSpace([jc.Layer(film, 10.0)], steel), grid)

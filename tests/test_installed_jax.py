@@ -47,6 +47,7 @@ def test_a_large_run_comes_to_its_end(body, ball):
     assert bool(jnp.all(run.converged))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_many_films_in_one_program_decompose_one_matrix_at_a_time(steel, film, layers):
     """Two batches of decompositions at once wait for each other for ever on two cores (see ``response.linear_fit``)."""

@@ -107,6 +107,7 @@ def test_carters_force_over_creepage(share):
     )
 
 
+@pytest.mark.slow
 def test_a_roller_that_creeps_too_far_slides():
     state = tractive(1.3)
     assert not np.any(state.stick)

@@ -27,7 +27,7 @@ MATERIALS = {
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("t", [0.3, 4.0])
+@pytest.mark.parametrize("t", [0.3, pytest.param(4.0, marks=pytest.mark.slow)])
 def test_creep_and_relaxation_are_inverse_under_convolution(name, t):
     """int_0^t J(t - s) G(s) ds = t."""
     material = MATERIALS[name]

@@ -43,6 +43,7 @@ def area_of(grid):
 # waves ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_wave_in_partial_contact_has_the_pressure_of_westergaard_and_its_contact_creeps_with_the_compliance():
     """p = 2 pm cos(kx/2) sqrt(sin^2(ka/2) - sin^2(kx/2))/sin^2(ka/2), sin^2(ka/2) = pm/p*, p* = k amplitude/((1 - nu) J).
 
@@ -80,6 +81,7 @@ def test_a_flattened_wave_relaxes_with_the_modulus():
     np.testing.assert_allclose(history.approach, mean_gap_at_first_touch, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_wave_drawn_over_a_solid_in_full_contact_meets_its_complex_modulus():
     """p - pm = k amplitude/(1 - nu) Re[G*(k v) exp(-i k x)] in the indenter's frame; the loss modulus is friction."""
     speed, grid = 1.7 / WAVENUMBER / TAU, jc.Grid(shape=(32, 5), spacing=(LENGTH / 32, 1e-4), periodic=True)

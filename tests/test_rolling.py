@@ -62,6 +62,7 @@ def test_rolling_obeys_the_law_of_friction_and_sticks_at_its_leading_edge():
     assert heat == pytest.approx(float(state.power), rel=0.12)
 
 
+@pytest.mark.slow
 def test_rolling_back_is_rolling_forwards_seen_in_a_mirror():
     one = MU * LOAD / (4.12 * G * A**2)
     forwards, backwards = rolled(one, 0.0), rolled(one, 0.0, velocity=-2.0)

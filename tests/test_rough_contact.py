@@ -101,6 +101,7 @@ def wave():
     return jc.indent(SOLID, heights, load, np.arange(4.0), grid=grid, tolerance=1e-10)
 
 
+@pytest.mark.slow
 def test_a_wave_has_the_area_and_the_mean_gap_of_westergaard(wave):
     """With s = p/p*: area (2/pi) asin(sqrt s), gap/amplitude 1 - s + s ln s. The gap is the integral of the stiffness of
     collinear contacts, d gap/dp = (length/(pi E*)) ln s. K. L. Johnson, Contact Mechanics (1985), section 13.2."""

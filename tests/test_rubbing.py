@@ -57,6 +57,7 @@ def check_law(state, displacement, tolerance):
     assert np.min(gap[~touching]) > -tolerance * float(state.approach)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("velocity", [SPEED, pytest.param((-3.0, 4.0), marks=pytest.mark.slow)], ids=str)
 def test_an_elastic_half_space_is_drawn_down_ahead_of_the_ball(velocity):
     """So that the pressure falls behind, although no solid creeps; the force over the slopes then pushes forwards."""

@@ -302,6 +302,7 @@ def test_equal_calls_compile_once(body, ball):
     assert _run._cache_size() == before
 
 
+@pytest.mark.slow
 def test_limits_of_the_solver_are_reported(body, ball):
     """Too few iterations: status 1, never silent."""
     with pytest.warns(UserWarning, match="not converged"), warnings.catch_warnings():

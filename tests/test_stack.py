@@ -100,6 +100,7 @@ def test_layers_that_change_nothing():
     np.testing.assert_allclose(whole[:, -1], half_space(3.0, 0.4), rtol=1e-15)
 
 
+@pytest.mark.slow
 def test_fifty_graded_layers():
     """48 sublayers of a film that stiffens tenfold with depth: exact, bounded to alpha h = 1e4, second order."""
     x = np.array([1e-3, 0.1, 2.0, 1e4])
@@ -156,6 +157,7 @@ def test_gradients_are_finite_at_no_wavenumber_and_no_thickness(modulus):
             assert all(np.all(np.isfinite(d)) for d in derivatives)
 
 
+@pytest.mark.slow
 def test_step_and_its_means_of_one_layer_in_closed_form():
     """A film as stiff as its substrate, at once and over twelve decades of time."""
     film = solid(1 / FILM.G1, 1 / FILM.eta1, (1 / FILM.G2,), (FILM.eta2 / FILM.G2,))

@@ -32,6 +32,7 @@ def body_of(solids, thicknesses):
     return jc.LayeredHalfSpace(layers, solids[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ELASTIC)
 def test_elastic_stacks_against_the_axisymmetric_solution(name):
     """Approach, peak and radius under the load of a contact of known radius."""

@@ -143,6 +143,7 @@ def test_the_slowest_film_on_a_fine_grid_is_solved_too(body, ball):
     assert int(found.status) == 0 and int(found.iterations) < 60
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.03e-6, 0.1e-6, 0.4e-6, 1.6e-6, 6e-6])
 def test_force_times_speed_is_the_power_of_the_dashpots(body, ball, speed):
     found = slide_steady(body, ball, velocity=speed)

@@ -147,6 +147,7 @@ def test_a_process_that_is_killed_twice_ends_as_if_it_had_not_been(long_case, tm
     assert_same_files(out, whole)
 
 
+@pytest.mark.slow
 def test_another_case_does_not_go_on_from_the_steps(interrupted, long_case, capfd):
     out, _, _ = interrupted(signal.SIGTERM)
     long_case.write_text(long_case.read_text().replace("load = 10.0", "load = 11.0"))

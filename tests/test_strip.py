@@ -39,6 +39,7 @@ def under_a_wave(k, x, dx):
     return total / np.pi
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shape, spacing", [((16, 10), (1.0, 1.0)), ((8, 65), (3.0, 0.2)), ((32, 6), (1.0, 900.0))]
 )

@@ -103,6 +103,7 @@ def test_the_figures_of_a_case_of_each_kind_are_those_of_its_result(kind, writte
         figures({"control.load": 25.0})
 
 
+@pytest.mark.slow
 def test_a_study_is_one_table_and_what_fails_is_in_it_and_is_status_3(study, tmp_path, capfd):
     """100 times the load reaches the edge of the grid. Started again, it computes what failed and nothing else."""
     path, out = study('"control.load" = [1.0, 2000.0, 8.0]'), tmp_path / "out"

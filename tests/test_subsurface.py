@@ -22,6 +22,7 @@ def disc(grid, radius, profile, parts=12):
     return mean / (np.sum(mean) * float(grid.cell_area))
 
 
+@pytest.mark.slow
 def test_hertz_on_the_axis():
     """K. L. Johnson, Contact Mechanics, Eqs. 3.45: within 0.5 % of the peak; the largest shear 0.48 a deep."""
     grid, nu, z = jc.Grid.square(65, 2.4), 0.3, np.array([0.0, 0.1, 0.3, 0.48, 1.0, 2.0])

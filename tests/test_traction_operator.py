@@ -91,6 +91,7 @@ def test_images_stand_for_the_layered_response(ratio, nu, bound):
     assert error < (bound if ratio > 30.0 else bound / 50.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("substrate", "bound"), [(1e9, 1e-8), (2e7, 2e-6)])
 def test_the_sum_of_products_is_the_response_in_time(substrate, bound):
     """Of a creeping film on a softer or stiffer substrate, from a hundredth to a hundred of its times."""

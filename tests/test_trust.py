@@ -38,6 +38,7 @@ def test_values_out_of_range_that_jit_and_vmap_hide_are_nan_with_a_status_of_the
     assert [int(steady(v)) for v in (1.0, np.inf)] == [0, 7]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_only_a_fine_step_is_converged_and_every_verdict_has_words():
     """A contact at the grid's edge, and one of a single cell, are solved to tolerance and still not trusted."""
@@ -59,6 +60,7 @@ def test_statuses_are_stored_with_their_names(tmp_path):
     assert np.load(tmp_path / "a.npz")[storage.STATUS_NAMES].tolist() == [s.name for s in jc.Status]
 
 
+@pytest.mark.slow
 def test_a_function_that_saves_sees_one_step_in_si_by_name():
     """Peak pressure, load by its own integral, and the gap at the corner: as in the fields that are kept."""
     seen = lambda step: {
