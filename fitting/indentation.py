@@ -81,7 +81,7 @@ class IndentationFit(Fit):
         return [
             f"  the moduli are conditional on thickness = {film.thickness:.4g} m and {volume}, "
             "from which a wide contact cannot tell them apart",
-            f"  grid {n} x {m}; discretisation bias over standard error: {bias}",
+            f"  grid {n} x {m}; discretisation bias over standard error, within the intervals: {bias}",
             spent,
         ]
 
@@ -140,7 +140,7 @@ def fit_indentation(
             ``jc.Layer`` and ``jc.Graded`` above and below it.
         substrate: the known material under it, elastic or not.
         grid: ``jc.Grid`` for the film; else one is chosen so that what discretisation does to the
-            parameters is below a fifth of their standard errors.
+            parameters is below a fifth of their standard errors or a thousandth of themselves.
         level: of the intervals.
 
     Returns:
@@ -183,7 +183,8 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     measured, weights = press.measured[on] * unit, press.weights[on] / unit
     J = J * without_noise(press.label, weights, measured, best.residual[on])[:, None]
     allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
-    ends = profiles.profile(objective, best, allowed.level)
+    ends = profiles.profile(objective, best, allowed.level) + np.outer(found.medium.left, (-1.0, 1.0))
+    ends = np.clip(ends, *(bound[:, None] for bound in space.bounds))
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
     material = estimate(space, best, found.moves, ends, quality.spread(known), found.residual)
     return IndentationFit(

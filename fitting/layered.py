@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy
 from jax import Array
 
 import jaxcontact as jc
 from fitting.coordinates import Coordinates
 from fitting.press import Press
+from fitting.segments import noise
 
 TIMES = 96  # march times where there are more samples
+CORNER, ABOVE_NOISE = (
+    0.02,
+    5.0,
+)  # a turn leaves a straight line by so much of the greatest drive, and of its noise
 
 
 class Coating(NamedTuple):
@@ -84,9 +91,11 @@ class Mesh(NamedTuple):
 
 def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
     """The solver's inputs on a mesh."""
-    t, grid = march_times(press.t, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
     kind, driven = (jc.Load, press.load) if press.control == "load" else (jc.Approach, press.depth)
-    drive = kind(np.interp(t, press.t, driven))
+    knots = march_times(press.t, driven)
+    t, grid = divided(knots, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
+    least = 0.0 if kind is jc.Load else -np.inf  # a load of nothing but noise pulls at nothing
+    drive = kind(np.interp(t, knots, np.maximum(polygon(press.t, driven, knots), least)))
     numbers = FilmTest(
         press.indenter, coating, press.volume.keyword, grid, t, drive, press.t, press.load, press.measured,
         press.weights, np.zeros(press.t.size), press.duration, press.load_unit, press.depth_unit, press.unit,
@@ -94,13 +103,45 @@ def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
 
 
-def march_times(t: np.ndarray, fine: int) -> np.ndarray:
-    """The samples themselves, or some, half of them evenly and half logarithmically spaced."""
-    if t.size > TIMES:
-        first = max(t[t > 0][0], 1e-4)
-        t = np.unique(np.append(np.linspace(0.0, 1.0, TIMES // 2), np.geomspace(first, 1.0, TIMES // 2)))
+def march_times(t: np.ndarray, drive: np.ndarray) -> np.ndarray:
+    """The samples t (n,) themselves, or some of them: half evenly spaced, half logarithmically after each turn of
+    the drive (n,), where a material that creeps answers fastest."""
+    if t.size <= TIMES:
+        return t
+    ends = [0, *turns(t, drive), t.size - 1]
+    each = max(TIMES // 2 // (len(ends) - 1), 2)
+    after = [low + np.geomspace(1, high - low, each) for low, high in itertools.pairwise(ends)]
+    evenly = np.searchsorted(t, np.linspace(0.0, t[-1], TIMES // 2))
+    return t[np.unique(np.concatenate([ends, evenly, *after]).astype(int))]
+
+
+def turns(t: np.ndarray, drive: np.ndarray) -> list[int]:
+    """Samples between which the drive (n,) is nearly straight, without the ends (Douglas and Peucker 1973)."""
+    least = max(CORNER, ABOVE_NOISE * noise(drive))
+    found, pieces = [], [(0, t.size - 1)]
+    while pieces:
+        low, high = pieces.pop()
+        off = np.abs(drive[low:high] - np.interp(t[low:high], t[[low, high]], drive[[low, high]]))
+        if off.size and off.max() > least:
+            middle = low + int(np.argmax(off))
+            found.append(middle)
+            pieces += [(low, middle), (middle, high)]
+    return sorted(found)
+
+
+def polygon(t: np.ndarray, drive: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Drive at the knots (m,), some of the samples: the least squares of all samples (n,) by straight lines
+    between knots, which takes the mean of their noise and is exact for a drive of such lines."""
+    if knots.size == t.size:
+        return drive
+    hats = scipy.interpolate.make_interp_spline(knots, np.eye(knots.size), k=1)
+    return np.linalg.lstsq(hats(t), drive)[0]
+
+
+def divided(knots: np.ndarray, fine: int) -> np.ndarray:
+    """Each interval cut into ``fine``."""
     shares = np.arange(fine) / fine
-    return np.append((t[:-1, None] + np.diff(t)[:, None] * shares).ravel(), t[-1])
+    return np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
 
 
 def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:

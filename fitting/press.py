@@ -209,12 +209,13 @@ def _search(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> var
 
 
 class Medium(NamedTuple):
-    """thickness [m], substrate and grid of the solver, and {coordinate: discretisation bias left over
-    standard error}; None and empty for a half-space."""
+    """thickness [m], substrate and grid of the solver; left (m,): the bias of the coordinates that its discretisation
+    leaves, and {coordinate: that over its standard error}. None, zero and empty for a half-space."""
 
     thickness: float | None = None
     substrate: Any = None
     grid: Any = None
+    left: np.ndarray = np.zeros(1)
     bias: dict[str, float] = {}  # noqa: RUF012
 
 

@@ -5,10 +5,12 @@ import warnings
 
 import numpy as np
 import pytest
+from tolerances import DENSE
 
 import fitting
 import jaxcontact as jc
-from jaxcontact.reference import abel
+from fitting import layered
+from jaxcontact.reference import abel, lee_radok
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
 STEEL = jc.Elastic.from_young(210e9)
@@ -81,6 +83,46 @@ def test_a_film_between_known_layers():
     )
     for key in ("G1", "eta2"):
         assert abs(np.log(found.values[key] / TRUTH[key])) < 0.2 * found.sd_log[key], key
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["load", "depth"])
+def test_two_thousand_samples_of_a_ramp_and_a_hold(control):
+    """On a film far thicker than the contact is wide, where Lee and Radok's integral is the truth. The ramp ends
+    between the times that the solver would march through if they were chosen without a look at the load."""
+    truth = {"G1": 3000.0, "G2": 3000.0, "eta2": 9000.0}
+    creep = lambda s: 1 / truth["G1"] + -np.expm1(-s * truth["G2"] / truth["eta2"]) / truth["G2"]
+    t = np.linspace(0.0, 21.0, 2101)
+    course = [0.0, 1.03, 21.0], [0.0, 4e-7, 4e-7]
+    depth = lee_radok.history_radius(t, creep, *course, 25e-6, 0.45, 0.0) ** 2 / 25e-6
+    data = fitting.IndentationData(t=t, load=np.interp(t, *course), depth=depth)
+    found = fitting.fit_indentation(
+        data, "StandardLinearSolid", indenter=jc.Sphere(radius=25e-6), nu=0.45, layer=0.1, substrate=STEEL,
+        control=control, sigma=1e-3 * (data.load if control == "depth" else depth).max(),
+    )  # fmt: skip
+    print(f"\n{found.summary()}")
+    for key, value in truth.items():
+        low, high = found.intervals[key]
+        assert low <= value <= high, key  # though the error of the grid is more than that of the data
+        assert abs(found.values[key] / value - 1) < DENSE, key
+
+
+def test_a_drive_of_straight_lines_is_marched_through_as_it_is():
+    """Its corner is a time of the march, and the noise of the samples is averaged between two of them."""
+    t = np.linspace(0.0, 1.0, 2001)
+    exact = np.interp(t, [0.0, 0.0525, 1.0], [0.0, 1.0, 1.0])
+    noise = 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    knots = layered.march_times(t, exact)
+    assert np.abs(knots - 0.0525).min() < 1e-12 and knots.size <= layered.TIMES
+    np.testing.assert_allclose(layered.polygon(t, exact, knots), np.interp(knots, t, exact), atol=1e-12)
+    knots = layered.march_times(t, exact + noise)
+    assert np.abs(knots - 0.0525).min() < 0.005
+    late = knots > 0.3
+    off = layered.polygon(t, exact + noise, knots)[late] - 1.0
+    samples = np.diff(np.append(knots, 1.0))[late].mean() * 2000
+    # least squares by straight lines: sqrt(3) of the variance over the samples in an interval, where all are equal
+    assert off.std() < 1.5 * 3**0.25 * 0.01 / np.sqrt(samples)
+    assert layered.turns(t, noise / 0.1) == []  # a held drive, and nothing but noise, turns nowhere
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ SEPARATION = 1e-6  # decay rates shared by all wavenumbers, paper's film (measur
 IMAGES = 1e-8  # least-squares images of a response, of its own size (measured: 3e-9)
 SOLVER = 1e-7  # contact solved to 1e-8, the default
 TIGHT_SOLVER = 1e-9  # contact solved to 1e-12
+DENSE = 2e-3  # parameters of a fit through the solver, whose grid is chosen for a thousandth
 APPROACH = 5e-4  # discretisation at N = 256: approach
 PEAK = 2e-3  # discretisation at N = 256: peak pressure
 RADIUS = 1e-3  # discretisation at N = 128, some 100 cells across: radius (measured: 7e-4)
