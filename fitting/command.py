@@ -104,6 +104,8 @@ def _add_indentation(press: Any) -> None:
     press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
     press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
     press.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help="under a film (0.3)")
+    sticks = "work of adhesion of a ball that sticks, on a half-space [J/m2] (0)"
+    press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
     for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")
     press.set_defaults(command=_indentation)
@@ -174,7 +176,7 @@ def _indentation(options: argparse.Namespace) -> int:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     output.check_directory(options)
     data = _indented(options, indenter)
-    extra: dict[str, Any] = {}
+    extra: dict[str, Any] = {"adhesion": options.adhesion}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text == "fit" else flags.number(f"--{name.replace('_', '-')}", text)

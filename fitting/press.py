@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from fitting import varpro
+from fitting import adhesion, varpro
 from fitting.contact import find_contact
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
@@ -31,7 +31,7 @@ class Press(NamedTuple):
     """t, load, depth (n,), scaled; kept (n,) bool: points that are fitted; weights (n,), 0 elsewhere.
 
     duration [s], load_unit [N], depth_unit [m], unit [1/Pa]: undo the scaling. table: bounds of the
-    parameters; space: of the search; label: of the weights; notes.
+    parameters; space: of the search; label: of the weights; adhesion: the work of it [J/m2]; notes.
     """
 
     data: IndentationData
@@ -51,6 +51,7 @@ class Press(NamedTuple):
     unit: float
     table: dict[str, tuple[float, float]]
     space: Space
+    adhesion: float
     notes: tuple[str, ...]
 
     @property
@@ -62,6 +63,15 @@ class Press(NamedTuple):
     def bulk(self) -> float | None:
         """Scaled bulk modulus, None for a constant nu."""
         return self.volume.value * self.unit if self.volume.name == "bulk_modulus" else None
+
+    @property
+    def pull(self) -> float:
+        """Scaled 6 pi w R of the work of adhesion w, 0 without."""
+        return (
+            6.0 * np.pi * self.adhesion * float(self.indenter.radius) / self.load_unit
+            if self.adhesion
+            else 0.0
+        )
 
     @property
     def known(self) -> bool:
@@ -91,13 +101,14 @@ class Press(NamedTuple):
 
 def prepare(
     data: IndentationData, structure: Structure, table: dict, indenter: Any, volume: Volume, control: str,
-    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None,
+    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None, work: Any,
 ) -> Press:  # fmt: skip
     """Check and scale; ValueError with expected and got."""
     probe = probe_of(indenter)
     _check(data, control, rise)
+    work = adhesion.check(work, data, indenter, control, structure.model)
     t = data.t - data.t[0]
-    kept = (data.load > 0) & (data.depth > 0) & (t >= (rise or 0.0))
+    kept = ((data.load > 0) | (work > 0)) & (data.depth > 0) & (t >= (rise or 0.0))
     if kept.sum() < 5:
         raise ValueError(
             f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"
@@ -118,10 +129,11 @@ def prepare(
             f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
-    _check_contact(data, kept, probe.power)
+    if not work:  # the load of a ball that sticks falls before it rises
+        _check_contact(data, kept, probe.power)
     return Press(
         data, indenter, probe, volume, control, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
+        weight * float(response.max()), label, T, P, d, unit, table, space, work, tuple(notes),
     )  # fmt: skip
 
 
@@ -220,7 +232,8 @@ class Medium(NamedTuple):
 
 class Found(NamedTuple):
     """What was searched, the optimum and its objective; notes; moves(name) (m,): change of the coordinates with a
-    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear."""
+    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear;
+    slow: the optimum for an edge that sticks and has time to creep; against: why the fit does not stand."""
 
     press: Press
     best: Best
@@ -229,3 +242,5 @@ class Found(NamedTuple):
     moves: Callable[[str], np.ndarray]
     medium: Medium
     residual: Callable[[Any], Any] | None = None
+    slow: Best | None = None
+    against: tuple[str, ...] = ()

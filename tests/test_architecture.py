@@ -152,6 +152,7 @@ FITTING_LAYERS = {
     "segments": -1,
     "curve_picture": 0,
     "contact": 0,
+    "adhesion": 1,
     "data": 1,
     "history": 1,
     "coordinates": 1,
