@@ -118,10 +118,11 @@ def prepare(
     # J that a scaled compliance of one stands for
     unit = probe.size * d**probe.power / (volume.share * P)
     response = data.depth if control == "load" else data.load
+    scatter = data.scatter_depth if control == "load" else data.scatter_load
     if weights is None and sigma is None:
         sigma = data.sigma_depth if control == "load" else data.sigma_load
-        weights = "absolute" if sigma is None else None
-    weight, label = _weights(t, response, kept, weights, sigma)
+        weights = "absolute" if sigma is None and scatter is None else None
+    weight, label = _weights(t, response, kept, weights, sigma, scatter)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
     shrinks = probe.power > 1.0 and data.load[-1] < LEAST_LOAD * P
     if control == "load" and rise is None and shrinks:
@@ -158,13 +159,14 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> Non
 
 
 def _weights(
-    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any
+    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any, scatter: Any
 ) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
     chosen = np.zeros(response.shape)
     if sigma is not None:
         weights, sigma = None, np.broadcast_to(np.asarray(sigma, dtype=float), response.shape)[kept]
-    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma)
+    some = None if scatter is None else scatter[kept]
+    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma, some)
     return chosen, label
 
 

@@ -158,6 +158,7 @@ FITTING_LAYERS = {
     "coordinates": 1,
     "nonlinear": 1,
     "profiles": 2,
+    "resampling": 2,
     "varpro": 2,
     "result": 2,
     "halfspace": 3,
