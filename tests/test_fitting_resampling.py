@@ -67,6 +67,14 @@ def test_intervals_of_means_hold_the_truth_under_correlated_noise_too(rho, least
     assert min(held.values()) >= 100 * least
 
 
+def test_a_wander_slower_than_the_bins_is_still_seen():
+    """1 % over 5000 s under white noise of 1 %: averaging takes the noise off, not the verdict."""
+    white, t = noisy(0.0, 10_000), T[::10]
+    wander = fitting.CreepData(t=t, J=white.J + 0.01 * creep(t) * np.sin(2 * np.pi * t / 5000.0))
+    found = fitting.fit_creep(fitting.resample(wander))
+    assert found.verdict == "refused" and found.misfit
+
+
 def test_no_mean_mixes_what_is_before_a_jump_of_the_stress_with_what_is_after():
     t = np.linspace(0.0, 100.0, 4001)
     held = (np.array([0.0, 50.0, 50.0, 100.0]), np.array([1e3, 1e3, 0.0, 0.0]))
