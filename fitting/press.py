@@ -150,8 +150,14 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
 def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> None:
     """ValueError where points before contact would be fitted as if they were in it."""
     found = find_contact(data.t, data.load, data.depth, power=power)
-    fitted = int(kept[: found.before].sum())
-    if fitted > max(AIR, AIR_SHARE * kept.sum()):
+    # of resampled points, the samples that they stand for
+    samples = (
+        np.ones(kept.size)
+        if data.scatter_depth is None
+        else (data.scatter_depth.max() / data.scatter_depth) ** 2
+    )
+    fitted = round(float(np.sum((kept * samples)[: found.before])))
+    if fitted > max(AIR, AIR_SHARE * np.sum(kept * samples)):
         raise ValueError(
             f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
             f" {found.depth:.4g} m: data.in_contact() leaves them out"
