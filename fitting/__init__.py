@@ -28,6 +28,7 @@ from fitting.propagation import Propagated as Propagated
 from fitting.propagation import propagate as propagate
 from fitting.readers import read_creep as read_creep
 from fitting.readers import read_indentation as read_indentation
+from fitting.resampling import resample as resample
 from fitting.together import JointFit as JointFit
 from fitting.together import fit_together as fit_together
 
@@ -61,4 +62,5 @@ __all__ = [
     "read_indentation",
     "read_oscillation",
     "read_relaxation",
+    "resample",
 ]

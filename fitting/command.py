@@ -86,6 +86,7 @@ def _add_indentation(press: Any) -> None:
     flags.add_model(press)
     errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
     flags.add_common(press, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
+    flags.add_resample(press)
     flags.add_segment(press, "approach, hold or retract; repeat for several")
     press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
     press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
@@ -104,6 +105,8 @@ def _add_indentation(press: Any) -> None:
     press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
     press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
     press.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help="under a film (0.3)")
+    sticks = "work of adhesion of a ball that sticks, on a half-space [J/m2] (0)"
+    press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
     for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")
     press.set_defaults(command=_indentation)
@@ -173,8 +176,8 @@ def _indentation(options: argparse.Namespace) -> int:
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     output.check_directory(options)
-    data = _indented(options, indenter)
-    extra: dict[str, Any] = {}
+    data = flags.resampled(options, options.file, _indented(options, indenter))
+    extra: dict[str, Any] = {"adhesion": options.adhesion}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
@@ -182,7 +185,8 @@ def _indentation(options: argparse.Namespace) -> int:
         substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
         extra |= {"layer": options.layer, "substrate": substrate}
     nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
-    has_sigma = (data.sigma_load if options.control == "depth" else data.sigma_depth) is not None
+    driven = "load" if options.control == "depth" else "depth"
+    has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
     with flags.about(options.file):
         found = fit_indentation(
             data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,

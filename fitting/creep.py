@@ -104,7 +104,7 @@ def fit_creep(
             (``weights.py``), and points that nothing beside them supports left out (``unsupported.py``);
             "relative" (errors proportional to the data); "absolute" (one error for all).
         sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
-            data where they have one.
+            data where they have one. Of data that were resampled, ``scatter`` is the default.
         fixed: {parameter: value} [Pa, Pa s] of any subset.
         bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
         nu: Poisson's ratio to carry along; creep in shear does not see it.
@@ -183,8 +183,9 @@ def _fit_law(data: CreepData, law: Law, options: dict) -> CreepFit:
 def fit_weights(data: CreepData, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
     """Weights (n,) and their label: those that were asked for, else by the errors that the data have, else estimated."""
     if weights is None and sigma is None:
-        weights, sigma = (None, data.error) if data.error is not None else ("estimated", None)
-    return choose_weights(data.t, data.response, weights, sigma)
+        sigma = data.error
+        weights = "estimated" if sigma is None and data.scatter is None else None
+    return choose_weights(data.t, data.response, weights, sigma, data.scatter)
 
 
 def _profile(problem: TauSearch, best: Optimum, level: float, unit: float) -> Callable[[Any], np.ndarray]:

@@ -12,6 +12,7 @@ from fitting.segments import SEGMENTS, infer
 
 CONVENTIONS = ("J", "1/(2G)", "D")
 ERRORS = ("sigma_depth", "sigma_load")
+DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
 
 
 def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
@@ -63,6 +64,7 @@ class CreepData:
         notes: what a reader took and mended.
         nu: Poisson's ratio of a tensile test, for "D" only.
         sigma: (n,) standard deviations of J or strain, if they are known; ``fit_creep`` takes them.
+        scatter: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
 
     Raises:
         ValueError: anything else, with what was expected and what came.
@@ -81,6 +83,7 @@ class CreepData:
     notes: tuple[str, ...] = ()
     nu: float | None = None
     sigma: np.ndarray | None = None
+    scatter: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
@@ -90,8 +93,9 @@ class CreepData:
         _check_convention(self.convention, self.nu)
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
-        if self.sigma is not None:
-            put("sigma", _deviations("sigma", self.sigma, self.t))
+        for name in ("sigma", "scatter"):
+            if getattr(self, name) is not None:
+                put(name, _deviations(name, getattr(self, name), self.t))
         if self.J is not None:
             if self.stress is not None:
                 raise ValueError("stress: goes with strain, not with J")
@@ -163,6 +167,7 @@ class IndentationData:
         sigma_depth: (n,) standard deviations of the depth [m], if they are known; ``fit_indentation`` takes
             them under load control.
         sigma_load: (n,) likewise of the load [N], under depth control.
+        scatter_depth, scatter_load: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
         whole: (3, m): time, load and depth of the curve that this one was taken from, with the same zeros;
             None if nothing was left out. ``plot`` shows it.
 
@@ -185,12 +190,14 @@ class IndentationData:
     whole: np.ndarray | None = None
     sigma_depth: np.ndarray | None = None
     sigma_load: np.ndarray | None = None
+    scatter_depth: np.ndarray | None = None
+    scatter_load: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", times(self.t))
         object.__setattr__(self, "load", array("load", self.load, self.t))
         object.__setattr__(self, "depth", array("depth", self.depth, self.t))
-        for name in ERRORS:
+        for name in DEVIATIONS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _deviations(name, getattr(self, name), self.t))
         if self.marks is not None:
@@ -304,21 +311,22 @@ class IndentationData:
         notes += [f"{t.size - last} points after the contact left out"] if last < t.size else []
         return IndentationData(
             t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=again(self.marks),
-            sigma_depth=again(self.sigma_depth), sigma_load=again(self.sigma_load),
-            whole=self._whole() * [[1], [found.load_sign], [found.depth_sign]]
+            **{name: again(getattr(self, name)) for name in DEVIATIONS},
+            whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
         )  # fmt: skip
 
-    def _whole(self) -> np.ndarray:
+    def whole_curve(self) -> np.ndarray:
+        """(3, m): ``whole``, or this curve."""
         return np.stack([self.t, self.load, self.depth]) if self.whole is None else self.whole
 
     def _take(self, keep: np.ndarray, note: str) -> "IndentationData":
         """Some of the points, with a note."""
         if keep.sum() < 5:
             raise ValueError(f"expected at least 5 points, got: {note}")
-        some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *ERRORS)}
+        some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *DEVIATIONS)}
         fields = {name: None if y is None else y[keep] for name, y in some.items()}
-        return IndentationData(**fields, notes=(*self.notes, note), whole=self._whole())
+        return IndentationData(**fields, notes=(*self.notes, note), whole=self.whole_curve())
 
     def plot(self) -> Any:
         """Load and depth over time, what was left out in grey.

@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from fitting.fractional import LAWS
 from fitting.readers import read_creep
+from fitting.resampling import resample
 from fitting.structure import CLASSICAL
 from fitting.weights import KINDS
 
@@ -25,6 +26,7 @@ FLAGS = (
     (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
     (r"\b(start|segment|curve|stress)=", r"--\1"),
     (r"\bspring_constant=", "--spring-constant"),
+    (r"\bper_decade(?=: expected)", "--resample"),
     (r"(data\.)?in_contact\(\)", "--in-contact"),
 )
 
@@ -82,6 +84,12 @@ def add_test(parser: Any, kinds: str) -> None:
     add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
 
 
+def add_resample(parser: Any) -> None:
+    """How many points are taken."""
+    what = "means over time, so many for each power of ten, in place of the samples"
+    parser.add_argument("--resample", type=float, metavar="N", help=what)
+
+
 def add_volume(parser: Any) -> None:
     """What is known of the volume."""
     parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
@@ -92,6 +100,7 @@ def add_creep(parser: Any) -> None:
     """How a creep curve is read and weighted."""
     add_test(parser, "t, J, strain, stress, sigma: standard deviations")
     parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
+    add_resample(parser)
     parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
 
 
@@ -176,5 +185,14 @@ def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
         segment=options.segment and [place(one) for one in options.segment],
         **{"convention": options.convention, **tensile},
     )  # fmt: skip
+    data = resampled(options, file, data)
     nu = options.nu if options.tension is None else options.tension
-    return data, {"nu": nu} | weighting(options, data.sigma is not None)
+    return data, {"nu": nu} | weighting(options, data.sigma is not None or data.scatter is not None)
+
+
+def resampled(options: argparse.Namespace, file: str, data: Any) -> Any:
+    """As ``--resample`` says."""
+    if options.resample is None:
+        return data
+    with about(file):
+        return resample(data, options.resample)

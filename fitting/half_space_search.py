@@ -9,7 +9,7 @@ import functools
 
 import numpy as np
 
-from fitting import halfspace, nonlinear, padding
+from fitting import adhesion, halfspace, nonlinear, padding
 from fitting.halfspace import Curve
 from fitting.history import merge
 from fitting.nonlinear import Best, Objective, moved
@@ -25,6 +25,7 @@ def search(press: Press, rise: float | None) -> Found:
     falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
     shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch stays as it is
     kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
+    kind = f"sticky {press.control}" if press.adhesion else kind
     whole, few = np.arange(press.t.size), _some(press)
     objective = _objective(press, whole, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
@@ -34,15 +35,33 @@ def search(press: Press, rise: float | None) -> Found:
     curve = _curve(press, whole, knots, values)
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
     residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind)[: whole.size]
-    return Found(press, best, objective, notes, moves, Medium(), residual)
+    found = Found(press, best, objective, notes, moves, Medium(), residual)
+    if not press.adhesion:
+        return found
+    slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
+    return _stuck(found._replace(slow=slow), curve, kind)
+
+
+def _stuck(found: Found, curve: Curve, kind: str) -> Found:
+    """With what is said of a contact that sticks."""
+    press = found.press
+    scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
+    alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
+    radius = float(press.indenter.radius)
+    widest = float(np.sqrt(radius * press.depth_unit * alpha.max()))
+    modulus = 2.0 / (creep[0] * press.unit * press.volume.share)
+    doubled = press.t[creep > 2.0 * creep[0]]
+    lives = 1.0 / doubled[0] if doubled.size else 1.0
+    doubts = adhesion.doubts(press.adhesion, radius, widest, modulus, lives)
+    return found._replace(notes=(*found.notes, *doubts), against=adhesion.against(alpha))
 
 
 def _objective(
-    press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str
+    press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str, edge: float = 0.0
 ) -> Objective:
     """Over some of the points, padded within. To compile a program for the residuals alone takes longer than the
     slopes that are not asked for."""
-    curve, space, n = _curve(press, points, knots, values), press.space, points.size
+    curve, space, n = _curve(press, points, knots, values)._replace(edge=edge), press.space, points.size
 
     @functools.lru_cache(maxsize=2)
     def linear(theta: bytes) -> list[np.ndarray]:
@@ -63,8 +82,9 @@ def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarr
     basis = merge(t, padding.repeated(knots), padding.repeated(values))
     weights = padding.without_weight(press.weights[points])
     return Curve(
-        t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth))
-    )
+        t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
+        press.pull,
+    )  # fmt: skip
 
 
 def _some(press: Press) -> np.ndarray:

@@ -10,7 +10,8 @@ While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
 The load, or depth^(3/2) and depth, are linear between samples; then both integrals are exact
-recursions. The measured depth is depth + contact point + drift t + machine compliance P.
+recursions. The measured depth is depth + contact point + drift t + machine compliance P. A ball that
+sticks is in ``adhesion.py``.
 
 All is scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
 """
@@ -22,6 +23,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from fitting import adhesion
 from fitting.coordinates import Coordinates
 from fitting.history import columns, recursion
 from fitting.structure import Compliances
@@ -35,7 +37,8 @@ class Curve(NamedTuple):
     """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball,
     over 1 - nu; bulk: the bulk modulus, or None for a constant nu; power: of the depth.
 
-    top: index of the greatest depth, from which on the contact may shrink.
+    top: index of the greatest depth, from which on the contact may shrink; pull: 6 pi w R of the work of
+    adhesion w; edge: share of creep in the compliance of an edge that sticks, 0 for J(0) and 1 for J(t).
     """
 
     t: Array
@@ -47,14 +50,14 @@ class Curve(NamedTuple):
     bulk: Array | None
     power: Array
     top: Array
+    pull: Array | float = 0.0
+    edge: Array | float = 0.0
 
 
 def depth_residual(point: Coordinates, curve: Curve) -> Array:
     """Weighted depth of the model less that measured, (n,); the load is given."""
-    spring, retarded, flow, rates = surface(point.compliances(), curve.bulk)
-    x = jnp.concatenate([jnp.stack([spring + curve.extra]), retarded, jnp.stack([flow])])
+    total = _hereditary(surface(point.compliances(), curve.bulk), curve)
     # an integral at or below zero: not in contact yet; the slope of the root stays finite
-    total = columns(curve.basis, rates) @ x
     depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (1.0 / curve.power), 0.0)
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
@@ -77,6 +80,46 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     ended = _at(curve.t, power, _memory(curve.t, power, rates), rates, last)
     decay = jnp.exp(-rates * (curve.t - last)[:, None])
     return curve.weights * ((decay * ended) @ weights - curve.load)
+
+
+def sticky_depth_residual(point: Coordinates, curve: Curve) -> Array:
+    """As ``depth_residual``, of a ball that sticks."""
+    c = surface(point.compliances(), curve.bulk)
+    depth, _ = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))
+    return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
+
+
+def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
+    """As ``load_residual``, of a ball that sticks."""
+    c = surface(point.compliances(), curve.bulk)
+    weights, rates = relaxation_modes(c, curve.extra)
+    depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+    power, _ = adhesion.at_depth(depth, _neck(c, curve))
+    return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
+
+
+def _hereditary(c: Compliances, curve: Curve) -> Array:
+    """int (J + extra) dP at the samples, (n,)."""
+    x = jnp.concatenate([jnp.stack([c.spring + curve.extra]), c.retarded, jnp.stack([c.flow])])
+    return columns(curve.basis, c.rates) @ x
+
+
+def _neck(c: Compliances, curve: Curve) -> Array:
+    """kappa of ``adhesion.py``, (n,)."""
+    creep = c.creep(curve.t - curve.t[0]) - c.spring
+    return adhesion.root(curve.pull * (c.spring + curve.edge * creep + curve.extra))
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Array]:
+    """(alpha (n,), in proportion to the contact area, J(t) + extra (n,)) of a ball that sticks, scaled."""
+    c = surface(point.compliances(), curve.bulk)
+    if kind == "sticky load":
+        alpha = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))[1]
+    else:
+        depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+        alpha = adhesion.at_depth(depth, _neck(c, curve))[1]
+    return alpha, c.creep(curve.t - curve.t[0]) + curve.extra
 
 
 def surface(c: Compliances, bulk: Array | None) -> Compliances:
@@ -161,7 +204,13 @@ def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> 
     return t1 + step
 
 
-MODELS = {"load": depth_residual, "depth": load_residual, "ting": load_residual_ting}
+MODELS = {
+    "load": depth_residual,
+    "depth": load_residual,
+    "ting": load_residual_ting,
+    "sticky load": sticky_depth_residual,
+    "sticky depth": sticky_load_residual,
+}
 
 
 @functools.partial(jax.jit, static_argnames="kind")

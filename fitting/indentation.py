@@ -13,7 +13,7 @@ from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
 from fitting.estimating import estimate, inside_box
 from fitting.layered import Coating
-from fitting.press import Found, Medium, prepare
+from fitting.press import Found, Medium, Press, prepare
 from fitting.probe import probe_of
 from fitting.result import Fit, findings, plain
 from fitting.structure import Volume, limits, structure_of
@@ -29,6 +29,9 @@ class IndentationFit(Fit):
         nu or bulk_modulus [Pa] (the other is None), indenter, film: what the moduli are conditional on.
         nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
         kept: (n,) bool, the points fitted, which ``fitted`` and ``residuals`` are of.
+        adhesion: the work of it that was given [J/m2], 0 for none.
+        slow_edge: {parameter: value} of the same fit with J(t) in place of J(0) at the edge of a contact that sticks,
+            the two ends of what the edge may do; {} without adhesion.
         runs: (forward, gradient) evaluations of the model.
         starts: (sought, agreed): minima that were sought, and those as low as this one.
         seconds: for all of the fit.
@@ -41,6 +44,8 @@ class IndentationFit(Fit):
     film: Medium
     nuisances: dict[str, tuple[float, float, float]]
     kept: np.ndarray
+    adhesion: float
+    slow_edge: dict[str, float]
     runs: tuple[int, int]
     starts: tuple[int, int]
     seconds: float
@@ -53,7 +58,8 @@ class IndentationFit(Fit):
             "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
             **probe_of(self.indenter).key, "poisson_ratio": self.nu,
             "bulk_modulus_Pa": self.bulk_modulus,
-            "film_thickness_m": plain(self.film.thickness),
+            "film_thickness_m": plain(self.film.thickness), "adhesion_J_per_m2": self.adhesion,
+            "slow_edge": {self.structure.key(name): plain(value) for name, value in self.slow_edge.items()},
             "bias_over_standard_error": dict(self.film.bias),
             "starts": self.starts[0], "starts_agreed": self.starts[1],
             "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
@@ -74,6 +80,14 @@ class IndentationFit(Fit):
         sought, agreed = self.starts
         spent = f"  {agreed} of {sought} starts came to this minimum; {runs} in {self.seconds:.3g} s"
         volume = Volume.of(self.nu, self.bulk_modulus)
+        if self.adhesion:
+            slow = ", ".join(f"{name} = {value:.5g}" for name, value in self.slow_edge.items())
+            return [
+                f"  the moduli are conditional on {volume}, a half-space, {self.adhesion:g} J/m2 and an edge that closes"
+                " at once (JKR)",
+                f"  were the edge as slow as the test: {slow}",
+                spent,
+            ]
         if film.thickness is None:
             return [f"  the moduli are conditional on {volume} and a half-space", spent]
         bias = ", ".join(f"{name} {value:.2g}" for name, value in film.bias.items())
@@ -103,6 +117,7 @@ def fit_indentation(
     drift: float | str = 0.0,
     machine_compliance: float | str = 0.0,
     rise: float | None = None,
+    adhesion: float = 0.0,
     layer: float | None = None,
     layers: Sequence[Any] | None = None,
     substrate: Any = None,
@@ -135,6 +150,10 @@ def fit_indentation(
         rise: put a load that rises linearly for so long [s] and is then held in place of the measured one,
             for comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is the step); later
             points are fitted.
+        adhesion: work of adhesion [J/m2], known, of a ball that sticks to a half-space: Johnson, Kendall and Roberts
+            with the hereditary integral, for a contact that grows, from the jump into contact at the first sample on
+            (``fitting/adhesion.py`` derives it). The edge is taken to close at once; ``slow_edge`` has the
+            parameters if it is slow.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -163,15 +182,21 @@ def fit_indentation(
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     volume = Volume.of(nu, bulk_modulus)
-    press = prepare(data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise)
+    press = prepare(
+        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion
+    )
     evidence.check(level, int(press.kept.sum()), press.space.free.size)
     if all(given is None for given in (layer, layers, substrate, grid)):
-        found = half_space_search.search(press, rise)
-    elif rise is not None:
+        return _gather(half_space_search.search(press, rise), level, started)
+    _check_layered(press, rise)
+    return _gather(layered_search.search(press, Coating.of(layer, layers, substrate), grid), level, started)
+
+
+def _check_layered(press: Press, rise: float | None) -> None:
+    if rise is not None:
         raise ValueError(f"rise: expected None with a layer, got {rise!r}")
-    else:
-        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid)
-    return _gather(found, level, started)
+    if press.adhesion:
+        raise ValueError(f"adhesion: expected none with a layer, got {press.adhesion:g} J/m2")
 
 
 def _gather(found: Found, level: float, started: float) -> IndentationFit:
@@ -187,15 +212,25 @@ def _gather(found: Found, level: float, started: float) -> IndentationFit:
     ends = np.clip(ends, *(bound[:, None] for bound in space.bounds))
     quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
     material = estimate(space, best, found.moves, ends, quality.spread(known), found.residual)
+    quality = quality._replace(refused=(*quality.refused, *found.against))
     return IndentationFit(
         **findings(space.structure, press.table, level, press.volume, quality, material), data=press.data,
         weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
         indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
-        nuisances=_nuisances(space, best.theta, ends), kept=on,
+        nuisances=_nuisances(space, best.theta, ends), kept=on, adhesion=press.adhesion, slow_edge=_slow(found),
         runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
         curve=(*press.response, press.data.t[on], measured),
         seconds=time.perf_counter() - started,
     )  # fmt: skip
+
+
+def _slow(found: Found) -> dict[str, float]:
+    """{parameter: value} in SI of the fit with a slow edge."""
+    if found.slow is None:
+        return {}
+    space = found.press.space
+    values = space.opened(found.slow.theta) * space.unit[space.material]
+    return {name: float(value) for name, value in space.structure.parameters(values).items()}
 
 
 def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:

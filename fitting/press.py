@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from fitting import varpro
+from fitting import adhesion, varpro
 from fitting.contact import find_contact
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
@@ -31,7 +31,7 @@ class Press(NamedTuple):
     """t, load, depth (n,), scaled; kept (n,) bool: points that are fitted; weights (n,), 0 elsewhere.
 
     duration [s], load_unit [N], depth_unit [m], unit [1/Pa]: undo the scaling. table: bounds of the
-    parameters; space: of the search; label: of the weights; notes.
+    parameters; space: of the search; label: of the weights; adhesion: the work of it [J/m2]; notes.
     """
 
     data: IndentationData
@@ -51,6 +51,7 @@ class Press(NamedTuple):
     unit: float
     table: dict[str, tuple[float, float]]
     space: Space
+    adhesion: float
     notes: tuple[str, ...]
 
     @property
@@ -62,6 +63,15 @@ class Press(NamedTuple):
     def bulk(self) -> float | None:
         """Scaled bulk modulus, None for a constant nu."""
         return self.volume.value * self.unit if self.volume.name == "bulk_modulus" else None
+
+    @property
+    def pull(self) -> float:
+        """Scaled 6 pi w R of the work of adhesion w, 0 without."""
+        return (
+            6.0 * np.pi * self.adhesion * float(self.indenter.radius) / self.load_unit
+            if self.adhesion
+            else 0.0
+        )
 
     @property
     def known(self) -> bool:
@@ -91,13 +101,14 @@ class Press(NamedTuple):
 
 def prepare(
     data: IndentationData, structure: Structure, table: dict, indenter: Any, volume: Volume, control: str,
-    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None,
+    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None, work: Any,
 ) -> Press:  # fmt: skip
     """Check and scale; ValueError with expected and got."""
     probe = probe_of(indenter)
     _check(data, control, rise)
+    work = adhesion.check(work, data, indenter, control, structure.model)
     t = data.t - data.t[0]
-    kept = (data.load > 0) & (data.depth > 0) & (t >= (rise or 0.0))
+    kept = ((data.load > 0) | (work > 0)) & (data.depth > 0) & (t >= (rise or 0.0))
     if kept.sum() < 5:
         raise ValueError(
             f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"
@@ -107,10 +118,11 @@ def prepare(
     # J that a scaled compliance of one stands for
     unit = probe.size * d**probe.power / (volume.share * P)
     response = data.depth if control == "load" else data.load
+    scatter = data.scatter_depth if control == "load" else data.scatter_load
     if weights is None and sigma is None:
         sigma = data.sigma_depth if control == "load" else data.sigma_load
-        weights = "absolute" if sigma is None else None
-    weight, label = _weights(t, response, kept, weights, sigma)
+        weights = "absolute" if sigma is None and scatter is None else None
+    weight, label = _weights(t, response, kept, weights, sigma, scatter)
     space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
     shrinks = probe.power > 1.0 and data.load[-1] < LEAST_LOAD * P
     if control == "load" and rise is None and shrinks:
@@ -118,10 +130,11 @@ def prepare(
             f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
-    _check_contact(data, kept, probe.power)
+    if not work:  # the load of a ball that sticks falls before it rises
+        _check_contact(data, kept, probe.power)
     return Press(
         data, indenter, probe, volume, control, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, T, P, d, unit, table, space, tuple(notes),
+        weight * float(response.max()), label, T, P, d, unit, table, space, work, tuple(notes),
     )  # fmt: skip
 
 
@@ -137,8 +150,14 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
 def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> None:
     """ValueError where points before contact would be fitted as if they were in it."""
     found = find_contact(data.t, data.load, data.depth, power=power)
-    fitted = int(kept[: found.before].sum())
-    if fitted > max(AIR, AIR_SHARE * kept.sum()):
+    # of resampled points, the samples that they stand for
+    samples = (
+        np.ones(kept.size)
+        if data.scatter_depth is None
+        else (data.scatter_depth.max() / data.scatter_depth) ** 2
+    )
+    fitted = round(float(np.sum((kept * samples)[: found.before])))
+    if fitted > max(AIR, AIR_SHARE * np.sum(kept * samples)):
         raise ValueError(
             f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
             f" {found.depth:.4g} m: data.in_contact() leaves them out"
@@ -146,13 +165,14 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> Non
 
 
 def _weights(
-    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any
+    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any, scatter: Any
 ) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
     chosen = np.zeros(response.shape)
     if sigma is not None:
         weights, sigma = None, np.broadcast_to(np.asarray(sigma, dtype=float), response.shape)[kept]
-    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma)
+    some = None if scatter is None else scatter[kept]
+    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma, some)
     return chosen, label
 
 
@@ -221,7 +241,8 @@ class Medium(NamedTuple):
 
 class Found(NamedTuple):
     """What was searched, the optimum and its objective; notes; moves(name) (m,): change of the coordinates with a
-    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear."""
+    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear;
+    slow: the optimum for an edge that sticks and has time to creep; against: why the fit does not stand."""
 
     press: Press
     best: Best
@@ -230,3 +251,5 @@ class Found(NamedTuple):
     moves: Callable[[str], np.ndarray]
     medium: Medium
     residual: Callable[[Any], Any] | None = None
+    slow: Best | None = None
+    against: tuple[str, ...] = ()

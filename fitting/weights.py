@@ -17,9 +17,13 @@ SCALES = 20  # steps to its scale
 FEW = 8  # differences below which nothing is estimated
 
 
-def choose_weights(t: np.ndarray, y: np.ndarray, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
+def choose_weights(
+    t: np.ndarray, y: np.ndarray, weights: str | None, sigma: Any, scatter: Any = None
+) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of y] of values y (n,) at t (n,), and their label; ValueError unless one choice is
-    made."""
+    made. scatter (n,): standard deviations up to a factor, in place of a choice."""
+    if weights is None and sigma is None and scatter is not None:
+        return 1.0 / scatter, "averaged"
     if (weights is None) == (sigma is None):
         raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
     if sigma is not None:

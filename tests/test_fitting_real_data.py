@@ -163,3 +163,20 @@ def test_spruce_sheets(name, known):
     print(f"\n{name}: {len(off)} sheets, sums off by {100 * np.median(off):.1f} % in the median")
     assert len(off) >= 30 and np.median(off) < known
     assert np.all(np.array(ours) <= np.array(theirs) * (1 + 1e-9))
+
+
+@pytest.mark.slow
+def test_means_of_a_measured_hold_give_what_its_samples_give():
+    """4314 samples from contact on, the first of which are in doubt, and 289 means."""
+    path = DATA / "indent_brain_afm_cc/brain_creep.csv"
+    if not path.exists():
+        pytest.skip("the real data are not beside the project")
+    whole = fitting.read_indentation(path).in_contact()
+    whole = whole.only("approach", "hold")
+    fit = lambda data: fitting.fit_indentation(
+        data, "StandardLinearSolid", indenter=jc.Sphere(radius=5e-6), nu=0.5
+    )
+    few, many = fit(fitting.resample(whole)), fit(whole)
+    for name, value in many.values.items():
+        np.testing.assert_allclose(few.values[name], value, rtol=1e-3, err_msg=name)
+    assert few.verdict == many.verdict == "refused"

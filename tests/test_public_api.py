@@ -25,7 +25,7 @@ pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit JointFit ModulusFit OscillationData Posterior
 PronyFit Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
-fit_relaxation fit_together posterior propagate read_creep read_indentation read_oscillation read_relaxation
+fit_relaxation fit_together posterior propagate read_creep read_indentation read_oscillation read_relaxation resample
 """
 
 
