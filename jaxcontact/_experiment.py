@@ -260,7 +260,7 @@ def _warn(result: Any, errors: Errors) -> None:
     if not is_concrete(result, errors):
         return
     say = lambda text: warnings.warn(text, stacklevel=5)
-    status, strain = np.asarray(result.status), float(jnp.max(result.film_strain))
+    status, strain = np.asarray(result.status), float(np.max(result.film_strain))
     for code in sorted(set(status[status > 0].tolist())):
         say(f"{int(np.sum(status == code))} of {status.size} steps: {Status(code).message}")
     if strain > STRAIN_LIMIT:

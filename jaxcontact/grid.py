@@ -133,9 +133,8 @@ def check_grid(grid: Grid) -> Verdict:
     good = len(grid.shape) == 2 and all(isinstance(n, int) and n >= 4 for n in grid.shape[: 1 if line else 2])
     require(good, f"grid shape: expected two whole numbers of at least 4, got {grid.shape}")
     require(len(grid.spacing) == 2, f"grid spacing: expected (dx, dy), got {grid.spacing}")
-    return _checks.between(
-        "grid spacing [m]", jnp.stack([jnp.asarray(d, float) for d in grid.spacing]), 1e-30, 1e30
-    )
+    along_x, along_y = (_checks.between("grid spacing [m]", d, 1e-30, 1e30) for d in grid.spacing)
+    return along_x & along_y
 
 
 def _check_periodic(grid: Grid) -> None:

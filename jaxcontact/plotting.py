@@ -111,8 +111,8 @@ def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highe
 
 def against_time(ax: Axes, times: Any, values: Any, name: str, scales: Scales) -> Axes:
     """One figure of the history against time [s]."""
-    unit, symbol = scale_of(values, scales)
-    ax.plot(times, np.asarray(values) / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
+    values, (unit, symbol) = np.asarray(values), scale_of(values, scales)
+    ax.plot(times, values / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
     ax.set_ylabel(f"{name} [{symbol}]")
     time_axis(ax, times)
     ax.ticklabel_format(axis="y", useOffset=False)

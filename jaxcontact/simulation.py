@@ -48,11 +48,11 @@ class Simulation:
 
         A march that goes on from a carry gives bit for bit what it would have given without a stop.
         """
-        state = marching.start(self.plan.setup)
+        state, blocks, padding = _begun(self.plan)
         if carry is not None:
             state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
         on_host = jax.device_get(self)  # numpy: each operation of jax outside run_block would be a program
-        blocks, padding = jax.device_get(_in_blocks(self.plan.steps))
+        blocks, padding = jax.device_get((blocks, padding))
         for index in range(done, len(blocks.dt)):
             state, outcomes = run_block(self.plan.setup, state, jax.tree.map(lambda a, i=index: a[i], blocks))
             outcomes = jax.device_get(outcomes)
@@ -86,13 +86,17 @@ def prepare(*case: Any, **options: Any) -> Simulation:
 
 def first_block(simulation: Simulation) -> tuple[marching.Carry, marching.Outcome]:
     """What marching the first block gives, scaled; for its shapes, by ``jax.eval_shape``."""
-    blocks, _ = _in_blocks(simulation.plan.steps)
-    state = marching.start(simulation.plan.setup)
+    state, blocks, _ = _begun(simulation.plan)
     return run_block(simulation.plan.setup, state, jax.tree.map(lambda a: a[0], blocks))
 
 
 _plan = jax.jit(planned)
-_in_blocks = jax.jit(lambda steps: marching.in_blocks(steps, BLOCK))
+
+
+@jax.jit
+def _begun(plan: Plan) -> tuple[marching.Carry, marching.Steps, int]:
+    """The carry before the first step, the steps in blocks, and how many rows are added to the first."""
+    return marching.start(plan.setup), *marching.in_blocks(plan.steps, BLOCK)
 
 
 @jax.jit

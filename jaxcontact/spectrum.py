@@ -101,11 +101,15 @@ def _roots(spectrum: Spectrum, total: Array) -> Array:
         return jnp.zeros((*total.shape[:-1], 0))
     rho = _halved(*jax.lax.stop_gradient((rates, weights, total)))
     for _ in range(2):
-        value, slope = jax.jvp(
-            lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),)
-        )
-        rho = rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
+        rho = _newton(rates, weights, total, rho)
     return rho
+
+
+@jax.jit  # traced once for both steps
+def _newton(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
+    """A step towards a zero of ``_characteristic``; none where that is flat."""
+    value, slope = jax.jvp(lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),))
+    return rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
 
 
 def _halved(rates: Array, weights: Array, total: Array) -> Array:

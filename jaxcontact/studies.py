@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import loky
 import numpy as np
 from tqdm import tqdm
 
@@ -128,7 +127,7 @@ def sweep(
     with locked(folder):
         _check_function(f, folder)
         missing = {name: case for name, case in zip(names, chosen, strict=True) if not _whole(folder / name)}
-        failed = _fill(f, missing, folder, executor or processes or loky.cpu_count())
+        failed = _fill(f, missing, folder, executor or processes or _cores())
     return Study(folder, chosen, {index: failed[name] for index, name in enumerate(names) if name in failed})
 
 
@@ -253,9 +252,17 @@ def _outcomes(
             future.cancel()
 
 
-def _processes(count: int) -> loky.ProcessPoolExecutor:
+def _cores() -> int:
+    import loky  # a tenth of what importing jaxcontact takes
+
+    return loky.cpu_count()
+
+
+def _processes(count: int) -> Any:
     """The processes of this machine, made anew where one has died; together they take no more than its cores."""
-    threads = dict.fromkeys(THREADS, str(max(1, loky.cpu_count() // count)))
+    import loky
+
+    threads = dict.fromkeys(THREADS, str(max(1, _cores() // count)))
     return loky.get_reusable_executor(count, initializer=_share_programs, env=threads, timeout=60)
 
 

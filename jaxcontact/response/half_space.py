@@ -3,6 +3,7 @@
 With a bulk modulus in place of nu it is another creep, ``response.volume.surface_creep``, as exact.
 """
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -64,7 +65,7 @@ class HalfSpace(Response):
         return may_flow(self.material)
 
     def rigid_at_first(self) -> Array | bool:
-        return isinstance(self.material, KelvinVoigt) or self.material.spectrum().instantaneous == 0.0
+        return isinstance(self.material, KelvinVoigt) or _rigid_at_first(self.material)
 
     def stiffness_ratio(self) -> Array:
         return jnp.zeros(())
@@ -85,6 +86,11 @@ class HalfSpace(Response):
 
     def creeps_far(self) -> bool:
         return True
+
+
+@jax.jit  # of every check, where each operation would be a program of its own
+def _rigid_at_first(material: Material) -> Array:
+    return material.spectrum().instantaneous == 0.0
 
 
 def own_creep(spectrum: Spectrum) -> tuple[Array, Array]:

@@ -6,7 +6,6 @@ thicknesses, relative to the top layer's, are rounded to powers of two: it does 
 are linear in the response, without noise in finite differences.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -15,7 +14,6 @@ from jax import Array
 
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.response.images import Images, Ladder, fit_images, fit_wavenumbers, image_depths
-from jaxcontact.response.layer import two_port
 from jaxcontact.response.stack import solids, surface_compliance
 from jaxcontact.response.volume import nu_at_first
 
@@ -58,28 +56,28 @@ def stiffness_contrast(body: LayeredHalfSpace) -> Array:
 
 def wavenumbers(body: LayeredHalfSpace) -> Array:
     """Where the response is to be known for its images, (n,) [rad/m]."""
-    h = solids_of(body).thicknesses
-    return fit_wavenumbers(h[0], jnp.sum(h))
+    return _wavenumbers(solids_of(body))
+
+
+def _wavenumbers(solids: Solids) -> Array:
+    return fit_wavenumbers(solids.thicknesses[0], jnp.sum(solids.thicknesses))
 
 
 def expand(body: LayeredHalfSpace, values: Array) -> Images:
     """Images of responses at ``wavenumbers``, (..., n), relative to the body's response at first."""
-    rough = _rounded(solids_of(body))
-    return fit_images(values, _ladder(body, lambda alpha: surface_compliance(*rough, alpha).normal))
-
-
-def expand_film(body: LayeredHalfSpace, values: Array) -> Images:
-    """The same relative to the response of the top layer on a rigid base."""
-    rough = _rounded(solids_of(body))
-    return fit_images(
-        values, _ladder(body, lambda a: two_port(a * rough.thicknesses[0], rough.poissons[0]).A[2])
-    )
+    solids = solids_of(body)
+    return fit_images(values, *_ladders(solids, _rounded(solids).compliances[None]))
 
 
 def expand_shapes(body: LayeredHalfSpace, shapes: Array) -> Images:
-    """Images of shapes (M, n), the first one relative to the film's, the others to the body's response at first."""
-    film, others = expand_film(body, shapes[:1]), expand(body, shapes[1:])
-    return Images(film.depths, jnp.concatenate([film.heights, others.heights]))
+    """Images of shapes (M, n), the first one relative to that of the top layer on a rigid base, the others to the body's
+    response at first."""
+    solids = solids_of(body)
+    whole = _rounded(solids).compliances
+    film = jnp.zeros_like(whole).at[0].set(1.0)
+    to_film, to_whole = _ladders(solids, jnp.stack([film, whole]))
+    first, others = fit_images(shapes[:1], to_film), fit_images(shapes[1:], to_whole)
+    return Images(first.depths, jnp.concatenate([first.heights, others.heights]))
 
 
 def _rounded(solids: Solids) -> Solids:
@@ -104,12 +102,13 @@ def _reach(solids: Solids) -> tuple[Array, Array]:
     return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
 
 
-def _ladder(body: LayeredHalfSpace, size: Callable[[Array], Array]) -> Ladder:
-    """For images relative to a size (n,) at wavenumbers (n,)."""
-    solids = solids_of(body)
+def _ladders(solids: Solids, compliances: Array) -> list[Ladder]:
+    """For images relative to the response of the rounded body with each of the compliances [1/Pa], (m, layers + 1)."""
     bent, stretched = _reach(solids)
     dense = jnp.maximum(SHALLOWEST * jnp.sum(solids.thicknesses), BENDING * bent)
     depths = image_depths(FIRST * solids.thicknesses[0], dense, STRETCHING * stretched)
-    alpha, between = wavenumbers(body), 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
-    at_nodes, at_steps = jnp.split(size(jnp.append(alpha[1:-1], between)), [alpha.size - 2])
-    return Ladder(alpha, depths, at_nodes, at_steps)
+    alpha, between = _wavenumbers(solids), 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
+    rough, where = _rounded(solids), jnp.append(alpha[1:-1], between)
+    size = lambda j: surface_compliance(j, rough.poissons, rough.thicknesses, where).normal
+    at_nodes, at_steps = jnp.split(jax.vmap(size)(compliances), [alpha.size - 2], -1)
+    return [Ladder(alpha, depths, *sizes) for sizes in zip(at_nodes, at_steps, strict=True)]

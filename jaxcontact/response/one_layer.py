@@ -35,7 +35,7 @@ from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.images import Images
 from jaxcontact.response.layer import differences
 from jaxcontact.response.separable import separate_bands
-from jaxcontact.response.volume import bed_creep, nu_at_first
+from jaxcontact.response.volume import bed_creep, nu_at_first, surface_creep
 from jaxcontact.spectrum import Spectrum, parallel_creep
 
 
@@ -124,20 +124,20 @@ class OneLayer(Response):
     def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
         # not broadcast before the modes and rates are found: those are dear, and the same at all times
         wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
-        return self._mean(self._elements(wavenumber), start, end)
+        elements, creep = self._elements(wavenumber), self.layer.material.spectrum().mean_creep(start, end)
+        decay = mean_decay(elements.rates, start[..., None, None], end[..., None, None])
+        return self._total(elements, decay, creep)
 
     def _elements(self, wavenumber: Array) -> Elements:
         modes, zero = self._modes_and_zero(wavenumber)
         return Elements(modes, zero, *parallel_creep(self.layer.material.spectrum(), modes.stiffness))
 
-    def _mean(self, elements: Elements, start: Array, end: Array) -> Array:
-        """``step`` at the wavenumbers of the elements."""
-        modes, zero, first, amplitude, rho = elements
-        decay = mean_decay(rho, start[..., None, None], end[..., None, None])
+    def _total(self, elements: Elements, decay: Array, creep: Array) -> Array:
+        """alpha N from what is left of exp(-rate t) of the elements, (..., 2, m), and the layer's J, (...)."""
+        modes, zero, first, amplitude, _ = elements
         springs = first + jnp.sum(amplitude * (1.0 - decay), -1)
-        film = modes.film * self.layer.material.spectrum().mean_creep(start, end)
-        total = film + jnp.sum(modes.amplitude * springs, -1)
-        return jnp.where(zero, HalfSpace(self.substrate).step(jnp.ones(()), start, end), total)
+        total = modes.film * creep + jnp.sum(modes.amplitude * springs, -1)
+        return jnp.where(zero, surface_creep(self.substrate).instantaneous, total)
 
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """The paper's substitution of phi(t) for 1/(2G), the mean over an interval by five Gauss points.
@@ -154,7 +154,7 @@ class OneLayer(Response):
         springs = J[..., None] / (1.0 + modes.stiffness[..., None, :] * J[..., None])
         values = modes.film[..., None] * J + jnp.sum(modes.amplitude[..., None, :] * springs, -1)
         mean = jnp.sum(values * QUADRATURE_WEIGHTS, -1) / 2.0
-        return jnp.where(zero, HalfSpace(self.substrate).step(wavenumber, start, end), mean)
+        return jnp.where(zero, surface_creep(self.substrate).instantaneous, mean)
 
     def wavenumbers(self) -> Array:
         return ladder.wavenumbers(self.body)
@@ -162,11 +162,12 @@ class OneLayer(Response):
     def separate(self, nodes: int) -> Separable:
         """Bands of the decay rates of the film in parallel with the substrate; see ``response.separable``."""
         elements = self._elements(self.wavenumbers())
-        modes, zero, _, amplitude, rho = elements
+        modes, zero, _, amplitude, rates = elements
         moved = jnp.where(zero[:, None, None], 0.0, modes.amplitude[..., None] * amplitude)
-        exact = lambda t: self._mean(elements, t, t)
-        start, film = exact(jnp.zeros(())), jnp.where(zero, 0.0, modes.film)
-        return separate_bands(start, film, self.layer.material.spectrum(), moved, rho, nodes, exact)
+        creep = self.layer.material.spectrum()
+        exact = lambda t: self._total(elements, jnp.exp(-rates * t[..., None, None]), creep.creep(t))
+        start = self._total(elements, jnp.ones(()), creep.instantaneous)
+        return separate_bands(start, jnp.where(zero, 0.0, modes.film), creep, moved, rates, nodes, exact)
 
     def expand(self, values: Array) -> Images:
         return ladder.expand(self.body, values)
