@@ -33,11 +33,8 @@ from fitting.segments import noise
 
 STEPS = 30  # of Newton, from above; it takes ten or so
 FALL = 0.02  # share of the greatest depth, or contact area, by which it may fall and still count as growing
-FEW, FEW_SHARE, SURE = (
-    5,
-    0.02,
-    5.0,
-)  # points that may be out of contact, in number and of all; standard deviations
+FEW, FEW_SHARE = 5, 0.02  # points that may be out of contact, in number and of all
+SURE = 5.0  # standard deviations of its noise by which the load falls for sure
 RANGE = 0.5e-9  # of the forces [m], for Tabor's parameter
 ZONES = 3.0  # by which an edge at rest creeps on in such a time (measured with a cohesive zone)
 SHORT = 5.0  # Tabor's parameter from which on the forces are short in range

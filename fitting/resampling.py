@@ -22,10 +22,7 @@ FEW = 4  # samples in a bin below which they stay as they are
 LONG = 30  # samples of a bin that tells how correlated they are
 STEP = 0.1  # share of the greatest stress by which it changes at a jump
 LATE = 0.15  # share of a spell of time after which its bins grow no longer
-SURE, SAME = (
-    3.0,
-    1e-6,
-)  # standard deviations of its noise, and share of its range, within which a level is reached
+SURE, SAME = 3.0, 1e-6  # a level is reached within so much of its noise and its range
 MOST = 0.99  # rho
 
 
