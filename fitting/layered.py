@@ -19,10 +19,8 @@ from fitting.press import Press
 from fitting.segments import noise
 
 TIMES = 96  # march times where there are more samples
-CORNER, ABOVE_NOISE = (
-    0.02,
-    5.0,
-)  # a turn leaves a straight line by so much of the greatest drive, and of its noise
+CORNER = 0.02  # share of the greatest drive by which a turn leaves a straight line, at least
+ABOVE_NOISE = 5.0  # and standard deviations of its noise
 
 
 class Coating(NamedTuple):
