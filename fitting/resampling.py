@@ -53,7 +53,7 @@ def resample(data: CreepData | IndentationData, per_decade: float = 20) -> Creep
     """
     if not isinstance(data, CreepData | IndentationData):
         raise ValueError(f"data: expected CreepData or IndentationData, got {type(data).__name__}")
-    if not (isinstance(per_decade, int | float) and 0.0 < per_decade < math.inf):
+    if not (isinstance(per_decade, int | float | np.number) and 0.0 < per_decade < math.inf):
         raise ValueError(f"per_decade: expected a number > 0, got {per_decade!r}")
     return (_creep if isinstance(data, CreepData) else _indentation)(data, float(per_decade))
 
