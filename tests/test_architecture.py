@@ -65,6 +65,7 @@ LAYERS = {
     "response.layered": 8,
     "response.body": 9,
     "indenters": 10,
+    "predicted_contact": 11,
     # traction -> displacement on a grid
     "operators.spectral": 0,
     "operators.base": 0,

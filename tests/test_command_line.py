@@ -14,6 +14,7 @@ import jax
 import numpy as np
 import pytest
 from test_progress import Terminal
+from tolerances import FORETOLD_STRAIN
 
 import jaxcontact as jc
 from jaxcontact.__main__ import _parser, main
@@ -207,6 +208,7 @@ def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
     assert all("  # " in line for line in lines)
 
 
+BEYOND = {"tribofilm_creep", "tribofilm_relaxation"}
 TRACED = {"fretting_coating", "rolling_wheel", "sliding_film"}  # their check traces a function, for seconds
 
 
@@ -215,11 +217,38 @@ TRACED = {"fretting_coating", "rolling_wheel", "sliding_film"}  # their check tr
     [pytest.param(p, marks=pytest.mark.slow if p.stem in TRACED else ()) for p in READY_MADE],
     ids=lambda path: path.stem,
 )
-def test_a_ready_made_case_is_checked_without_running_and_without_warning(path, capfd, monkeypatch):
+def test_a_ready_made_case_is_checked_without_running(path, capfd, monkeypatch):
+    """Without a warning, but that the paper's films are shortened by several times their thickness."""
     monkeypatch.setattr("jaxcontact.commands.run.prepare", None)
     assert main(["check", str(path)]) == 0
     out, err = capfd.readouterr()
-    assert "can run" in out and err == ""
+    assert "can run" in out
+    if path.stem in BEYOND:
+        assert err.count("\n") == 1 and "linear theory is stretched" in err
+    else:
+        assert err == ""
+
+
+def test_check_foretells_the_films_strain(case, tmp_path, capfd):
+    """Its number is that of the run which follows, nearly, and the warning is there for both or for neither."""
+    assert main(["check", str(case)]) == 0
+    out, err = capfd.readouterr()
+    foretold = float(re.search(r"film strain: about (\S+)", out)[1])
+    assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    solved = summary["film_strain_largest_m_per_m"]
+    assert 1.0 / FORETOLD_STRAIN < foretold / solved < FORETOLD_STRAIN
+    assert solved > 0.2 and "stretched" in err and any("stretched" in note for note in summary["warnings"])
+
+
+def test_check_says_of_what_it_foretells_no_strain(case, capfd):
+    several = CASE.replace("[layer]", "[[layer]]").replace(
+        "[substrate]", '[[layer]]\nmaterial = "elastic"\nE = 1e9\nnu = 0.3\nthickness = 1e-6\n[substrate]'
+    )
+    case.write_text(several)
+    assert main(["check", str(case)]) == 0
+    out, err = capfd.readouterr()
+    assert "film strain: foretold for a ball pressed on one film, not for this" in out and err == ""
 
 
 @pytest.mark.slow
@@ -254,8 +283,8 @@ def test_check_warns_and_is_not_an_error(name, case, capfd):
     case.write_text(CASE.replace(old, new))
     assert main(["check", str(case)]) == 0
     out, err = capfd.readouterr()
-    assert "1 warning" in out
-    assert err.count("\n") == 1 and words in err
+    assert "2 warnings" in out  # the other is of the film's strain
+    assert err.count("\n") == 2 and words in err
 
 
 def test_check_asks_for_the_unit_of_a_layer_that_is_thick_beyond_sense(case, capfd):

@@ -12,3 +12,10 @@ RADIUS = 1e-3  # discretisation at N = 128, some 100 cells across: radius (measu
 PUBLISHED = 3e-3  # the paper's own approaches, low by its discretisation
 MODES = 1e-8  # reverse against forward mode, tangents solved to 1e-10
 CENTRAL_DIFFERENCE = 1e-5  # central differences with a step of 3e-4 in log parameters (measured: 3e-6)
+
+# what is foretold of a contact before it is solved
+FORETOLD_RADIUS = (
+    0.18  # Hertz's pressure in place of the film's own (measured: 0.08 at nu = 0.3, 0.17 at 0.49)
+)
+FORETOLD_STRAIN = 1.55  # a factor: 0.65 where the pressure of a film that keeps its volume is peaked
+QUADRATURE = 2e-4  # the integral over wavenumbers against Hertz

@@ -47,6 +47,8 @@ def check(options: argparse.Namespace) -> int:
         tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
     tell(f"{options.case}: {verdict}: {advice.describe(case)}", sys.stdout)
+    if strain := advice.describe_strain(case):
+        tell(f"{options.case}: {strain}", sys.stdout)
     return FINE
 
 

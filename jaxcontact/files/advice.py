@@ -8,16 +8,18 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxcontact._experiment import FEW_CELLS, Experiment
-from jaxcontact.files.case_file import Case, CaseError
+from jaxcontact._experiment import FEW_CELLS, STRAIN_LIMIT, Experiment
+from jaxcontact.files.case_file import Case, CaseError, layer_tables
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body, thickest
+from jaxcontact.predicted_contact import predicted
 from jaxcontact.response.body import response_of
 from jaxcontact.spectrum import relaxation_modes
 
 THICK = 1000.0  # thickness over the grid's width
+PRESSED = ("indentation", "shear")  # experiments in which the ball stays where it is
 COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
 
 
@@ -68,7 +70,25 @@ def in_bytes(size: float) -> str:
 
 def advice(case: Case) -> list[str]:
     """One line for each thing that may spoil the result; none for a case without fault."""
-    return [*_layer_advice(case), *_grid_advice(case), *_time_advice(case)]
+    return [*_layer_advice(case), *_strain_advice(case), *_grid_advice(case), *_time_advice(case)]
+
+
+def describe_strain(case: Case) -> str:
+    """The film's strain to come, in one line, or for what it is not foretold; empty without a film."""
+    if response_of(checked_body(case.body)[0]).film() is None:
+        return ""
+    strain = foretold_strain(case)
+    if strain is None:
+        return f"film strain: foretold for a ball pressed on one film, not for this ({case.kind})"
+    return f"film strain: about {strain:.2g} at its largest"
+
+
+def foretold_strain(case: Case) -> float | None:
+    """The film's largest strain, of a ball pressed on one film; None for all else."""
+    alone = len(layer_tables(case.tables)) == 1
+    if not (alone and isinstance(case.indenter, Sphere) and case.kind in PRESSED):
+        return None
+    return predicted(case.body, case.indenter, case.control, case.times).film_strain
 
 
 def describe(case: Case) -> str:
@@ -94,11 +114,21 @@ def _layer_advice(case: Case) -> Iterator[str]:
         )
 
 
+def _strain_advice(case: Case) -> Iterator[str]:
+    """Of a film that will be shortened by more than linear theory is made for, as a run warns too."""
+    strain = foretold_strain(case)
+    if strain is not None and strain > STRAIN_LIMIT:
+        yield (
+            f"layer: the film may be shortened by {strain:.2g} of its thickness: above {STRAIN_LIMIT} the linear theory"
+            " is stretched; a lower load or approach strains it less"
+        )
+
+
 def _grid_advice(case: Case) -> Iterator[str]:
     """Of a ball: the contact at the first loaded time, in cells, and the largest, against the grid."""
     if not isinstance(case.indenter, Sphere):
         return
-    first, largest = first_radius(case), _radius(case, case.times)
+    first, largest = first_radius(case), predicted(case.body, case.indenter, case.control, case.times).radius
     dx = max(float(spacing) for spacing in case.grid.spacing)
     width = min(float(width) for width in case.grid.width)
     if 2.0 * first / dx < FEW_CELLS:
@@ -117,10 +147,6 @@ def first_radius(case: Case) -> float:
     index = int(np.argmax(values > 0.0))
     control = dataclasses.replace(case.control, value=values[index])  # type: ignore[type-var]
     return case.indenter.estimated_radius(case.body, control, case.times[index : index + 1])
-
-
-def _radius(case: Case, times: np.ndarray) -> float:
-    return case.indenter.estimated_radius(case.body, case.control, times)
 
 
 def fastest_time(case: Case) -> float:
