@@ -42,7 +42,7 @@ EXAMPLES = (
 )
 OF_RUN = (
     "jaxcontact run polymer_coating -o out        # a case that comes with the package",
-    "jaxcontact run mine.toml -o out --save few   # one of your own, with maps of nine times",
+    "jaxcontact run mine.toml -o out --save all   # one of your own, with maps of all times however large",
     "jaxcontact run mine.toml -o out --resume     # go on where it was stopped",
     "jaxcontact run --show tribofilm_creep        # print it with all defaults",
 )
@@ -154,7 +154,7 @@ def _add_run(commands: Commands) -> None:
     command.add_argument(
         "--save",
         choices=(ALL, FEW, LAST),
-        help="maps of all times, of nine at most, of the last; as the case says when absent",
+        help="maps of all times, of nine at most, of the last; when absent as the case says, or all up to 32 MB, else nine",
     )
     how = _add_output(command, required=False)
     how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")

@@ -16,9 +16,9 @@ import jax
 
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
-from jaxcontact.files.chosen_times import FEW, LAST, chosen
+from jaxcontact.files.chosen_times import FEW, LAST, chosen, maps_of
 from jaxcontact.files.run_directory import UNFINISHED
-from jaxcontact.labels import FIELDS, stored_fields
+from jaxcontact.labels import stored_fields
 from jaxcontact.simulation import BLOCK, first_block, prepare
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
@@ -49,14 +49,11 @@ def footprint_of(case: Case) -> Footprint:
 def _at_once(case: Case) -> Footprint:
     """Of one compiled program: its work arrays, and the fields of its result."""
     field, nt = 8.0 * case.grid.shape[0] * case.grid.shape[1], case.times.size
-    dims = [FIELDS[name][0] for name in stored_fields(KINDS[case.kind].result)]
+    fields = stored_fields(KINDS[case.kind].result)
     given = 1 if case.kept == LAST else nt
     kept = chosen(case.kept, nt).size or 1
-    maps = lambda count: sum(
-        (1 + ("direction" in dim)) * (count if "time" in dim else 1) for dim in dims if "x" in dim
-    )
-    memory = PROCESS + (AT_ONCE[case.kind] + 3.0 * maps(given)) * field
-    return Footprint(memory, maps(kept) * field + 8.0 * 20 * nt + HEADS)
+    memory = PROCESS + (AT_ONCE[case.kind] + 3.0 * maps_of(fields, given)) * field
+    return Footprint(memory, maps_of(fields, kept) * field + 8.0 * 20 * nt + HEADS)
 
 
 def _in_blocks(case: Case) -> Footprint:

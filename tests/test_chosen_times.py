@@ -8,7 +8,9 @@ from test_command_line import CASE
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from jaxcontact.files.case_file import read_case
 from jaxcontact.files.chosen_times import at_times, chosen
+from jaxcontact.footprint import footprint_of
 
 FILE = "result.npz"
 
@@ -59,6 +61,19 @@ def test_another_choice_leaves_no_course_of_the_run_before(long_case, tmp_path):
     result = jc.load(out / FILE)
     assert result.pressure.shape == (16, 16) and result.approach.shape == (41,)
     assert not (out / "course.npz").exists() and 'save = "last"' in str(np.load(out / FILE)["case"])
+
+
+def test_a_run_that_does_not_say_keeps_all_maps_up_to_32_megabytes(long_case):
+    """Pressure and displacement at 41 times, and the profile, of 8 bytes a cell: 219 x 219 cells are 31.8 MB."""
+    small = long_case.read_text()
+    of = lambda text: (long_case.write_text(text), read_case(long_case))[1]
+    assert of(small).kept == of(small.replace("n = 16", "n = 219")).kept == "all"
+    large = small.replace("n = 16", "n = 222")
+    assert of(large).kept == "few" and "save" not in of(large).options
+    assert footprint_of(of(large)).disk < 0.4 * footprint_of(of(small.replace("n = 16", "n = 219"))).disk
+    for said in ("all", "few", "last"):
+        for text in (small, large):
+            assert of(f'{text}[solver]\nsave = "{said}"\n').kept == said
 
 
 def test_what_is_chosen_has_the_ends_and_equal_steps():

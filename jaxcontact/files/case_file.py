@@ -29,10 +29,11 @@ from jaxcontact.files.case_schema import (
     choice,
     sections_of,
 )
-from jaxcontact.files.chosen_times import ALL, LAST
+from jaxcontact.files.chosen_times import LAST, kept_unless_said
 from jaxcontact.files.npz import read_npy
 from jaxcontact.files.quantities import in_si
 from jaxcontact.grid import Grid
+from jaxcontact.labels import stored_fields
 from jaxcontact.layers import Layer, LayeredHalfSpace
 
 Table = dict[str, Any]
@@ -113,7 +114,8 @@ def _case(tables: Table, folder: Path) -> Case:
     grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
     motion = _motion(kind, tables, times.size, folder)
     options = dict(tables.get("solver", {}))
-    kept = options.pop("save", ALL)
+    fields = stored_fields(KINDS[kind].result)
+    kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
 

@@ -209,7 +209,10 @@ ITERATIONS = Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", 
 MORE_ITERATIONS = Key(ITERATIONS.accept, ITERATIONS.meaning, default=2000)
 SUBSTEPS = Key(whole_number(1, 1000), "inner steps between two times", default=1)
 CORRESPONDENCE = Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact")
-SAVE = Key(choice(ALL, FEW, LAST), "maps written: of all times, of nine at most, of the last", default=ALL)
+SAVE = Key(
+    choice(ALL, FEW, LAST),
+    "maps written: of all times, of nine at most, of the last; absent: all where they take up to 32 MB, or a few",
+)
 
 Keys = dict[str, Key]
 TIMES_KEYS: Keys = {

@@ -58,6 +58,8 @@ def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
         return _filled(table, {"values": keys["values"]} if "values" in table else keys)
     if name == "grid":
         return _grid(case, keys)
+    if "save" in keys:
+        return _filled({"save": case.kept} | table, keys)
     return _filled(table, keys)
 
 
@@ -102,7 +104,7 @@ def _meaning(name: str, value: Any, key: Key) -> str:
     if isinstance(value, str) and name in ("material", "shape"):  # the shape of a grid is two numbers
         return ((MATERIALS | SHAPES)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
     choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
-    return key.meaning.split("; from the expected")[0] + choices
+    return key.meaning.split("; from the expected")[0].split("; absent: ")[0] + choices
 
 
 def _toml(value: Any) -> str:

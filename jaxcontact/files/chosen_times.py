@@ -2,9 +2,10 @@
 
 A map of the plane is a thousand times as large as what else a step gives, and nobody looks at every one. With "few"
 ``result.npz`` is the history of a few of the times, whole, and ``course.npz`` has lines and single numbers at all of them.
+A run that does not say keeps all maps where they are small together, and a few where they are not.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from jaxcontact.labels import FIELDS, TIME
 
 FEW, ALL, LAST = "few", "all", "last"  # what "save" of a case file and of the command line may be
 MOST = 9  # times of maps with "few"
+SMALL = 32e6  # bytes of all maps of a run, up to which all are kept unless it says otherwise
 
 
 def chosen(kept: str, count: int) -> np.ndarray:
@@ -25,6 +27,17 @@ def chosen(kept: str, count: int) -> np.ndarray:
     return np.unique(
         np.linspace(0, count - 1, min(MOST, count) if kept == FEW else count).round().astype(int)
     )
+
+
+def kept_unless_said(fields: Iterable[str], shape: tuple[int, int], count: int) -> str:
+    """ "all" where the maps of those fields at ``count`` times take no more than ``SMALL``, "few" otherwise."""
+    return ALL if maps_of(fields, count) * 8.0 * shape[0] * shape[1] <= SMALL else FEW
+
+
+def maps_of(fields: Iterable[str], count: int) -> int:
+    """How many maps, of one number a cell, those fields are at ``count`` times; a vector has two."""
+    dims = [FIELDS[name][0] for name in fields]
+    return sum((1 + ("direction" in dim)) * (count if "time" in dim else 1) for dim in dims if "x" in dim)
 
 
 def at_times(arrays: Mapping[str, np.ndarray], indices: np.ndarray) -> dict[str, np.ndarray]:

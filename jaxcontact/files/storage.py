@@ -79,7 +79,8 @@ def load(path: str | Path) -> Any:
         path: with the ending ``.npz`` or ``.nc``.
 
     Returns:
-        What was saved, with numpy arrays for its fields.
+        What was saved, with numpy arrays for its fields. Of a run that kept the maps of a few times, the history of
+        these times, numbers and maps alike: its ``times`` says which. ``course.npz`` beside it has the numbers of all.
 
     Raises:
         ValueError: another ending, or a file that is no such result.
