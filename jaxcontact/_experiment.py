@@ -25,7 +25,7 @@ from jaxcontact.grid import Grid, check_grid
 from jaxcontact.history import march as marching
 from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
-from jaxcontact.indenters import Indenter, checked_indenter
+from jaxcontact.indenters import HeightField, Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.response.body import response_of
@@ -248,14 +248,14 @@ class Plan:
         return {"times": times, "grid": grid, "saved": saved, **in_si}
 
 
-def reported(result: Any, errors: Errors, valid: Array | None) -> Any:
+def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """The result, marked where values were out of range, with warnings of what a user should know."""
-    result = marked(result, valid)
-    _warn(result, errors)
+    result = marked(result, experiment.valid)
+    _warn(result, errors, experiment.indenter)
     return result
 
 
-def _warn(result: Any, errors: Errors) -> None:
+def _warn(result: Any, errors: Errors, indenter: Indenter) -> None:
     """Say what a user should know of a finished run; silent under jit, grad and vmap."""
     if not is_concrete(result, errors):
         return
@@ -273,8 +273,20 @@ def _warn(result: Any, errors: Errors) -> None:
         say(
             f"the response on the grid is off by up to {float(errors.images):.1g}: its images reach too little"
         )
-    area = np.asarray(result.contact_area)[np.asarray(result.contact_area) > 0.0]
-    cells = np.min(area) / float(result.grid.cell_area) if area.size else np.inf
+    one_contact = not isinstance(indenter, HeightField)  # whose patches are each of their own size
+    if one_contact and (few := _few_cells(result)):
+        say(few)
+
+
+def _few_cells(result: Any) -> str:
+    """Where the contact is smallest, if it is coarse there; empty otherwise."""
+    area = np.atleast_1d(np.asarray(result.contact_area, dtype=float))
+    step = int(np.argmin(np.where(area > 0.0, area, np.inf)))
+    cells = area[step] / float(result.grid.cell_area)
     across = cells if result.grid.plane_strain else 2.0 * np.sqrt(cells / np.pi)
-    if across < FEW_CELLS:
-        say(f"only {across:.1f} cells across the smallest contact: below {FEW_CELLS} it is coarse")
+    if not 0.0 < across < FEW_CELLS:
+        return ""
+    where = (
+        f", at step {step + 1} of {area.size} (t = {float(result.times[step]):g} s)" if area.size > 1 else ""
+    )
+    return f"only {across:.1f} cells across the smallest contact{where}: below {FEW_CELLS} it is coarse"

@@ -112,7 +112,7 @@ def indent(
         _checks.require(plain, 'layer thickness over times: expected no kernels and correspondence="exact"')
         experiment = replace(experiment.also(thick), thicknesses=thicknesses)
     result, errors = _run(experiment.with_kernels())
-    return reported(result, errors, experiment.valid)
+    return reported(result, errors, experiment)
 
 
 def _widening(word: str, given: tuple[Any, ...], options: dict[str, Any]) -> ContactHistory:

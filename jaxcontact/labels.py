@@ -19,6 +19,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "profile": (("x", "y"), "m", "gap at first touch"),
     "pressure": (MAP, "Pa", "contact pressure, positive in compression"),
     "displacement": (MAP, "m", "displacement of both surfaces towards each other"),
+    "gap": (MAP, "m", "gap between the surfaces, zero in contact"),
     "approach": (TIME, "m", "approach of the indenter from first touch"),
     "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
     "load": (TIME, "N", "normal load"),
@@ -112,6 +113,8 @@ def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
         down = {"axis": "Z", "positive": "down"}
         axes["depth"] = ("depth", arrays["depths"], {"units": "m", "long_name": INSIDE["depths"][2]} | down)
     known = fields_of(arrays)
+    if any("direction" in dimensions(known[name][0], a.ndim) for name, a in arrays.items() if name in known):
+        axes["direction"] = ("direction", np.array(["x", "y"]), {"long_name": "component along x or y"})
     fields = {
         name: (dimensions(known[name][0], values.ndim), values, attributes(name, *known[name][1:]))
         for name, values in arrays.items()

@@ -4,6 +4,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from jaxcontact._pytree import pytree, replace
@@ -47,12 +48,13 @@ class Readable:
         return html(self)
 
     def to_xarray(self) -> Any:
-        """The fields as an ``xarray.Dataset``, with dimensions, units and meanings; needs ``jaxcontact[io]``.
+        """The fields and the gap as an ``xarray.Dataset``, with dimensions, units and meanings; needs ``jaxcontact[io]``.
 
         Raises ValueError for many runs in one (``jax.vmap``): take one with ``jax.tree.map(lambda a: a[i], result)``.
         """
         _check_one(self)
-        return dataset(arrays_of(self), {"kind": type(self).__name__})
+        gap = {"gap": np.asarray(self.gap)} if hasattr(self, "gap") else {}
+        return dataset(arrays_of(self) | gap, {"kind": type(self).__name__})
 
     def plot(self) -> Any:
         """A figure: pressure profiles, and approach, load and contact radius over time; of what is not round, maps of

@@ -24,7 +24,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._pytree import pytree
 from jaxcontact.grid import Grid
-from jaxcontact.summaries import is_one_result
+from jaxcontact.summaries import is_one_result, words
 
 RIM = (math.pi - 1.0 + math.log(2.0)) / 24.0  # of a cell, for each of its sides along the rim
 MOST_BINS = 10_000
@@ -45,6 +45,16 @@ class ContactStatistics:
     corrected_fraction: Array
     perimeter: Array
     mean_gap: Array
+
+    def __repr__(self) -> str:
+        units = {
+            "mean_pressure": "Pa",
+            "area_fraction": "",
+            "corrected_fraction": "",
+            "perimeter": "m",
+            "mean_gap": "m",
+        }
+        return words((name.replace("_", " "), getattr(self, name), unit) for name, unit in units.items())
 
 
 @pytree

@@ -3,6 +3,7 @@
 import base64
 import io
 from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,22 @@ def prefixed(value: float, unit: str) -> str:
         return f"{value:.5g} {unit}".rstrip()
     power = int(np.clip(3 * np.floor(np.log10(abs(value)) / 3 + 1e-9), min(PREFIXES), max(PREFIXES)))
     return f"{value / 10.0**power:.5g} {PREFIXES[power]}{unit}"
+
+
+def words(rows: Iterable[tuple[str, Any, str]]) -> str:
+    """Lines of name, value and unit: a number with its prefix, an array by how many and between what they lie."""
+    return "\n".join(f"{name:22s} {_value(value, unit)}".rstrip() for name, value, unit in rows)
+
+
+def _value(value: Any, unit: str) -> str:
+    if not is_concrete(value) or np.asarray(value).dtype.kind not in "biuf":
+        return "no numbers"
+    simple = unit.isalpha() or not unit  # the prefix of a power would be raised with it
+    shown = lambda number: prefixed(float(number), unit) if simple else f"{float(number):.5g} {unit}"
+    values = np.asarray(value)
+    if values.size == 1:
+        return shown(values.ravel()[0])
+    return f"{values.size} from {shown(values.min())} to {shown(values.max())}"
 
 
 def is_one_result(result: Any) -> bool:

@@ -20,6 +20,7 @@ import numpy as np
 from jaxcontact import _checks
 from jaxcontact._pytree import is_concrete, pytree
 from jaxcontact.grid import Grid, check_grid
+from jaxcontact.summaries import words
 
 
 @pytree
@@ -33,6 +34,16 @@ class SurfaceStatistics:
     rms_curvature: np.ndarray
     wavenumber: np.ndarray
     spectrum: np.ndarray
+
+    def __repr__(self) -> str:
+        units = {
+            "rms_height": "m",
+            "rms_slope": "",
+            "rms_curvature": "1/m",
+            "wavenumber": "rad/m",
+            "spectrum": "m^4",
+        }
+        return words((name.replace("_", " "), getattr(self, name), unit) for name, unit in units.items())
 
 
 def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:

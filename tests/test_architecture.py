@@ -32,7 +32,7 @@ LAYERS = {
     "grid": 2,
     "controls": 2,
     "roughness": 3,
-    "topography": 3,
+    "topography": 4,
     "surface_files": 3,
     "spectrum": 1,
     "materials": 2,

@@ -258,9 +258,15 @@ def test_status_tells_of_the_edge_of_a_coarse_grid_and_of_iterations():
     assert int(stopped.status[0]) == 1 and not bool(stopped.converged[0])
 
 
-def test_coarse_contact_warns():
-    with pytest.warns(UserWarning, match="cells across"):
-        jc.indent(half_space(), jc.Sphere(5e-3), jc.Load(20.0), NOW, grid=square(15))
+def test_coarse_contact_warns_and_says_when_but_not_of_the_patches_of_heights():
+    """Of one contact it matters; heights touch in patches whose sizes are the surface's own."""
+    ball, grid, times = jc.Sphere(5e-3), square(15), np.array([3.0, 4.0])
+    rising = jc.Load(np.array([10.0, 20.0]))
+    with pytest.warns(UserWarning, match=r"cells across the smallest contact, at step 1 of 2 \(t = 3 s\)"):
+        jc.indent(half_space(), ball, rising, times, grid=grid)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        jc.indent(half_space(), jc.HeightField(-ball.profile(grid)), rising, times, grid=grid)
 
 
 BAD = {

@@ -129,6 +129,43 @@ def test_labelled_arrays_and_tables(history):
     np.testing.assert_array_equal(frame["approach [m]"], history.approach)
 
 
+def test_labelled_arrays_have_the_gap_and_name_their_directions(history):
+    """The gap is profile + displacement - approach, of the last time alone where the fields are."""
+    pytest.importorskip("xarray")
+    labelled = history.to_xarray()
+    assert labelled.gap.dims == ("time", "x", "y") and labelled.gap.attrs["units"] == "m"
+    expected = labelled.profile + labelled.displacement - labelled.approach
+    np.testing.assert_array_equal(labelled.gap, expected.transpose("time", "x", "y"))
+    assert "direction" not in labelled.coords
+    last = {"pressure": history.pressure[-1], "displacement": history.displacement[-1]}
+    alone = dataclasses.replace(history, **last).to_xarray()
+    assert alone.gap.dims == ("x", "y")
+    np.testing.assert_array_equal(alone.gap, labelled.gap[-1])
+    fields = {field.name: np.asarray(1.5) for field in dataclasses.fields(jc.SteadySliding)}
+    maps = dict.fromkeys(("pressure", "displacement", "profile"), np.ones(GRID.shape))
+    vectors = dict.fromkeys(("velocity", "lateral_force", "pressure_centre"), np.array([1.0, 2.0]))
+    sliding = jc.SteadySliding(**fields | maps | vectors | {"grid": GRID, "status": np.asarray(0)})
+    assert float(sliding.to_xarray().velocity.sel(direction="y")) == 2.0
+
+
+def test_statistics_are_shown_in_words_and_units_with_prefixes():
+    """No prefix before the power of a unit, which would be raised with it; an array by its ends."""
+    numbers = dict(mean_pressure=np.array([2e3, 3e6]), area_fraction=0.25, corrected_fraction=0.125)
+    shown = str(jc.ContactStatistics(**numbers, perimeter=4e-6, mean_gap=5e-9))
+    for words in (
+        "mean pressure +2 from 2 kPa to 3 MPa",
+        "area fraction +0.25",
+        "perimeter +4 µm",
+        "gap +5 nm",
+    ):
+        assert re.search(words, shown)
+    waves = dict(wavenumber=np.array([1e3, 2e3]), spectrum=np.array([1e-30, 3e-30]))
+    shown = repr(jc.SurfaceStatistics(rms_height=6e-9, rms_slope=0.1, rms_curvature=7e3, **waves))
+    for words in ("rms height +6 nm", "curvature +7000 1/m", "spectrum +2 from 1e-30 m.4 to 3e-30 m.4"):
+        assert re.search(words, shown)
+    assert "no numbers" in str(jax.eval_shape(lambda: jc.ContactStatistics(*[np.zeros(2)] * 5)))
+
+
 def test_without_the_extra_the_words_say_what_to_install(history, monkeypatch):
     for name, call in (("xarray", history.to_xarray), ("pandas", history.to_dataframe)):
         monkeypatch.setitem(sys.modules, name, None)

@@ -145,7 +145,7 @@ def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
             interrupt, standing = error, steps.standing()
         if standing.steps:
             run = steps.together(case.grid)
-            reported(run.history, simulation.plan.errors, None)
+            reported(run.history, simulation.plan.errors, simulation.experiment)
     return Ending(standing, run, interrupt, notes)
 
 

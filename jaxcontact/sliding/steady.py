@@ -85,7 +85,7 @@ def slide_steady(
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
     experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
     result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
-    return reported(result, errors, experiment.valid)
+    return reported(result, errors, experiment)
 
 
 def _check_single(control: Control, velocity: Array, grid: Grid) -> None:

@@ -101,7 +101,7 @@ def slide(
         check_rubbing(friction, grid)
     )
     result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
-    return reported(result, errors, experiment.valid)
+    return reported(result, errors, experiment)
 
 
 @jax.jit

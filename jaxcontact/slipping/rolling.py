@@ -94,7 +94,7 @@ def roll_steady(
     speed, value, friction = (as_float64(jnp.asarray(a, float)) for a in (velocity, value, friction))
     experiment = experiment.also(verdict)
     result, errors = _run(experiment, speed, value, friction, forced=forced, coupled=bool(coupled))
-    return reported(result, errors, experiment.valid)
+    return reported(result, errors, experiment)
 
 
 def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:

@@ -91,7 +91,7 @@ def shear(
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
     result, errors = _run(experiment, *given, coupled=bool(coupled))
-    return reported(result, errors, experiment.valid)
+    return reported(result, errors, experiment)
 
 
 def check_friction(friction: Any, grid: Grid) -> Verdict:
