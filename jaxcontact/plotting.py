@@ -93,7 +93,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     low, high = float(np.min(surface)), float(np.max(surface))
     ax.set_ylim(low - 0.15 * (high - low), high + 0.45 * (high - low) + 1e-9)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"height of the surface [{z_name}]")
-    ax.legend(loc="upper center", ncols=2)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return ax
 
 

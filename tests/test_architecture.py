@@ -134,6 +134,7 @@ LAYERS = {
     "files.advice": 22,
     "files.finished_steps": 21,
     "files.run_figures": 4,
+    "files.captions": 21,
     "files.run_results": 22,
     "files.study_file": 22,
 }

@@ -6,16 +6,20 @@ import json
 import signal
 import threading
 import time
+from importlib.resources import files
+from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from test_storage import GRID, assert_same, made_up
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.commands.interrupts import interruptible
 from jaxcontact.files import case_schema
+from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import read_case
 from jaxcontact.footprint import footprint_of
 
@@ -176,6 +180,19 @@ def test_a_run_leaves_its_result_a_summary_and_pictures(kind, written, instead, 
     assert all((out / name).stat().st_size > 5000 for name in summary["pictures"])
     assert set(summary["arrays_in_result_npz"]) == set(np.load(out / "result.npz").files) - {"kind", "case"}
     assert "approach" in capfd.readouterr().out
+
+
+def test_under_each_picture_stands_what_was_computed(written):
+    """In a case's own words and prefixed units, in lines that are no longer than the picture is wide."""
+    polymer = Path(str(files("jaxcontact.cases"))) / "polymer_coating.toml"
+    words = "sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"
+    assert caption_of(read_case(polymer)) == words
+    figure = Figure(figsize=(2.0, 2.0))
+    write_under(figure, words)
+    lines = figure.get_supxlabel().split("\n")
+    assert " ".join(lines) == words and len(lines) == 3
+    rubbed = "sphere of 9.5 mm on elastic; load 20 N; velocity 0 m/s to 20 µm/s; to 2 s; 16 x 16 cells"
+    assert caption_of(read_case(written("sliding"))) == rubbed
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 from jaxcontact import figures, labels, plotting
 from jaxcontact._version import __version__
 from jaxcontact.files import storage
+from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import FEW, at_times, chosen, course_of
@@ -78,6 +79,7 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
     for name, figure in report.pictures.items():
+        write_under(figure, caption_of(case))
         write_picture(directory / name, figure)
     return summary
 
