@@ -1,5 +1,6 @@
 """The figure of a fit: data, model and residuals over time, the parameters, and whether the fit stands."""
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from fitting import axis_units, report
 
 EARLY = 0.1  # share of the duration in which half of the samples lie, if they are to be seen on log time
 FINE = 400  # points of a line
+LETTERS = 90  # of a line above the narrowest figure
 
 
 def draw(fit: Any, path: Any) -> Any:
@@ -64,7 +66,7 @@ def draw_tests(fit: Any, path: Any) -> Any:
 
 
 def _verdict(fit: Any) -> list[str]:
-    return [f"refused: {reason}" for reason in fit.refused] or ["the fit stands"]
+    return [textwrap.fill(f"refused: {reason}", LETTERS) for reason in fit.refused] or ["the fit stands"]
 
 
 def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -37,7 +37,10 @@ def reasons(
     points = [i for i in outlying(residuals, jacobian) if _moves(residuals, jacobian, i) > MATTERS]
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
-        found.append(f"outliers move the fit: {len(points)} of {t.size} points, at t = {times} s")
+        found.append(
+            f"outliers move the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or say by sigma"
+            " how uncertain they are"
+        )
     return tuple(found)
 
 

@@ -108,7 +108,7 @@ def test_a_fit_that_is_refused_determines_nothing(name):
     loaded = json.loads(found.to_json())
     assert loaded["verdict"] == "refused" and loaded["reasons"] == list(found.refused)
     assert "REFUSED" in found.summary()
-    assert found.refused[0] in found.plot().get_suptitle()
+    assert found.refused[0] in " ".join(found.plot().get_suptitle().split())
 
 
 @pytest.mark.slow
