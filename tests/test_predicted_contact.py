@@ -18,7 +18,8 @@ def agrees(film, h, control, times):
     body = jc.LayeredHalfSpace([jc.Layer(film, h)], STEEL)
     found = predicted(body, BALL, control, times)
     grid = jc.Grid.square(n=32, width=2.8 * found.radius)
-    solved = jc.indent(body, BALL, control, times, grid=grid, save="last")
+    kernels = jc.kernels(body, BALL, grid, nodes=6)  # some films are far stiffer than the steel
+    solved = jc.indent(body, BALL, control, times, grid=grid, save="last", kernels=kernels)
     assert int(np.max(solved.status)) == 0
     assert found.radius == pytest.approx(float(np.max(solved.contact_radius)), rel=FORETOLD_RADIUS)
     factor = found.film_strain / float(np.max(solved.film_strain))

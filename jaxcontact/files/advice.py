@@ -80,7 +80,7 @@ def describe_strain(case: Case) -> str:
     strain = foretold_strain(case)
     if strain is None:
         return f"film strain: foretold for a ball pressed on one film, not for this ({case.kind})"
-    return f"film strain: about {strain:.2g} at its largest"
+    return f"film strain: about {strain:.2g} at its largest, to a factor of 1.5"
 
 
 def foretold_strain(case: Case) -> float | None:
