@@ -126,7 +126,7 @@ CHECKS = {
 }
 
 
-LONG = ("responses", "influence coefficients")
+LONG = ("responses", "influence coefficients", "contact")
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ def test_a_derivative_whose_solve_fails_is_nan(monkeypatch):
     assert np.isnan(slope[1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
 def test_a_film_that_may_flow_but_does_not_has_a_value_and_a_slope():
     """Fluidity zero: the solid without flow, and the slope towards flow."""
@@ -249,7 +249,7 @@ def test_an_integer_load_has_a_gradient():
     assert float(jax.grad(f)(jc.Load(60)).value) == pytest.approx(float(expected), rel=5e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:only")
 def test_hessians_through_time_of_many_solids_at_once():
     """jit, vmap and hessian of a run of four steps: central differences of its gradient, and symmetric."""
@@ -271,7 +271,7 @@ def test_hessians_through_time_of_many_solids_at_once():
     np.testing.assert_allclose(found, found.transpose(0, 2, 1), rtol=1e-6, atol=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_hold_the_area_of_contact():
     """As the docs say: the slope of Hertz's load over approach is met, its curvature is not seen.
 
@@ -290,7 +290,7 @@ def test_second_derivatives_hold_the_area_of_contact():
     assert float(wide) == pytest.approx(float(jax.hessian(hertz)(1.0)), rel=2e-2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:only")
 def test_a_second_derivative_by_the_approach_of_what_creeps_is_there():
     """The load's cotangent is constant while the history moves with the approach; the area is held."""
@@ -317,7 +317,7 @@ def test_a_function_that_saves_is_only_asked_where_there_is_contact():
     assert float(jax.grad(deepest)(1e9)) < 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_parameter_sets_at_once_equal_the_loop():
     """Also prints the time of a case of either (a benchmark of neither: compile time is apart, once each)."""
     times = jnp.linspace(0.0, 1600.0, 4)
@@ -336,7 +336,7 @@ def test_many_parameter_sets_at_once_equal_the_loop():
     np.testing.assert_allclose(*found, rtol=TIGHT_SOLVER)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_reverse_mode_keeps_does_not_change_what_it_finds():
     times, grid = jnp.linspace(0.0, 1600.0, 6), jc.Grid.square(16, 560e-6)
 

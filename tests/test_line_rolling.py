@@ -195,7 +195,7 @@ def test_an_adhering_cylinder_is_driven_by_what_creeps(speed):
     assert force == pytest.approx(adhering(contact, speed, creepage, 0.5), rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rolling_slowly_is_on_the_relaxed_solid_and_fast_on_that_of_the_first_instant():
     """With coupling, stick and slip; speed does not count beyond."""
     load, xi, mu = 20.0, 2e-3, 0.4
@@ -220,7 +220,7 @@ def test_without_friction_rolling_is_sliding():
     assert float(slid.pressure_centre[0]) > 1e-5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:only")  # few cells: that the contact is coarse is known
 def test_what_left_the_grid_is_still_felt():
     """By a ball that rolls askew: on a grid of twice the width, where it has not left yet, it is the same."""

@@ -102,7 +102,7 @@ def test_x_y_and_the_diagonal_agree(body, ball):
     assert apart(diagonal.pressure.swapaxes(1, 2), diagonal.pressure) < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_order_in_the_step(body, ball):
     """Half a pixel a step against a quarter and an eighth, while the speed changes."""
     pixel = 500e-6 / 32
@@ -119,7 +119,7 @@ def test_second_order_in_the_step(body, ball):
     assert 3.5 < ratio < 4.6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_doubling_the_window_changes_the_peak_by_less_than_a_thousandth(body, ball):
     """Forty minutes at 0.4 um/s, a track of two windows: nothing that left comes back or is missed."""
     narrow = slide(body, ball, times=TIMES * 4.0, velocity=0.4e-6, save="last")
@@ -133,7 +133,7 @@ def test_doubling_the_window_changes_the_peak_by_less_than_a_thousandth(body, ba
     assert float(narrow.dropped[-1]) < 1e-4 * float(narrow.approach[-1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_doubling_the_window_of_a_half_space(ball, film):
     """A half-space misses what left the window: stated, and within the bound that the result gives."""
     half = jc.LayeredHalfSpace([], film)
@@ -189,7 +189,7 @@ def in_the_bodys_frame(body, ball, places, times, grid, margin):
     return jnp.stack(found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reciprocating_remembers_earlier_passes(body, ball):
     """Eight cells forth and back, a cell each 20 s, against a march in the body's own frame."""
     forth = np.append(np.arange(9), np.arange(7, -1, -1))
@@ -215,7 +215,7 @@ def there_and_back(body, ball, grid):
     return jax.jit(lambda v: slide(body, ball, times=times, velocity=v * rate, grid=grid, tolerance=1e-9))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_coming_back_to_what_left_the_grid_is_marked(body, ball):
     """Against a wider window; half the contact's width is 0.34 of it: held, just held, lost, far out and back."""
     small, large = (there_and_back(body, ball, g) for g in (SMALL, jc.Grid((128, 32), SMALL.spacing)))

@@ -136,7 +136,7 @@ def test_all_speeds_within_400_convolutions(body, ball):
         assert 4 * int(found.iterations) + nonsymmetric.COLD_ITERATIONS < 400
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_slowest_film_on_a_fine_grid_is_solved_too(body, ball):
     """From a cruder start cells deep inside were lost for good here, and 500 iterations did not do."""
     found = slide_steady(body, ball, velocity=1e-9, grid=jc.Grid.square(256, 620e-6), tolerance=1e-8)
@@ -179,7 +179,7 @@ def test_window(body, ball):
     np.testing.assert_allclose(wide.approach, narrow.approach, rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_half_space_that_flows_drifts(ball, film):
     """The approach after one width of the grid and after two differ by the drift times ln 2."""
     half, speed = jc.LayeredHalfSpace([], film), 1.6e-6
@@ -254,7 +254,7 @@ def solid(x):
     return jnp.sum(found.pressure**2) + found.approach + 10.0 * (found.tangential_force + found.power)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_reverse_forward_and_central():
     """Along one direction in all six parameters."""
     x, direction = jnp.ones(6), jnp.asarray([0.5, -0.3, 0.7, 0.4, -0.6, 0.8])
