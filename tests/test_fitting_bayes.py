@@ -112,6 +112,7 @@ def test_what_the_data_leave_open_is_said_to_be_the_prior_s():
     np.testing.assert_allclose(found.intervals["G"], fit.intervals["G"], rtol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("apart", "follow", "word"), [(1.0, 0.0, "R-hat of eta"), (0.0, 0.94, "effective draws of")]
 )

@@ -185,7 +185,7 @@ def test_a_short_hold_does_not_determine_the_flow():
     assert opened >= 8
 
 
-@pytest.mark.parametrize("control", ["load", "depth"])
+@pytest.mark.parametrize("control", ["load", pytest.param("depth", marks=pytest.mark.slow)])
 def test_nuisances_are_recovered(control):
     """Contact point, drift and machine compliance put into the measured depth are found again."""
     t = np.concatenate([[0.0], np.geomspace(1.0, 40000.0, 400)])
@@ -200,6 +200,7 @@ def test_nuisances_are_recovered(control):
     np.testing.assert_allclose(found.values["G2"], TRUTH["G2"], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_ramp_is_oyens_factor():
     """With rise=t_R the fit of depths from Oyen's closed form (her Eq. for t >= t_R) is exact."""
     rise, tau = 3000.0, TRUTH["eta2"] / TRUTH["G2"]
@@ -311,7 +312,7 @@ def load_of(depth, t, p, radius, nu):
     return 8.0 * np.sqrt(radius) / (3.0 * (1.0 - nu)) * load
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_no_start_finds_a_lower_minimum(seed):
     """Load 3 % off under depth control, where the first start stops 1 to 2 % above the least squares of scipy from
     twelve starts, with no instantaneous compliance at all."""

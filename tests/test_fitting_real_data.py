@@ -18,7 +18,7 @@ HL60 = "creep_hl60_stretcher/hl60_creep.csv"
 # file, weights, (G1, G2, eta1, eta2) found by 24 starts, misfit expected
 TABLE = [
     pytest.param(PS190, "relative", (3.23e4, 5104, 6.56e4, 1.02e5), True, marks=pytest.mark.slow),
-    (PS190, "absolute", (6282, 896, 6.87e4, 7.15e5), True),
+    pytest.param(PS190, "absolute", (6282, 896, 6.87e4, 7.15e5), True, marks=pytest.mark.slow),
     pytest.param(PS130, "relative", (1.14e5, 4.4e4, 2.00e8, 4.0e7), True, marks=pytest.mark.slow),
     pytest.param(PS130, "absolute", (7.84e4, 3.5e4, 2.31e8, 8.6e7), True, marks=pytest.mark.slow),
     (HL60, "relative", (1009, 27, np.inf, 105), False),

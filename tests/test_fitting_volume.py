@@ -55,6 +55,7 @@ def test_shear_creep_is_recovered_where_the_volume_stays_elastic(control):
     assert "conditional on bulk_modulus = 3e+06 Pa" in found.summary()
 
 
+@pytest.mark.slow
 def test_a_bulk_modulus_that_is_uncertain_moves_the_fit():
     """The share of a prediction by gradients against fitting again with another bulk modulus."""
     fit, other = (press("load", bulk, sigma=1e-8) for bulk in (K, 1.001 * K))

@@ -91,6 +91,7 @@ def test_a_half_space_that_creeps_remembers_what_was_dragged():
     assert np.min(gap[~touching]) > -1e-3 * float(state.approach)
 
 
+@pytest.mark.slow
 def test_similar_solids_do_not_feel_it():
     """Nor does an incompressible half-space under a rigid ball."""
     plain, rubbed = (slid(jc.Elastic(1e6, 0.5), friction=mu).pressure for mu in (0.0, MU))

@@ -160,6 +160,7 @@ def test_another_case_does_not_go_on_from_the_steps(interrupted, long_case, capf
     assert not (out / "unfinished").exists()
 
 
+@pytest.mark.slow
 def test_one_run_at_a_time_writes_into_a_directory(long_case, tmp_path, capfd):
     out = tmp_path / "out"
     with claimed(out, force=False, resume=False):
