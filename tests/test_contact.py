@@ -11,7 +11,6 @@ from tolerances import APPROACH, PEAK, SOLVER
 
 import jaxcontact as jc
 from jaxcontact.contact import implicit, normal
-from jaxcontact.operators import convolution
 from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
@@ -146,16 +145,10 @@ def solved(problem):
     return jax.jvp(pressure, (problem.target,), (jnp.ones(()),))
 
 
-@pytest.fixture
-def windows_on_small_grids(monkeypatch):
-    monkeypatch.setattr(convolution, "SMALL", 0)
-
-
 ONE, TWO = [(9.3, 29.0)], [(5.0, 6.0), (27.0, 34.0)]
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("windows_on_small_grids")
 @pytest.mark.parametrize(("lowest", "load"), [(ONE, 4.0), (TWO, 4.0), ([(16.0, 20.0)], 120.0)])
 def test_the_window_changes_nothing_but_the_cost(lowest, load):
     """A contact off the middle, two that no window holds, one that outgrows it: solution and tangent."""
@@ -165,17 +158,7 @@ def test_the_window_changes_nothing_but_the_cost(lowest, load):
         np.testing.assert_allclose(found, expected, atol=1e-8 * float(jnp.max(expected)))
 
 
-def test_small_grids_have_no_window():
-    """From more than 128 x 128 cells on there is one, of about three quarters of each axis."""
-    shapes = {
-        n: Convolutions.of(jnp.ones((1, n, 128))).combined([1.0]).window_shape((n, 128)) for n in (128, 129)
-    }
-    assert shapes[128] is None
-    assert all(0.75 <= part / n < 0.8 for part, n in zip(shapes[129], (129, 128), strict=True))
-
-
 @pytest.mark.slow
-@pytest.mark.usefixtures("windows_on_small_grids")
 def test_a_contact_that_fits_the_window_is_solved_there():
     problem = problem_at(ONE, 4.0)
     start = normal.first_guess(problem)

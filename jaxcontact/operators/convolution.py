@@ -12,7 +12,6 @@ from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Family, Linear, Operator
 
-SMALL = 128**2  # cells of a grid on which a window saves less than the compiler takes over one more search
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 
 
@@ -70,10 +69,8 @@ class Convolutions(Family):
     def of(cls, kernels: Array, periodic: spectral.Periodic = spectral.FREE) -> Convolutions:
         """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; along a periodic axis those of a period.
 
-        The window is without derivative, since only searches use it; a small grid has none.
+        The window is without derivative, since only searches use it.
         """
-        if kernels.shape[-2] * kernels.shape[-1] <= SMALL:
-            return cls(_members(kernels, None, periodic))
         nx, ny = spectral.window_shape(kernels.shape[-2:], periodic)
         part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
         return cls(_members(kernels, _members(part, None, periodic), periodic))
