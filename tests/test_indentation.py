@@ -273,7 +273,7 @@ def test_film_strain_is_that_of_a_bed_of_springs_and_warns(body, ball, film):
     assert float(result.film_strain[0]) == pytest.approx(expected, rel=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_substeps_save_and_kernels_change_nothing_but_the_cost(body, ball):
     times, grid = jnp.linspace(0.0, 900.0, 4), jc.Grid.square(24, 600e-6)
     whole = quietly(body, ball, jc.Load(60.0), times, grid=grid, substeps=3)

@@ -10,6 +10,12 @@ from pathlib import Path
 import pytest
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
+FIRST = {
+    "1_first_contact",
+    "2_fit_creep",
+    "10_force_curve",
+    "13_own_coating",
+}  # run in .ci/run, the others before a release
 LARGEST = 500_000  # bytes of a committed notebook, so that a clone stays small
 
 
@@ -40,8 +46,11 @@ def test_a_notebook_teaches_in_words(path):
     assert words > 150
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=pytest.mark.slow if p.stem in FIRST else pytest.mark.long) for p in NOTEBOOKS],
+    ids=lambda path: path.stem,
+)
 def test_a_notebook_runs_from_clean(path, tmp_path):
     """Time is printed, not tested: it depends on who else is at work. Each is meant to take under 60 s."""
     pytest.importorskip("nbconvert", reason="notebooks are the extra jaxcontact[notebooks]")

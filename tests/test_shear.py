@@ -197,7 +197,7 @@ def test_creeping_half_space_under_a_punch_that_sticks_moves_with_its_creep_comp
     assert shift[0, 0] / shift[0, 1] == pytest.approx(3.0, rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_creeping_film_under_a_punch_that_sticks_relaxes_to_the_film_of_its_long_term_modulus():
     """All sticks, so that the way does not matter: at once and at last the film is an elastic one of G(0), G(infinity)."""
     film = jc.StandardLinearSolid(G1=1e8, G2=0.5e8, eta2=1e8, nu=0.3)  # relaxes to a third, within 2 s

@@ -54,7 +54,7 @@ CREEPING = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain")
 @pytest.mark.parametrize("name", CREEPING)
 def test_growing_contact_on_creeping_stacks_against_the_axisymmetric_march(name):
@@ -87,7 +87,7 @@ def test_a_film_as_three_equal_layers_is_the_film():
     agree(stack, single, 1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
 def test_a_film_as_three_equal_layers_slides_as_the_film():
     grid, ball = jc.Grid.square(32, 620e-6), jc.Sphere(9.525e-3, STEEL)
@@ -99,7 +99,7 @@ def test_a_film_as_three_equal_layers_slides_as_the_film():
     assert float(stack.tangential_force) == pytest.approx(float(single.tangential_force), rel=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
 def test_layers_of_the_substrates_own_material_slide_as_the_half_space():
     """A half-space that creeps, as two layers on itself: pressed, slid over and in steady sliding."""
