@@ -22,6 +22,7 @@ def radius(log_load, control=jc.Load, scale=20.0):
     return jc.indent(GLASS, BALL, control, [0.0], grid=GRID, tolerance=1e-11).contact_radius[0]
 
 
+@pytest.mark.slow
 def test_the_radius_moves_between_the_cells():
     """Loads that move Hertz's edge by a twentieth of a cell: no step is a cell, and none is missed."""
     cell = 260e-6 / 64

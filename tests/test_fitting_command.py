@@ -261,6 +261,7 @@ def test_compare_ranks_the_models(tmp_path, capsys):
     assert summary["model"] == "Burgers" and summary["models"][0]["bic"] < summary["models"][1]["bic"]
 
 
+@pytest.mark.slow
 def test_prony_from_the_shell(tmp_path, capsys):
     path, out = noisy_burgers(tmp_path / "film.csv", 1), tmp_path / "out"
     assert main(["fit", "prony", path, "-o", str(out), "--tau", "1000,8704"]) == 0

@@ -113,6 +113,7 @@ def test_a_recovery_is_the_superposition_of_two_steps():
     np.testing.assert_allclose(list(fit.values.values()), [1500.0, 0.4], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_power_law_is_told_from_a_burgers_material():
     """The fewest parameters that describe the data come first, and what does not describe them is refused."""
     _, J = noisy("Springpot")

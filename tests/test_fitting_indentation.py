@@ -255,6 +255,7 @@ def test_fixed_bounds_and_other_models():
     assert solid.rss > 1.5 * fit(data, weights="relative").rss and solid.misfit
 
 
+@pytest.mark.slow
 def test_report(tmp_path):
     found = fit(hold(noise=0.005), weights="relative")
     text = found.summary()
@@ -350,6 +351,7 @@ def test_another_number_of_points_does_not_compile_again_and_a_turn_takes_few_ru
     assert counts[0] == counts[1]
 
 
+@pytest.mark.slow
 def test_a_file_s_own_errors_weigh_its_points(tmp_path):
     """depth = m (1/G)^(2/3) under a held load is linear: by numpy's weighted mean, where half of the depths are off and
     said to be so; 95 % are 1.96 standard errors of that mean. The error has the depth's unit."""

@@ -36,6 +36,7 @@ def relaxed(seed=None, **options):
     return fitting.RelaxationData(t=T, modulus=G, **options)
 
 
+@pytest.mark.slow
 def test_a_standard_solid_relaxes_to_its_springs_in_series():
     """G(t) = Gs + (G1 - Gs) exp(-t (G1 + G2)/eta2), Gs = G1 G2/(G1 + G2); in tension E = 2 (1 + nu) G."""
     series = 2e5 * 1e5 / 3e5
@@ -81,6 +82,7 @@ def least_of_a_standard_solid(t, G, G1):
     return np.min(np.sum((left - slope * level) ** 2, 0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 5])
 def test_an_interval_does_not_end_where_one_of_several_branches_does(seed):
     """Ten points of a solid of two times: beyond the end of the optimum's branch, another is far below the level."""
@@ -94,6 +96,7 @@ def test_an_interval_does_not_end_where_one_of_several_branches_does(seed):
     assert found.intervals["G1"][1] == np.inf
 
 
+@pytest.mark.slow
 def test_oscillation_has_the_optimum_of_scipy(tmp_path):
     G = dynamic(OMEGA, **TRUTH)
     off = np.random.default_rng(1).standard_normal((2, OMEGA.size))

@@ -19,6 +19,7 @@ def small(*given):
 AROUND = jc.Grid.around
 
 
+@pytest.mark.slow
 def test_a_grid_of_its_own_holds_the_contact(monkeypatch):
     """The ball's estimate is good: no widening, and Hertz's approach."""
     monkeypatch.setattr(jc.Grid, "around", small)

@@ -124,6 +124,7 @@ def test_a_study_is_one_table_and_what_fails_is_in_it_and_is_status_3(study, tmp
     assert json.loads((out / "summary.json").read_text())["failed_count"] == 1
 
 
+@pytest.mark.slow
 def test_a_directory_holds_one_study(study, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["sweep", str(study('"control.load" = [1.0]')), "-o", str(out), "--processes", "1"]) == 0

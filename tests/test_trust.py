@@ -49,6 +49,7 @@ def test_only_a_fine_step_is_converged_and_every_verdict_has_words():
     assert len({status.message for status in jc.Status}) == len(jc.Status)
 
 
+@pytest.mark.slow
 def test_statuses_are_stored_with_their_names(tmp_path):
     xarray = pytest.importorskip("xarray")
     jc.save(run(), tmp_path / "a.nc")
