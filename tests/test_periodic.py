@@ -179,7 +179,7 @@ def test_derivatives_are_those_of_central_differences(body_of, grid, control_of)
     np.testing.assert_allclose(gradient, (ends[:4] - ends[4:]) / (2.0 * step), rtol=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_small_contact_in_a_large_cell_is_that_of_free_space():
     """A ball on a creeping film, 10 cells across a radius: within the error of either grid, and its neighbours' share."""
     steel, film = jc.Elastic.from_young(210e9, nu=0.3), jc.StandardLinearSolid(0.75e9, 13.89e6, 120.9e9)
@@ -195,7 +195,7 @@ def test_a_small_contact_in_a_large_cell_is_that_of_free_space():
     np.testing.assert_allclose(both[0].film_strain, both[1].film_strain, rtol=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_long_slide_over_a_periodic_film_becomes_the_steady_one():
     steel, film = jc.Elastic.from_young(210e9, nu=0.3), jc.StandardLinearSolid(1e9, 2e9, 1e9)
     body, ball = jc.LayeredHalfSpace([jc.Layer(film, 5e-6)], steel), jc.Sphere(1e-3, steel)

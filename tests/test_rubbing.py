@@ -98,7 +98,7 @@ def test_similar_solids_do_not_feel_it():
     np.testing.assert_allclose(rubbed, plain, atol=1e-8 * float(np.max(plain)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_long_slide_with_friction_becomes_the_steady_one():
     body = jc.LayeredHalfSpace([jc.Layer(RUBBER, 100e-6)], jc.Elastic(2e6, 0.3))
     given = {"grid": GRID, "friction": MU}
@@ -116,7 +116,7 @@ def test_a_long_slide_with_friction_becomes_the_steady_one():
     np.testing.assert_allclose(run.coulomb_force, MU * LOAD / 3, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_to_friction_and_speed():
     def centre(friction, velocity):
         return slid(RUBBER, velocity, friction, LOAD / 3, tolerance=1e-11).pressure_centre[0]
@@ -129,7 +129,7 @@ def test_derivatives_to_friction_and_speed():
         assert float(slope) == pytest.approx(float(difference), rel=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cycle_of_fretting_loses_what_friction_and_dashpots_take():
     """A body that creeps, nu = 0: its dashpots' share from the tractions alone, with Cerruti's kernel J/(2 pi r)."""
     rubber, per_cycle = jc.StandardLinearSolid(G1=1e6, G2=0.5e6, eta2=0.1e6, nu=0.0), 40

@@ -142,7 +142,7 @@ def test_a_wave_of_growing_tractions_meets_an_elastic_body(s=0.5):
         assert float(jnp.max(jnp.abs(ours - theirs) / jnp.max(jnp.abs(theirs), 1)[:, None])) < 5e-4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_under_growing_tractions_a_creeping_body_is_an_elastic_one(s=0.5):
     """All that is below the surface, of a film and a substrate that creep."""
     tractions, _ = smooth()
