@@ -15,7 +15,7 @@ SIZE, SHADE = 7.0, "0.45"  # of the letters in points, and their grey: legible o
 
 
 def caption_of(case: Case) -> str:
-    """sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"""
+    """What is computed: "sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"."""
     tables = case.tables
     indenter = tables["indenter"]
     radius = f" of {_amount(indenter['radius'], 'm')}" if "radius" in indenter else ""
