@@ -117,9 +117,10 @@ class _Bins:
 
     def __init__(self, t: np.ndarray, spell: np.ndarray, begin: float, per_decade: float) -> None:
         starts = np.flatnonzero(np.diff(spell, prepend=spell[0] - 1))
-        since = t - np.append(begin, t[starts[1:]])[np.cumsum(np.isin(np.arange(t.size), starts)) - 1]
+        piece = np.cumsum(np.isin(np.arange(t.size), starts)) - 1
+        since = t - np.append(begin, t[starts[1:]])[piece]
         ends = np.append(starts[1:], t.size) - 1
-        turn = (since[ends] * LATE)[np.cumsum(np.isin(np.arange(t.size), starts)) - 1]
+        turn = (since[ends] * LATE)[piece]
         with np.errstate(divide="ignore", invalid="ignore"):
             late = np.where(since > turn, (since / turn - 1.0) / math.log(10.0), 0.0)
             step = np.floor(per_decade * (np.log10(np.minimum(since, turn)) + late))
