@@ -15,6 +15,7 @@ from fitting import padding, varpro
 from fitting.data import CreepData
 from fitting.history import History, Step, columns, merge
 from fitting.structure import Structure
+from jaxcontact.kept_traces import Program
 
 STEPS = 3  # of Gauss-Newton
 
@@ -57,7 +58,7 @@ class Optimum(NamedTuple):
     cost: Array
 
 
-@jax.jit
+@Program
 def minimise(problem: varpro.TauSearch) -> Optimum:
     """The least weighted squares: variable projection, then Gauss-Newton in log parameters."""
     _, x, tau, cost = varpro.solve(problem)
@@ -87,13 +88,13 @@ def _residual(problem: varpro.TauSearch, parts: Array, tau: Array) -> Array:
     return varpro.weighted_columns(problem, _tau(parts, tau)) @ parts[:3] - problem.weights * problem.data
 
 
-@jax.jit
+@Program
 def jacobian(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     """d (weighted model)/d parts, (n, 4), exact; at j2 = 0 tau stays as found."""
     return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
 
 
-@jax.jit
+@Program
 def residuals(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     """Weighted residuals (n,) of a problem at the optimum of another."""
     return _residual(problem, optimum.parts, optimum.tau)
@@ -134,7 +135,7 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
     return jnp.where(active, jnp.exp(u), start)
 
 
-@jax.jit
+@Program
 def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
     """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level; slope0
     is the initial slope; the upper side is infinite where open."""

@@ -25,6 +25,7 @@ from jaxcontact.commands.sweep import run_study
 from jaxcontact.compilation_cache import enable_compilation_cache
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
+from jaxcontact.kept_traces import kept_traces
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -85,8 +86,13 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
-    with contextlib.suppress(OSError):  # a home that cannot be written: compile, as ever
-        enable_compilation_cache()
+    with contextlib.ExitStack() as kept:
+        with contextlib.suppress(OSError):  # a home that cannot be written: compile, as ever
+            kept.enter_context(kept_traces(enable_compilation_cache() / "traces"))
+        return _command(arguments)
+
+
+def _command(arguments: list[str]) -> int:
     if arguments[:1] == ["fit"]:
         from fitting import command  # it takes a second to import, which the others need not wait for
 

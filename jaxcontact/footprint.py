@@ -14,12 +14,14 @@ from typing import Any
 
 import jax
 
+from jaxcontact._experiment import Experiment
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import FEW, LAST, chosen, maps_of
 from jaxcontact.files.run_directory import UNFINISHED
+from jaxcontact.kept_traces import shapes
 from jaxcontact.labels import stored_fields
-from jaxcontact.simulation import BLOCK, first_block, prepare
+from jaxcontact.simulation import BLOCK, first_block
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
 PROCESS = 0.6e9  # bytes
@@ -59,12 +61,11 @@ def _at_once(case: Case) -> Footprint:
 def _in_blocks(case: Case) -> Footprint:
     """Of a march in blocks of steps."""
     given = (case.body, case.indenter, case.control, case.times)
-    simulation = jax.eval_shape(lambda: prepare(*given, grid=case.grid, **case.options))
-    options, plan = simulation.experiment.options, simulation.plan
-    carry, outcomes = (_bytes(tree) for tree in jax.eval_shape(first_block, simulation))
-    kernels, steps = _bytes(plan.setup), _bytes(plan.steps)
+    experiment = Experiment.of(*given, grid=case.grid, **case.options)
+    plan, *block = shapes(first_block, experiment)
+    kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.setup, plan.steps, *block))
     work = WORK * kernels
-    if options.correspondence == "quasi-elastic":
+    if experiment.options.correspondence == "quasi-elastic":
         work = max(work, WEIGHING * steps)
     nx, ny = case.grid.shape
     kept = chosen(case.kept, case.times.size).size

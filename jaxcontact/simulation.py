@@ -17,6 +17,7 @@ from jaxcontact._experiment import Experiment, Plan
 from jaxcontact._pytree import pytree
 from jaxcontact.history import march as marching
 from jaxcontact.indentation import planned
+from jaxcontact.kept_traces import Program
 from jaxcontact.results import ContactHistory
 
 BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the block costs nothing
@@ -80,26 +81,32 @@ def prepare(*case: Any, **options: Any) -> Simulation:
 
     Raises ValueError as ``indent`` does, before anything is computed.
     """
-    experiment = Experiment.of(*case, **options).with_kernels()
+    return ready(Experiment.of(*case, **options))
+
+
+def ready(experiment: Experiment) -> Simulation:
+    """The march of an experiment, made ready."""
+    experiment = experiment.with_kernels()
     return Simulation(experiment, _plan(experiment))
 
 
-def first_block(simulation: Simulation) -> tuple[marching.Carry, marching.Outcome]:
-    """What marching the first block gives, scaled; for its shapes, by ``jax.eval_shape``."""
-    state, blocks, _ = _begun(simulation.plan)
-    return run_block(simulation.plan.setup, state, jax.tree.map(lambda a: a[0], blocks))
+def first_block(experiment: Experiment) -> tuple[Plan, marching.Carry, marching.Outcome]:
+    """The plan of a march and what its first block gives, scaled; for their shapes."""
+    plan = ready(experiment).plan
+    state, blocks, _ = _begun(plan)
+    return plan, *run_block(plan.setup, state, jax.tree.map(lambda a: a[0], blocks))
 
 
-_plan = jax.jit(planned)
+_plan = Program(planned)
 
 
-@jax.jit
+@Program
 def _begun(plan: Plan) -> tuple[marching.Carry, marching.Steps, int]:
     """The carry before the first step, the steps in blocks, and how many rows are added to the first."""
     return marching.start(plan.setup), *marching.in_blocks(plan.steps, BLOCK)
 
 
-@jax.jit
+@Program
 def run_block(
     setup: marching.Setup, carry: marching.Carry, steps: marching.Steps
 ) -> tuple[marching.Carry, marching.Outcome]:

@@ -25,6 +25,7 @@ LAYERS = {
     "_scale": 1,
     "citation": 1,
     "compilation_cache": 1,
+    "kept_traces": 1,
     "studies": 2,
     "reference": 0,
     "reference.layered_solid": -1,
@@ -372,8 +373,8 @@ def test_derivative_rules_live_in_one_module():
         assert not used or path.name == "implicit.py", path
 
 
-def test_fitting_uses_public_names_and_the_mathematics_both_stand_on():
-    common = ("jaxcontact._exponential.", "jaxcontact.spectrum")
+def test_fitting_uses_public_names_and_what_both_stand_on():
+    common = ("jaxcontact._exponential.", "jaxcontact.spectrum", "jaxcontact.kept_traces")
     for path in (ROOT / "fitting").rglob("*.py"):
         own = [name for name in imports(path, "jaxcontact") if not name.startswith(common)]
         assert all(name.count(".") <= 1 for name in own), path

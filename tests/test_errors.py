@@ -971,6 +971,7 @@ ELSEWHERE = {  # reached by no row, and why
     },
     "npz.py: _members": "test_storage.py, forged files",
     "npz.py: _array": "test_storage.py, forged files",
+    "kept_traces.py: reducer_override": "caught beside it: test_kept_traces.py",
     "interrupts.py: _raise": "needs a signal: test_command_line.py",
     "run_directory.py: locked": "needs two runs: test_command_line.py",
     "finished_steps.py: standing": "needs a stopped run: test_command_line.py",

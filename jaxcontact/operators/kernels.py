@@ -15,6 +15,7 @@ from jaxcontact._pytree import as_float64, is_concrete, pytree, static
 from jaxcontact._scale import Scale
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.indenters import Indenter, checked_indenter
+from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.response.base import Response, Separable
@@ -204,8 +205,8 @@ def compiled_build(
     return _assembled(body, indenter, grid, _expansion(body, nodes=nodes), nodes=nodes)
 
 
-_expansion = jax.jit(expansion, static_argnames=("nodes",))
-_assembled = jax.jit(assembled, static_argnames=("nodes",))
+_expansion = Program(expansion, ("nodes",))
+_assembled = Program(assembled, ("nodes",))
 
 
 def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:
