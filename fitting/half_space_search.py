@@ -34,7 +34,7 @@ def search(press: Press, rise: float | None) -> Found:
     best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
     curve = _curve(press, whole, knots, values)
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
-    residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind)[: whole.size]
+    residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind=kind)[: whole.size]
     found = Found(press, best, objective, notes, moves, Medium(), residual)
     if not press.adhesion:
         return found
@@ -65,7 +65,7 @@ def _objective(
 
     @functools.lru_cache(maxsize=2)
     def linear(theta: bytes) -> list[np.ndarray]:
-        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind)
+        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind=kind)
         return [np.asarray(part)[:n] for part in both]
 
     return Objective(

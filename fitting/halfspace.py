@@ -29,6 +29,7 @@ from fitting.history import columns, recursion
 from fitting.structure import Compliances
 from jaxcontact import spectrum
 from jaxcontact._exponential import phi1
+from jaxcontact.kept_traces import Program
 
 BISECTIONS = 24
 
@@ -213,13 +214,13 @@ MODELS = {
 }
 
 
-@functools.partial(jax.jit, static_argnames="kind")
+@functools.partial(Program, static_argnames=("kind",))
 def evaluate(point: Coordinates, curve: Curve, kind: str) -> Array:
     """Weighted residuals (n,) of one of ``MODELS``."""
     return MODELS[kind](point, curve)
 
 
-@functools.partial(jax.jit, static_argnames="kind")
+@functools.partial(Program, static_argnames=("kind",))
 def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
     """They, and their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,), in one program."""
 

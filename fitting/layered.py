@@ -17,6 +17,7 @@ import jaxcontact as jc
 from fitting.coordinates import Coordinates
 from fitting.press import Press
 from fitting.segments import noise
+from jaxcontact.kept_traces import Program
 
 TIMES = 96  # march times where there are more samples
 CORNER = 0.02  # share of the greatest drive by which a turn leaves a straight line, at least
@@ -163,21 +164,21 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
     return (found + offset if by_load else found), run.status, run.contact_radius
 
 
-@jax.jit
+@Program
 def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
     """Weighted residuals (n,), the worst status, and the largest contact radius [m]."""
     found, status, radius = respond(point, film)
     return film.weights * (found + film.correction - film.response), jnp.max(status), jnp.max(radius)
 
 
-@jax.jit
+@Program
 def slopes(point: Coordinates, free: Array, film: FilmTest) -> Array:
     """The Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
     some = lambda x: film.weights * respond(point.moved(free, x), film)[0]
     return jax.jacfwd(some)(point.vector()[free])
 
 
-@functools.partial(jax.jit, static_argnames="name")
+@functools.partial(Program, static_argnames=("name",))
 def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
     """Of the weighted response, (n,), with nu, bulk modulus or thickness."""
 
@@ -189,7 +190,7 @@ def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
     return jax.jacfwd(some, 0)(*held) if name == "thickness" else jax.jacfwd(some, 1)(*held)[name]
 
 
-@jax.jit
+@Program
 def elastic(
     J: Array, volume: dict[str, Array], indenter: Any, coating: Coating, load: Array, grid: Any
 ) -> Array:

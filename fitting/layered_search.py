@@ -131,7 +131,7 @@ def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -
 
 def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
     """d theta/d nuisance at the optimum, (m,)."""
-    slope = layered.nuisance_slope(press.space.point(best.theta), film, name)
+    slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
     return moved(best, press.space.free, np.asarray(slope))
 
 

@@ -20,6 +20,7 @@ from jaxcontact.history.growing import GrowingMemory, GrowthStep
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indenters import Indenter
+from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace, body_at_first
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.results import ContactHistory
@@ -138,7 +139,7 @@ def _widening(word: str, given: tuple[Any, ...], options: dict[str, Any]) -> Con
     return history
 
 
-@jax.jit
+@Program
 def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     plan = planned(experiment)

@@ -20,6 +20,7 @@ from jaxcontact.controls import Approach, Control
 from jaxcontact.grid import Grid
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
+from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
@@ -133,7 +134,7 @@ def _tilts_or_thins(experiment: Experiment) -> bool:
     return all(grid.periodic) or (grid.plane_strain and far_off)
 
 
-@jax.jit
+@Program
 def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
     """The compiled core: one trace for equal shapes and flags."""
     kernels = experiment.ready_kernels

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -13,6 +12,7 @@ from jaxcontact.controls import Control
 from jaxcontact.grid import Grid
 from jaxcontact.history.moving import Motion, Shift, moving_memory
 from jaxcontact.indenters import Indenter
+from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
@@ -104,7 +104,7 @@ def slide(
     return reported(result, errors, experiment)
 
 
-@jax.jit
+@Program
 def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SlidingHistory, Errors]:
     """The compiled core: one trace for equal shapes and options."""
     plan = planned(experiment, velocity, friction)

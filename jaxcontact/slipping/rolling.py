@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -20,6 +19,7 @@ from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.indenters import Indenter
+from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
@@ -152,7 +152,7 @@ def _compiled(
     return result, kernels.normal.errors()
 
 
-_run = jax.jit(_compiled, static_argnames=("forced", "coupled"))
+_run = Program(_compiled, ("forced", "coupled"))
 
 
 def _surface(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -17,6 +16,7 @@ from jaxcontact._scale import Scale
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
 from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.indenters import Indenter
+from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
@@ -117,7 +117,7 @@ def _compiled(
     return history, kernels.normal.errors(experiment.duration)
 
 
-_run = jax.jit(_compiled, static_argnames=("coupled",))
+_run = Program(_compiled, ("coupled",))
 
 
 def _setup(
