@@ -137,9 +137,9 @@ def table(arrays: dict[str, np.ndarray]) -> Any:
     return pandas.DataFrame(columns).set_index("times [s]")
 
 
-def extra(name: str) -> Any:
-    """A library of the extra ``io``."""
+def extra(name: str, group: str = "io") -> Any:
+    """A library of one of the extras."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise ImportError(f"this needs {name}; install it with: pip install 'jaxcontact[io]'") from error
+        raise ImportError(f"this needs {name}; install it with: pip install 'jaxcontact[{group}]'") from error

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 import types
 import warnings
 from pathlib import Path
@@ -404,6 +405,12 @@ def test_bash_completes_commands_options_kinds_of_fits_and_files(case, tmp_path,
     assert completed("run", "--res") == {"--resume"}
     assert completed("fit", "c") == {"creep", "compare"}
     assert completed("check", "ca") == {case.name}
+
+
+def test_completion_without_its_extra_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    assert main(["--completion", "bash"]) == 2
+    assert capsys.readouterr().err.endswith("pip install 'jaxcontact[completion]'\n")
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])

@@ -297,9 +297,9 @@ def test_equal_calls_compile_once(body, ball):
     from jaxcontact.sliding.transient import _run
 
     slide(body, ball, velocity=0.1e-6)
-    before = _run._cache_size()
+    before = _run.compiled._cache_size()
     slide(body, ball, velocity=0.2e-6, tolerance=1e-9)
-    assert _run._cache_size() == before
+    assert _run.compiled._cache_size() == before
 
 
 @pytest.mark.slow

@@ -4,6 +4,8 @@ import argparse
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from jaxcontact.labels import extra
+
 SHELLS = ("bash", "zsh", "fish")
 OF_PATHS = ("FILE", "RESULT", "CASE", "STUDY", "DIR")  # how the name of a path begins, in a help
 
@@ -23,13 +25,13 @@ def completing(make: Callable[[], argparse.ArgumentParser]) -> type[argparse.Act
 
 def completion(parser: argparse.ArgumentParser, shell: str) -> str:
     """A script for the shell to read."""
-    import shtab  # no other command needs it
-
+    shtab = extra("shtab", "completion")
     for action in _actions(parser):
         name = str(action.metavar or "")
         if name.startswith(OF_PATHS):
             action.complete = shtab.DIRECTORY if name == "DIR" else shtab.FILE  # type: ignore[attr-defined]
-    return shtab.complete(parser, shell)
+    script: str = shtab.complete(parser, shell)
+    return script
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
