@@ -14,12 +14,12 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
-from jaxcontact._pytree import is_concrete, pytree
+from jaxcontact._pytree import is_concrete, pytree, replace
 from jaxcontact.controls import Control, Load
 from jaxcontact.grid import Grid
 from jaxcontact.layers import LayeredHalfSpace, check_material, checked_body
 from jaxcontact.materials import Elastic
-from jaxcontact.response.body import response_of
+from jaxcontact.response.body import bulge_creep, response_of
 from jaxcontact.response.half_space import HalfSpace
 
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
@@ -99,16 +99,44 @@ class Sphere(Indenter):
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
         """(a_s^4 + a_f^4)^(1/4) of the ball on the substrate (Hertz) and on the film alone.
 
-        The film alone is a half-space or a bed of springs, whichever gives the smaller contact.
+        The film alone is a half-space, or thin, whichever gives the smaller contact. Thin, it is a bed of springs,
+        a^4 = 4 R W springs/pi, or moves aside, a^6 = 96 R W bulge/pi (``bulge_creep``; the limit nu = 1/2 of a bonded film,
+        p ~ (a^2 - r^2)^2, W = pi G a^6/(32 R h^3)), whichever gives the larger one.
+
+        At an approach d it is a^2 = (1 + m) R d, where compliance goes as the power m of the wavenumber: m = 0 on a
+        half-space, 1 on springs and 3 on what moves aside alone; 1 is taken at least.
         """
-        R, value = float(self.radius), float(np.max(np.asarray(control.value)))
+        R, value = float(self.radius), max(float(np.max(np.asarray(control.value))), 0.0)
+        solid, t = checked_body(_thickest(body))[0], _duration(times)
+        response, own = response_of(solid), float(self.compliance())
+        springs, bulge = float(response.springs(t)), float(bulge_creep(solid, t))
+        wide, narrow = float(response.wide(t)), float(response.narrow(t))
         if not isinstance(control, Load):
-            return float(np.sqrt(2.0 * R * max(value, 0.0)))
-        response, own, t = response_of(checked_body(body)[0]), self.compliance(), _duration(times)
-        on_half_space = lambda A: float(3.0 * value * R * (A + own) / 8.0) ** (1.0 / 3.0)
-        hertz, thick = on_half_space(response.wide(t)), on_half_space(response.narrow(t))
-        thin = float(4.0 * R * response.springs(t) * value / np.pi) ** 0.25
+            m = _power(math.sqrt(2.0 * R * value), springs, bulge, narrow, wide + own)
+            return math.sqrt((1.0 + m) * R * value)
+        on_half_space = lambda A: (3.0 * value * R * (A + own) / 8.0) ** (1.0 / 3.0)
+        hertz, thick = on_half_space(wide), on_half_space(narrow)
+        bed, aside = 4.0 * R * value * springs / np.pi, 96.0 * R * value * bulge / np.pi
+        thin = max(bed**0.25, aside ** (1.0 / 6.0))
         return max((hertz**4 + min(thin, thick) ** 4) ** 0.25, thick if thick < hertz else 0.0)
+
+
+def _thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
+    """Each layer that grows or wears as thick as it ever is."""
+    grows = lambda layer: np.ndim(getattr(layer, "thickness", 0.0)) == 1
+    if not any(grows(layer) for layer in body.layers):
+        return body
+    at_most = lambda layer: replace(layer, thickness=float(np.max(np.asarray(layer.thickness))))
+    return replace(body, layers=tuple(at_most(layer) if grows(layer) else layer for layer in body.layers))
+
+
+def _power(radius: float, springs: float, bulge: float, narrow: float, below: float) -> float:
+    """m at the wavenumber of a contact of that radius [m], 1 at least; a film as thick as that does not move aside."""
+    alpha = 4.0 / radius if radius > 0.0 else 0.0
+    spring, aside = springs * alpha, bulge * alpha**3
+    aside = min(aside, narrow**2 / aside) if aside > 0.0 else 0.0
+    whole = spring + aside + below
+    return max(1.0, (spring + 3.0 * aside) / whole) if whole > 0.0 else 1.0
 
 
 @pytree

@@ -5,9 +5,12 @@ import warnings
 import jax
 import numpy as np
 import pytest
+from tolerances import FEW_PARTS, TWICE
 
 import jaxcontact as jc
 from jaxcontact import indentation
+from jaxcontact.response.body import bulge_creep
+from jaxcontact.response.volume import film_shape
 
 GLASS, BALL = jc.LayeredHalfSpace([], jc.Elastic(30e9, 0.25)), jc.Sphere(5e-3)
 
@@ -17,6 +20,51 @@ def small(*given):
 
 
 AROUND = jc.Grid.around
+
+
+STEEL = jc.Elastic.from_young(210e9, nu=0.3)
+FILMS = [(nu, h) for nu in (0.3, 0.45, 0.49) for h in (4e-7, 1e-5, 1e-4, 1.3e-3)]
+
+
+@pytest.mark.parametrize("nu", [0.1, 0.3, 0.45, 0.5])
+def test_a_thin_film_yields_as_springs_and_by_moving_aside(nu):
+    """The film's exact shape under waves of a twentieth of its thickness, with J = 1/G = 2 and h = 3."""
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(0.5, nu), 3.0)], STEEL)
+    alpha, springs = 0.05 / 3.0, 2.0 * 3.0 * (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+    exact = 2.0 * float(film_shape(jc.Elastic(0.5, nu), np.asarray(alpha * 3.0)))
+    aside = max((exact - springs * alpha) / alpha**3, 0.0)
+    assert float(bulge_creep(body, 0.0)) == pytest.approx(aside, rel=FEW_PARTS)
+
+
+@pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
+@pytest.mark.parametrize(
+    "control",
+    [jc.Load(2.0), pytest.param(jc.Approach(1e-6), marks=pytest.mark.slow)],
+    ids=["load", "approach"],
+)
+def test_a_grid_around_a_film_of_any_thickness_holds_its_contact_and_not_much_more(control):
+    """Thicknesses of 0.01 to 10 contact radii, solved; a film that nearly keeps its volume moves aside."""
+    thickest, thinnest = 0.0, np.inf
+    for nu, h in FILMS:
+        body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, nu), h)], STEEL)
+        ball = jc.Sphere(5e-3, STEEL)
+        grid = jc.Grid.around(body, ball, control, [0.0], n=32)
+        solved = jc.indent(
+            body, ball, control, [0.0], grid=grid, kernels=jc.kernels(body, ball, grid, nodes=6), save="last"
+        )
+        radius = float(solved.contact_radius[0])
+        thickest, thinnest = max(thickest, h / radius), min(thinnest, h / radius)
+        assert int(solved.status[0]) == 0, (nu, h)
+        assert 1.1 * radius < float(grid.width[0]) / 2.0 < TWICE * radius, (nu, h)
+    assert thinnest < 0.011 and thickest > 9.0
+
+
+@pytest.mark.parametrize("control", [jc.Load(2.0), jc.Approach(1e-6)], ids=["load", "approach"])
+def test_the_grid_around_a_film_that_grows_is_that_around_the_thickest(control):
+    width = lambda h: jc.Grid.around(
+        jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.4), h)], STEEL), jc.Sphere(5e-3), control, [0.0, 1.0]
+    ).width[0]
+    assert width(np.array([1e-6, 5e-6])) == width(5e-6)
 
 
 @pytest.mark.slow
