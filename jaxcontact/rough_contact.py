@@ -24,14 +24,14 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._pytree import pytree
 from jaxcontact.grid import Grid
-from jaxcontact.summaries import is_one_result, words
+from jaxcontact.summaries import InWords, is_one_result
 
 RIM = (math.pi - 1.0 + math.log(2.0)) / 24.0  # of a cell, for each of its sides along the rim
 MOST_BINS = 10_000
 
 
 @pytree
-class ContactStatistics:
+class ContactStatistics(InWords):
     """Of each time, (nt,); () of fields at one time. ``area_fraction`` over ``mean_pressure`` is area against load.
 
     mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all; corrected_fraction: the same
@@ -46,15 +46,7 @@ class ContactStatistics:
     perimeter: Array
     mean_gap: Array
 
-    def __repr__(self) -> str:
-        units = {
-            "mean_pressure": "Pa",
-            "area_fraction": "",
-            "corrected_fraction": "",
-            "perimeter": "m",
-            "mean_gap": "m",
-        }
-        return words((name.replace("_", " "), getattr(self, name), unit) for name, unit in units.items())
+    __repr__ = InWords.__repr__
 
 
 @pytree

@@ -1,6 +1,7 @@
 """A result in ten lines of text, and in a notebook's cell with a small picture."""
 
 import base64
+import dataclasses
 import io
 from collections import Counter
 from collections.abc import Iterable
@@ -31,6 +32,18 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, or 
     "power": "W",
     "dissipated": "J",
 }
+STATISTICS = {  # of a contact, and of a surface: name of the field, unit
+    "mean_pressure": "Pa",
+    "area_fraction": "",
+    "corrected_fraction": "",
+    "perimeter": "m",
+    "mean_gap": "m",
+    "rms_height": "m",
+    "rms_slope": "",
+    "rms_curvature": "1/m",
+    "wavenumber": "rad/m",
+    "spectrum": "m^4",
+}
 
 
 def prefixed(value: float, unit: str) -> str:
@@ -39,6 +52,14 @@ def prefixed(value: float, unit: str) -> str:
         return f"{value:.5g} {unit}".rstrip()
     power = int(np.clip(3 * np.floor(np.log10(abs(value)) / 3 + 1e-9), min(PREFIXES), max(PREFIXES)))
     return f"{value / 10.0**power:.5g} {PREFIXES[power]}{unit}"
+
+
+class InWords:
+    """What prints its fields in words, with the units of ``STATISTICS``."""
+
+    def __repr__(self) -> str:
+        names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]
+        return words((name.replace("_", " "), getattr(self, name), STATISTICS[name]) for name in names)
 
 
 def words(rows: Iterable[tuple[str, Any, str]]) -> str:

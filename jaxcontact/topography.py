@@ -20,11 +20,11 @@ import numpy as np
 from jaxcontact import _checks
 from jaxcontact._pytree import is_concrete, pytree
 from jaxcontact.grid import Grid, check_grid
-from jaxcontact.summaries import words
+from jaxcontact.summaries import InWords
 
 
 @pytree
-class SurfaceStatistics:
+class SurfaceStatistics(InWords):
     """rms_height [m], from the mean; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m], of the mean curvature
     (h_xx + h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): C in rings as wide as the longest wave of the
     grid has |k|, at the mean of |k| over the ring."""
@@ -35,15 +35,7 @@ class SurfaceStatistics:
     wavenumber: np.ndarray
     spectrum: np.ndarray
 
-    def __repr__(self) -> str:
-        units = {
-            "rms_height": "m",
-            "rms_slope": "",
-            "rms_curvature": "1/m",
-            "wavenumber": "rad/m",
-            "spectrum": "m^4",
-        }
-        return words((name.replace("_", " "), getattr(self, name), unit) for name, unit in units.items())
+    __repr__ = InWords.__repr__
 
 
 def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
