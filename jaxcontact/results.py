@@ -111,10 +111,24 @@ class ContactHistory(Readable):
     @property
     def gap(self) -> Array:
         """profile + displacement - approach [m], of the shape of ``pressure``; zero in contact."""
-        over_time = self.pressure.ndim == self.approach.ndim + 2  # whatever vmap has put before
+        over_time = self._has_maps_over_time
         approach = self.approach if over_time else self.approach[..., -1]
         profile = self.profile[..., None, :, :] if over_time else self.profile
         return profile + self.displacement - approach[..., None, None]
+
+    @property
+    def peak_pressure(self) -> Array:
+        """The largest pressure of each time [Pa], (nt,). Of a result with the map of the last time alone there is none."""
+        if not self._has_maps_over_time:
+            raise AttributeError(
+                "peak_pressure: expected pressures of all times, got those of the last alone, whose peak is"
+                ' pressure.max(); keep all maps (save="all"), or the peaks: save=lambda step: step.pressure.max()'
+            )
+        return jnp.max(self.pressure, (-2, -1))
+
+    @property
+    def _has_maps_over_time(self) -> bool:
+        return self.pressure.ndim == self.approach.ndim + 2  # whatever vmap has put before
 
     @property
     def contact_radius(self) -> Array:
