@@ -51,6 +51,12 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
     assert set(summary["arrays_in_course_npz"]) == set(course.files)
     assert summary["approach_end_m"] == course["approach"][-1]
     assert jc.load(out / FILE).pressure.shape == (9, 16, 16)
+    assert main(["convert", str(out / FILE), "-o", str(tmp_path / "few.pvd")]) == 0
+    said = capfd.readouterr()
+    assert said.out.strip() == str(tmp_path / "few.pvd") and "result.npz: 9 of 41 times" in said.err
+    assert len(list((tmp_path / "few").glob("*.vtr"))) == 9
+    assert main(["convert", str(whole / FILE), "-o", str(tmp_path / "all.pvd")]) == 0
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.slow

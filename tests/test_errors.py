@@ -931,6 +931,10 @@ SHELL = {
         r"course.npz: found the course of a run.*numpy.load.*; accepted: the result.npz beside it",
     ),
     "a file over another": (["convert", "@other.npz", "-o", "@full.png"], r"is there already"),
+    "no folder to write into": (
+        ["convert", "@other.npz", "-o", "@none/film.nc"],
+        r"found no folder .*none, accepted: a name in one that is there",
+    ),
     "a film to be converted": (["convert", "@film.pvd", "-o", "@film.nc"], r"found .pvd, accepted"),
     "an unknown figure": (
         ["reproduce", "figure_99", "-o", "@out"],

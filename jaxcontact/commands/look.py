@@ -8,7 +8,8 @@ from jaxcontact import citation
 from jaxcontact.commands.status import FINE, tell
 from jaxcontact.files import advice, storage
 from jaxcontact.files.case_file import read_case
-from jaxcontact.files.npz import write_whole
+from jaxcontact.files.chosen_times import COURSE
+from jaxcontact.files.npz import read_npz, write_whole
 from jaxcontact.files.template import template
 
 CASES = Path(__file__).parents[1] / "cases"
@@ -63,6 +64,7 @@ def plot(options: argparse.Namespace) -> int:
 
     write_picture(picture, storage.load(options.result).plot())
     print(picture)
+    _say_of_few(options.result)
     return FINE
 
 
@@ -70,10 +72,23 @@ def convert(options: argparse.Namespace) -> int:
     """A saved result as another kind of file."""
     _check_new(options.file, options.force)
     print(storage.save(storage.load(options.result), options.file))
+    _say_of_few(options.result)
     return FINE
 
 
+def _say_of_few(result: Path) -> None:
+    """Of how many times, where a run has kept the maps of a few; on stderr, since stdout names the file."""
+    course = result.with_name(COURSE)
+    if result.name == "result.npz" and course.exists():
+        few, every = (read_npz(path, "times")["times"].size for path in (result, course))
+        tell(
+            f"{result}: {few} of {every} times, those with maps; {course} has the numbers of all", sys.stderr
+        )
+
+
 def _check_new(path: Path, force: bool) -> None:
+    if not path.parent.is_dir():
+        raise ValueError(f"{path}: found no folder {path.parent}, accepted: a name in one that is there")
     if path.exists() and not force:
         raise ValueError(f"{path}: is there already; choose another name with -o, or --force to overwrite it")
 

@@ -14,6 +14,7 @@ from jaxcontact.labels import FIELDS, TIME
 
 FEW, ALL, LAST = "few", "all", "last"  # what "save" of a case file and of the command line may be
 MOST = 9  # times of maps with "few"
+COURSE = "course.npz"  # what has all times, where the maps are of a few
 SMALL = 32e6  # bytes of all maps of a run, up to which all are kept unless it says otherwise
 
 

@@ -91,7 +91,7 @@ class FinishedSteps:
         found = read_npz(self.folder / CHECKPOINT)
         if str(found["case"]) != self.fingerprint:
             raise ValueError(
-                f"{self.folder}: found the steps of another case or version of jaxcontact,"
+                f"{self.folder}: found the steps of another case, --save or version of jaxcontact,"
                 " accepted with --resume: those of this one"
             )
         blocks, steps, status = found["counts"].tolist()

@@ -14,12 +14,11 @@ from jaxcontact.files import storage
 from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
-from jaxcontact.files.chosen_times import FEW, at_times, chosen, course_of
+from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, course_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.npz import Stacked, write_npz, write_whole
 from jaxcontact.files.run_figures import figures_in, values_of
 
-COURSE = "course.npz"
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
     "peak_pressure": "(nt,) [Pa]",
