@@ -14,10 +14,10 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
-from jaxcontact._pytree import is_concrete, pytree, replace
+from jaxcontact._pytree import is_concrete, pytree
 from jaxcontact.controls import Control, Load
 from jaxcontact.grid import Grid
-from jaxcontact.layers import LayeredHalfSpace, check_material, checked_body
+from jaxcontact.layers import LayeredHalfSpace, check_material, checked_body, thickest
 from jaxcontact.materials import Elastic
 from jaxcontact.response.body import bulge_creep, response_of
 from jaxcontact.response.half_space import HalfSpace
@@ -107,7 +107,7 @@ class Sphere(Indenter):
         half-space, 1 on springs and 3 on what moves aside alone; 1 is taken at least.
         """
         R, value = float(self.radius), max(float(np.max(np.asarray(control.value))), 0.0)
-        solid, t = checked_body(_thickest(body))[0], _duration(times)
+        solid, t = checked_body(thickest(body))[0], _duration(times)
         response, own = response_of(solid), float(self.compliance())
         springs, bulge = float(response.springs(t)), float(bulge_creep(solid, t))
         wide, narrow = float(response.wide(t)), float(response.narrow(t))
@@ -119,15 +119,6 @@ class Sphere(Indenter):
         bed, aside = 4.0 * R * value * springs / np.pi, 96.0 * R * value * bulge / np.pi
         thin = max(bed**0.25, aside ** (1.0 / 6.0))
         return max((hertz**4 + min(thin, thick) ** 4) ** 0.25, thick if thick < hertz else 0.0)
-
-
-def _thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
-    """Each layer that grows or wears as thick as it ever is."""
-    grows = lambda layer: np.ndim(getattr(layer, "thickness", 0.0)) == 1
-    if not any(grows(layer) for layer in body.layers):
-        return body
-    at_most = lambda layer: replace(layer, thickness=float(np.max(np.asarray(layer.thickness))))
-    return replace(body, layers=tuple(at_most(layer) if grows(layer) else layer for layer in body.layers))
 
 
 def _power(radius: float, springs: float, bulge: float, narrow: float, below: float) -> float:
