@@ -17,7 +17,7 @@ from jaxcontact._checks import Verdict
 from jaxcontact._pytree import is_concrete, pytree
 from jaxcontact.controls import Control, Load
 from jaxcontact.grid import Grid
-from jaxcontact.layers import LayeredHalfSpace, check_material, checked_body, thickest
+from jaxcontact.layers import LayeredHalfSpace, at_its_thickest, check_material, checked_body
 from jaxcontact.materials import Elastic
 from jaxcontact.response.body import bulge_creep, response_of
 from jaxcontact.response.half_space import HalfSpace
@@ -107,7 +107,7 @@ class Sphere(Indenter):
         half-space, 1 on springs and 3 on what moves aside alone; 1 is taken at least.
         """
         R, value = float(self.radius), max(float(np.max(np.asarray(control.value))), 0.0)
-        solid, t = checked_body(thickest(body))[0], _duration(times)
+        solid, t = checked_body(at_its_thickest(body))[0], _duration(times)
         response, own = response_of(solid), float(self.compliance())
         springs, bulge = float(response.springs(t)), float(bulge_creep(solid, t))
         wide, narrow = float(response.wide(t)), float(response.narrow(t))

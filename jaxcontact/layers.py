@@ -141,7 +141,7 @@ def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace,
     return at_first, jnp.stack(over_times, 1), valid
 
 
-def thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
+def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
     """The body with each layer that grows or wears as thick as it ever is; concrete values only."""
     layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
     if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) == 1 for layer in layers):
