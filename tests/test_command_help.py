@@ -46,6 +46,7 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 @pytest.mark.skipif(not shutil.which("bash"), reason="asks bash itself")
 def test_bash_completes_commands_options_kinds_of_fits_and_files(tmp_path, capsys):
+    pytest.importorskip("shtab", reason="completion is the extra jaxcontact[completion]")
     (tmp_path / "case.toml").touch()
     with pytest.raises(SystemExit, match="0"):
         main(["--completion", "bash"])
@@ -71,6 +72,7 @@ def test_completion_without_its_extra_says_what_to_install(monkeypatch, capsys):
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])
 def test_other_shells_are_given_every_command(shell, capsys):
+    pytest.importorskip("shtab", reason="completion is the extra jaxcontact[completion]")
     with pytest.raises(SystemExit, match="0"):
         main(["--completion", shell])
     script = capsys.readouterr().out
