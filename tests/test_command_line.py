@@ -4,9 +4,6 @@ import inspect
 import io
 import json
 import re
-import shutil
-import subprocess
-import sys
 import types
 import warnings
 from pathlib import Path
@@ -15,14 +12,11 @@ import jax
 import numpy as np
 import pytest
 from test_progress import Terminal
-from tolerances import FORETOLD_STRAIN
 
 import jaxcontact as jc
-from jaxcontact.__main__ import _parser, main
-from jaxcontact.cases import REPRODUCTIONS
-from jaxcontact.cases.reproduce import CASES
+from jaxcontact.__main__ import main
 from jaxcontact.files.case_file import read_case
-from jaxcontact.files.case_schema import KINDS, sections_of
+from jaxcontact.files.case_schema import KINDS
 
 pytestmark = pytest.mark.versions
 
@@ -188,6 +182,7 @@ def test_an_editor_may_mark_the_file_as_utf_8(case):
 
 
 READY_MADE = sorted((Path(jc.__file__).parent / "cases").glob("*.toml"))
+TRACED = {"fretting_coating", "rolling_wheel", "sliding_film"}  # their check traces a function, for seconds
 
 
 @pytest.mark.parametrize("path", READY_MADE, ids=lambda path: path.stem)
@@ -209,49 +204,6 @@ def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
     assert all("  # " in line for line in lines)
 
 
-BEYOND = {"tribofilm_creep", "tribofilm_relaxation"}
-TRACED = {"fretting_coating", "rolling_wheel", "sliding_film"}  # their check traces a function, for seconds
-
-
-@pytest.mark.parametrize(
-    "path",
-    [pytest.param(p, marks=pytest.mark.slow if p.stem in TRACED else ()) for p in READY_MADE],
-    ids=lambda path: path.stem,
-)
-def test_a_ready_made_case_is_checked_without_running(path, capfd, monkeypatch):
-    """Without a warning, but that the paper's films are shortened by several times their thickness."""
-    monkeypatch.setattr("jaxcontact.commands.run.prepare", None)
-    assert main(["check", str(path)]) == 0
-    out, err = capfd.readouterr()
-    assert "can run" in out
-    if path.stem in BEYOND:
-        assert err.count("\n") == 1 and "linear theory is stretched" in err
-    else:
-        assert err == ""
-
-
-def test_check_foretells_the_films_strain(case, tmp_path, capfd):
-    """Its number is that of the run which follows, nearly, and the warning is there for both or for neither."""
-    assert main(["check", str(case)]) == 0
-    out, err = capfd.readouterr()
-    foretold = float(re.search(r"film strain: about (\S+)", out)[1])
-    assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 0
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    solved = summary["film_strain_largest_m_per_m"]
-    assert 1.0 / FORETOLD_STRAIN < foretold / solved < FORETOLD_STRAIN
-    assert solved > 0.2 and "stretched" in err and any("stretched" in note for note in summary["warnings"])
-
-
-def test_check_says_of_what_it_foretells_no_strain(case, capfd):
-    several = CASE.replace("[layer]", "[[layer]]").replace(
-        "[substrate]", '[[layer]]\nmaterial = "elastic"\nE = 1e9\nnu = 0.3\nthickness = 1e-6\n[substrate]'
-    )
-    case.write_text(several)
-    assert main(["check", str(case)]) == 0
-    out, err = capfd.readouterr()
-    assert "film strain: foretold for a ball pressed on one film, not for this" in out and err == ""
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(TRACED))
 def test_a_ready_made_case_runs(name, tmp_path, capfd):
@@ -269,40 +221,6 @@ def test_a_ready_made_case_runs(name, tmp_path, capfd):
     else:
         assert summary["tangential_force_end_N"] > 0.0
         assert summary["coulomb_force_end_N"] == pytest.approx(0.3 * summary["load_end_N"], rel=1e-6)
-
-
-CHECKED = {
-    "coarse grid": ("n = 32", "n = 8", "grid.n"),
-    "narrow grid": ("width = 300e-6", "width = 150e-6", "grid.width"),
-    "long steps": ("steps = 6", "steps = 3", "substeps = 2"),
-}
-
-
-@pytest.mark.parametrize("name", CHECKED)
-def test_check_warns_and_is_not_an_error(name, case, capfd):
-    old, new, words = CHECKED[name]
-    case.write_text(CASE.replace(old, new))
-    assert main(["check", str(case)]) == 0
-    out, err = capfd.readouterr()
-    assert "2 warnings" in out  # the other is of the film's strain
-    assert err.count("\n") == 2 and words in err
-
-
-def test_check_asks_for_the_unit_of_a_layer_that_is_thick_beyond_sense(case, capfd):
-    case.write_text(CASE.replace("thickness = 150e-9", "thickness = 150"))
-    assert main(["check", str(case)]) == 0
-    assert "layer.thickness: found 150 m, 5e+05 times the grid's width" in capfd.readouterr().err
-
-
-@pytest.mark.parametrize("name", ["missing key", "unknown key", "text for a number", "broken TOML"])
-def test_check_refuses_what_run_refuses(name, case, capfd):
-    old, new, words = BAD[name]
-    case.write_text(CASE.replace(old, new))
-    assert main(["check", str(case)]) == 2
-    out, err = capfd.readouterr()
-    assert words in err and out == ""
-    if name == "unknown key":
-        assert 'did you mean "thickness"?' in err
 
 
 def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_path, capfd):
@@ -330,97 +248,6 @@ def test_run_without_a_place_for_results_says_so(case, capfd):
     assert "-o DIR" in capfd.readouterr().err
 
 
-def test_cite_and_cases_print(capfd):
-    assert main(["cite"]) == 0
-    assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
-    assert main(["cases"]) == 0
-    listed = capfd.readouterr().out
-    assert listed.count(".toml") == len(READY_MADE) + 1 == 8 and "film_map: A study" in listed
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_new_case_reads_as_it_is_and_names_every_key_of_its_kind(kind, tmp_path, capfd):
-    path = tmp_path / "mine.toml"
-    assert main(["new", kind, str(path)]) == 0
-    assert read_case(path).kind == kind
-    text = path.read_text()
-    sections = sections_of(kind)
-    if "# no [layer]" in text:
-        del sections["layer"]
-    for name, keys in sections.items():
-        assert f"[{name}]" in text
-        assert all(re.search(rf"^(# )?{key} = |^\[{name}\.{key}\]", text, re.M) for key in keys), name
-    assert main(["new", str(path)]) == 2
-    assert "--force" in capfd.readouterr().err and path.read_text() == text
-
-
-@pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=pytest.mark.slow if kind != "indentation" else ()) for kind in KINDS]
-)
-def test_a_new_case_is_checked_without_warning(kind, tmp_path, capfd):
-    path = tmp_path / "mine.toml"
-    assert main(["new", kind, str(path)]) == main(["check", str(path)]) == 0
-    assert capfd.readouterr().err == ""
-
-
-def test_new_without_a_kind_is_an_indentation(tmp_path):
-    assert main(["new", str(tmp_path / "mine.toml")]) == 0
-    assert read_case(tmp_path / "mine.toml").kind == "indentation"
-
-
-@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])
-def test_help_ends_with_examples_that_are_commands(command, capsys):
-    """Each is understood by the parser, but for what stands behind its #."""
-    with pytest.raises(SystemExit):
-        main([command, "--help"])
-    text = capsys.readouterr().out
-    examples = [line.split("#")[0].split() for line in text.split("examples:")[1].splitlines() if line]
-    assert len(examples) >= 2
-    for words in examples:
-        assert words[:2] == ["jaxcontact", command] and _parser().parse_args(words[1:])
-
-
-COMPLETE = """
-source "$1"
-shift
-COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
-$(complete -p jaxcontact | sed 's/.*-F \\([^ ]*\\) .*/\\1/') jaxcontact "${!#}" "${COMP_WORDS[COMP_CWORD - 1]}"
-printf '%s\\n' "${COMPREPLY[@]}"
-"""  # what bash does when the tabulator is pressed
-
-
-@pytest.mark.skipif(not shutil.which("bash"), reason="asks bash itself")
-def test_bash_completes_commands_options_kinds_of_fits_and_files(case, tmp_path, capsys):
-    with pytest.raises(SystemExit, match="0"):
-        main(["--completion", "bash"])
-    script = tmp_path / "completion.bash"
-    script.write_text(capsys.readouterr().out)
-
-    def completed(*words):
-        command = ["bash", "-c", COMPLETE, "bash", script, "jaxcontact", *words]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
-        return set(done.stdout.split())
-
-    assert completed("r") == {"run", "reproduce"}
-    assert completed("run", "--res") == {"--resume"}
-    assert completed("fit", "c") == {"creep", "compare"}
-    assert completed("check", "ca") == {case.name}
-
-
-def test_completion_without_its_extra_says_what_to_install(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "shtab", None)
-    assert main(["--completion", "bash"]) == 2
-    assert capsys.readouterr().err.endswith("pip install 'jaxcontact[completion]'\n")
-
-
-@pytest.mark.parametrize("shell", ["zsh", "fish"])
-def test_other_shells_are_given_every_command(shell, capsys):
-    with pytest.raises(SystemExit, match="0"):
-        main(["--completion", shell])
-    script = capsys.readouterr().out
-    assert all(name in script for name in ("convert", "reproduce", "indentation", "resume"))
-
-
 @pytest.mark.parametrize("no_color", ["", "1"])
 def test_an_error_is_red_on_a_terminal_unless_its_user_wants_no_colour(no_color, monkeypatch):
     monkeypatch.setenv("NO_COLOR", no_color)
@@ -432,14 +259,6 @@ def test_an_error_is_red_on_a_terminal_unless_its_user_wants_no_colour(no_color,
     assert plain.startswith("jaxcontact: error: ") and "\x1b" not in plain
     red = plain.replace("error", "\x1b[31merror\x1b[0m", 1)
     assert terminal.getvalue() == (plain if no_color else red)
-
-
-def test_help_of_reproduce_lists_what_there_is(capsys):
-    assert [case.name for case in CASES] == list(REPRODUCTIONS)
-    with pytest.raises(SystemExit):
-        main(["reproduce", "--help"])
-    words = re.split(r"[,\s]+", capsys.readouterr().out)
-    assert set(words) >= set(REPRODUCTIONS)
 
 
 def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):

@@ -38,7 +38,7 @@ def press(control, grid, indenter=None, body=None, **options):
 
 
 @pytest.mark.versions
-@pytest.mark.parametrize("shape", [(101, 101), (96, 130)])
+@pytest.mark.parametrize("shape", [pytest.param((101, 101), marks=pytest.mark.slow), (96, 130)])
 def test_hertz(shape):
     """a^3 = 3 W R (1 - nu)/(8 G), approach a^2/R, p0 = 3 W/(2 pi a^2) on an odd and on a rectangular grid."""
     a = HERTZ_RADIUS
@@ -241,6 +241,7 @@ def test_status_tells_of_the_edge_of_a_coarse_grid_and_of_iterations():
     assert int(stopped.status[0]) == 1 and not bool(stopped.converged[0])
 
 
+@pytest.mark.slow
 def test_coarse_contact_warns_and_says_when_but_not_of_the_patches_of_heights():
     """Of one contact it matters; heights touch in patches whose sizes are the surface's own."""
     ball, grid, times = jc.Sphere(5e-3), square(15), np.array([3.0, 4.0])

@@ -194,6 +194,7 @@ def test_half_compliance_convention():
         np.testing.assert_allclose(two.values[name], one.values[name], rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_fixed_parameter_and_partial_bounds():
     t, J = noisy(40000.0, 4)
     data = fitting.CreepData(t=t, J=J)

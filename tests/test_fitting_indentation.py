@@ -185,7 +185,8 @@ def test_a_short_hold_does_not_determine_the_flow():
     assert opened >= 8
 
 
-@pytest.mark.parametrize("control", ["load", pytest.param("depth", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["load", "depth"])
 def test_nuisances_are_recovered(control):
     """Contact point, drift and machine compliance put into the measured depth are found again."""
     t = np.concatenate([[0.0], np.geomspace(1.0, 40000.0, 400)])

@@ -21,7 +21,7 @@ TABLE = [
     pytest.param(PS190, "absolute", (6282, 896, 6.87e4, 7.15e5), True, marks=pytest.mark.slow),
     pytest.param(PS130, "relative", (1.14e5, 4.4e4, 2.00e8, 4.0e7), True, marks=pytest.mark.slow),
     pytest.param(PS130, "absolute", (7.84e4, 3.5e4, 2.31e8, 8.6e7), True, marks=pytest.mark.slow),
-    (HL60, "relative", (1009, 27, np.inf, 105), False),
+    pytest.param(HL60, "relative", (1009, 27, np.inf, 105), False, marks=pytest.mark.slow),
     (HL60, "absolute", (2934, 94, 281, 110), False),
 ]
 

@@ -97,7 +97,9 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if "fixed" in WRONG[n][1] else ()) for n in WRONG]
+)
 def test_a_fit_that_is_refused_determines_nothing(name):
     J, options, why = WRONG[name]
     found = fit(TIMES, J, **options)
@@ -119,8 +121,10 @@ def test_a_constant_may_be_the_truth():
     assert found.r2 <= 0.01 and found.verdict == "stands" and found.identified["G"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [20, 60, 200])
+@pytest.mark.parametrize(
+    "n",
+    [pytest.param(n, marks=pytest.mark.long if n == 60 else pytest.mark.slow) for n in (20, 60, 200)],
+)
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.9])
 def test_intervals_cover_under_correlated_noise(n, rho):
     """1 % noise, white and AR(1): the four 95 % intervals hold the truth in 93 to 97 % of the fits that stand, in

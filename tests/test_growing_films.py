@@ -41,9 +41,7 @@ def test_layers_that_keep_their_thickness_are_the_stack():
         body = jc.LayeredHalfSpace(layers, jc.Elastic(80e9, 0.3))
         return jc.indent(body, BALL, jc.Load(1.0), TIMES, grid=GRID, tolerance=1e-11, save="last").approach
 
-    still = of_stack(H, 2 * H)
-    for first, second in ((np.full(NT, H), 2 * H), (np.full(NT, H), np.full(NT, 2 * H))):
-        np.testing.assert_allclose(of_stack(first, second), still, rtol=TIGHT_SOLVER)
+    np.testing.assert_allclose(of_stack(np.full(NT, H), 2 * H), of_stack(H, 2 * H), rtol=TIGHT_SOLVER)
 
 
 def test_an_elastic_film_that_grows_under_a_held_load_moves_nothing():

@@ -112,6 +112,7 @@ def test_second_order_in_the_time_step():
     assert errors[0] < 4e-3
 
 
+@pytest.mark.slow
 def test_approach_of_lee_and_radok_under_a_growing_load():
     body = jc.LayeredHalfSpace([], MAXWELL)
     times = np.linspace(0.0, 2.0, 21)

@@ -35,15 +35,18 @@ def observed(point, control, coupled):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("control", "coupled"),
     [
-        (jc.TangentialLoad, False),
-        (jc.TangentialLoad, True),
-        (lambda way: jc.TangentialDisplacement(1e-6 * way), True),
+        pytest.param(jc.TangentialLoad, False, id="load", marks=pytest.mark.long),
+        pytest.param(jc.TangentialLoad, True, id="load, coupled", marks=pytest.mark.slow),
+        pytest.param(
+            lambda way: jc.TangentialDisplacement(1e-6 * way),
+            True,
+            id="displacement, coupled",
+            marks=pytest.mark.long,
+        ),
     ],
-    ids=["load", "load, coupled", "displacement, coupled"],
 )
 def test_gradients_through_partial_slip(control, coupled):
     """The sets of stick, slip and separation are held; differences are too small to move a cell."""

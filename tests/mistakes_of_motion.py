@@ -1,0 +1,228 @@
+"""Mistakes in what shears, slides and rolls, in periodic grids, what lies below the surface, rough surfaces and files."""
+
+import numpy as np
+from right_calls import (
+    BALL,
+    BODY,
+    FLOWS,
+    GRID,
+    LINE,
+    LOAD,
+    PERIODIC,
+    ROLLER,
+    STEEL,
+    STEEL_BALL,
+    TIMES,
+    indent,
+    on,
+    on_steel,
+    roll,
+    rough,
+    shear,
+    slide,
+    steady,
+)
+
+import jaxcontact as jc
+
+MOTION = {
+    "a normal load along the surface": (lambda: shear(LOAD), r"tangential: expected TangentialLoad or"),
+    "a tangential load without direction": (
+        lambda: shear(jc.TangentialLoad(5.0)),
+        r"TangentialLoad: expected shape \(2,\) or \(2, 2\) as times, got shape \(\)",
+    ),
+    "a displacement without end": (
+        lambda: shear(jc.TangentialDisplacement((np.inf, 0.0))),
+        r"TangentialDisplacement: expected finite numbers",
+    ),
+    "friction that pushes": (lambda: shear(friction=-0.1), r"friction: expected >= 0, got -0.1"),
+    "friction on another grid": (
+        lambda: shear(friction=np.ones(3)),
+        r"friction: expected a number or shape \(8, 8\)",
+    ),
+    "a function of steps with friction": (
+        lambda: shear(save=lambda step: step.load),
+        r'save: expected "all" or "last"',
+    ),
+    "pressure on another grid": (
+        lambda: jc.subsurface(BODY, GRID, np.ones(3), depths=[0.0]),
+        r"pressure: expected shape \(8, 8\), got \(3,\)",
+    ),
+    "pressure without end": (
+        lambda: jc.subsurface(BODY, GRID, np.full((8, 8), np.inf), depths=[0.0]),
+        r"pressure \[Pa\]: expected finite",
+    ),
+    "traction without direction": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), np.ones((8, 8)), depths=[0.0]),
+        r"traction: expected shape \(2, 8, 8\)",
+    ),
+    "traction without end": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), np.full((2, 8, 8), np.inf), depths=[0.0]),
+        r"traction \[Pa\]: expected finite",
+    ),
+    "depths of a solid that keeps its volume after a history": (
+        lambda: jc.subsurface(
+            on(jc.Maxwell(1e9, 1e12, bulk_modulus=1e9)), GRID, np.ones((2, 8, 8)), depths=[0.0], times=TIMES
+        ),
+        r"times: expected None with a bulk modulus in a solid that creeps",
+    ),
+    "pressure without times": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0], times=TIMES),
+        r"pressure: expected shape \(2, 8, 8\), got \(8, 8\)",
+    ),
+    "times below the surface that decrease": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((2, 8, 8)), depths=[0.0], times=[1.0, 0.0]),
+        r"times \[s\]: expected finite times that do not decrease",
+    ),
+    "the inside of what is rigid at first": (
+        lambda: jc.subsurface(on(jc.KelvinVoigt(1.0, 1.0)), GRID, np.ones((8, 8)), depths=[0.0]),
+        r"compliance \[1/Pa\] of every solid at first: expected > 0",
+    ),
+    "a single depth": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=1e-6),
+        r"depths: expected a 1-d array, got shape \(\)",
+    ),
+    "a place above the surface": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
+        r"depths \[m\]: expected >= 0",
+    ),
+    "a ball in plane strain": (
+        lambda: indent(grid=LINE),
+        r"indenter: expected a Cylinder or a HeightField in plane strain, got Sphere",
+    ),
+    "a roller that ends within a cell of plane strain": (
+        lambda: indent(indenter=jc.Cylinder(9.5e-3, length=1e-6), grid=LINE),
+        r"cylinder length \[m\]: expected at least the width 7.5e-05 of plane strain, got 1e-06",
+    ),
+    "friction in plane strain": (
+        lambda: steady(1.0, on_steel(), indenter=ROLLER, grid=LINE, friction=0.3),
+        r"friction: expected None on a periodic grid or in plane strain",
+    ),
+    "friction over the plane in sliding": (
+        lambda: steady(1.0, friction=np.full((8, 8), 0.3)),
+        r"friction: expected a number, got shape \(8, 8\)",
+    ),
+    "negative friction in sliding": (
+        lambda: slide(1.0, times=[0.0], friction=-0.3),
+        r"friction: expected >= 0, got -0.3",
+    ),
+    "rolling on a half-space that flows under a line": (
+        lambda: roll(body=lambda: FLOWS, indenter=ROLLER, grid=LINE),
+        r"body: expected one that does not flow without limit, on this grid",
+    ),
+    "rolling across a line": (
+        lambda: roll(velocity=(1.0, 0.0), indenter=ROLLER, grid=LINE),
+        r"velocity: expected one number, along x, in plane strain, got shape \(2,\)",
+    ),
+    "rolling under a history": (
+        lambda: roll(control=jc.Load([1.0])),
+        r"Load: expected one number in the steady",
+    ),
+    "rolling in three directions": (
+        lambda: roll(velocity=np.ones(3)),
+        r"velocity: expected a number or shape",
+    ),
+    "rolling at rest": (lambda: roll(velocity=0.0), r"velocity \[m/s\] \(its size\): expected > 0"),
+    "rolling by displacement": (
+        lambda: roll(creepage=jc.TangentialDisplacement((1e-6, 0.0))),
+        r"creepage: expected \(x, y\) or a TangentialLoad, got TangentialDisplacement",
+    ),
+    "creepage without direction": (
+        lambda: roll(creepage=1e-3),
+        r"creepage: expected \(x, y\) or a TangentialLoad",
+    ),
+    "creepage without end": (lambda: roll(creepage=(np.inf, 0.0)), r"creepage: expected finite numbers"),
+    "a velocity of another shape": (
+        lambda: slide(np.zeros(3)),
+        r"velocity: expected a number, shape \(2,\) or \(2, 2\)",
+    ),
+    "a word for a velocity": (lambda: slide("fast"), "velocity: expected a number or numbers .* 'fast'"),
+    "a Kelvin-Voigt film": (
+        lambda: indent(
+            body=jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(1e9, 1e9), 1e-7)], STEEL), indenter=STEEL_BALL
+        ),
+        r"layer: a material with J\(0\) = 0",
+    ),
+    "an infinite velocity": (lambda: slide(np.inf), r"velocity \[m/s\]: expected finite numbers"),
+    "a step beyond the grid": (lambda: slide(1.0), r"pass substeps=\d+ or more, or a wider grid"),
+    "a track that leaves and comes back": (
+        lambda: slide(np.array([[1e-4, 0.0]] * 6 + [[-1e-4, 0.0]] * 6), times=np.arange(12.0) * 2.0),
+        r"track that stays",
+    ),
+    "a steady velocity of another shape": (
+        lambda: steady(np.zeros(3)),
+        r"velocity: expected a number or shape \(2,\)",
+    ),
+    "a steady load over time": (
+        lambda: steady(1.0, control=jc.Load([1.0, 2.0])),
+        r"Load: expected one number",
+    ),
+    "an infinite steady velocity": (lambda: steady(np.nan), r"velocity \[m/s\]: expected finite"),
+    "a steady state at rest": (
+        lambda: steady(0.0, body=FLOWS),
+        r"expected not 0: the body flows without limit",
+    ),
+    "a steady approach on a body that flows": (
+        lambda: steady(1.0, body=FLOWS, control=jc.Approach(1e-6)),
+        r"control: expected a Load on a half-space",
+    ),
+    "a word for periodic": (
+        lambda: indent(grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic="y")),
+        r"grid periodic: expected True, False or two of them, got 'y'",
+    ),
+    "a steady slide of a roller over what creeps far off": (
+        lambda: steady(1.0, FLOWS, grid=jc.Grid((8, 8), (1e-5, 1e-5), periodic=(False, True))),
+        r"grid: expected one .* substrate that creeps, got periodic=\(False, True\) with \(8, 8\) cells; slide takes it",
+    ),
+    "a line that ends": (
+        lambda: indent(grid=jc.Grid((8, 1), (1e-5, 1e-5))),
+        r"grid shape: expected two whole numbers of at least 4, got \(8, 1\)",
+    ),
+    "kernels of free space on a periodic grid": (
+        lambda: indent(kernels=jc.kernels(on_steel(), BALL, GRID), grid=PERIODIC),
+        r"kernels: expected those of a grid with periodic=\(True, True\), got periodic=\(False, False\)",
+    ),
+    "an approach that presses a periodic surface flat": (
+        lambda: indent(control=jc.Approach(1.0), grid=PERIODIC),
+        r"Approach \[m\]: expected less than .* on a periodic grid, the mean gap at first touch, got 1:",
+    ),
+    "a velocity across a line": (
+        lambda: steady((1.0, 0.0), indenter=ROLLER, grid=LINE),
+        r"velocity: expected one number, along x, in plane strain, got shape \(2,\)",
+    ),
+    "a half-space that flows under a line": (
+        lambda: steady(1.0, body=FLOWS, indenter=ROLLER, grid=LINE),
+        r"body: expected one that does not flow without limit, on this grid",
+    ),
+    "friction on a periodic grid": (
+        lambda: shear(grid=PERIODIC),
+        r"grid: expected one that is not periodic along x, .* in shear, got periodic=\(True, True\)",
+    ),
+    "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x, .* in roll_steady"),
+    "rolling on a grid periodic across": (
+        lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),
+        r"along y in plane strain alone, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
+    ),
+    "stresses under a periodic grid": (
+        lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
+        r"not periodic in subsurface",
+    ),
+    "a rough line": (
+        lambda: rough(grid=LINE),
+        r"grid: expected one of known spacing with more than one cell",
+    ),
+    "a surface without dimension": (lambda: rough(hurst=1.2), r"hurst: expected > 0 and <= 1, got 1.2"),
+    "a negative slope": (lambda: rough(rms_slope=-0.1), r"rms_slope: expected >= 0, got -0.1"),
+    "waves shorter than cells": (lambda: rough(shortest=1e-6), r"shortest \[m\]: expected > .* got 1e-06"),
+    "waves longer than the grid": (lambda: rough(longest=1.0), r"longest \[m\]: expected > .* got 1"),
+    "half a seed": (lambda: rough(seed=0.5), r"seed: expected 0 to 4294967295, got 0.5"),
+    "an output without a name": (
+        lambda: jc.sensitivity(lambda body: 1.0, BODY),
+        r"f: expected a dict of outputs by name",
+    ),
+    "a list for a result": (lambda: jc.save([1.0], "a.npz"), r"result: expected ContactHistory.*got list"),
+    "a result as text": (
+        lambda: jc.load("result.txt"),
+        r"result.txt: found .txt, accepted: .* in .npz or .nc",
+    ),
+}

@@ -1,0 +1,314 @@
+"""Mistakes in what is pressed, by what, when and on which grid, and in what is asked of the outcome."""
+
+from types import SimpleNamespace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from right_calls import (
+    BALL,
+    BODY,
+    DRAWN,
+    FILM,
+    GRID,
+    KERNELS,
+    LINE,
+    LOAD,
+    STEEL,
+    TIMES,
+    indent,
+    on,
+    steady,
+)
+
+import jaxcontact as jc
+
+PRESSING = {
+    "a material for a body": (lambda: indent(body=FILM), r"body: expected a LayeredHalfSpace, got Burgers"),
+    "a layer outside a list": (
+        lambda: indent(body=jc.LayeredHalfSpace(jc.Layer(FILM, 1e-7), STEEL)),
+        r"expected a list of Layer, got Layer",
+    ),
+    "a material for a layer": (
+        lambda: indent(body=jc.LayeredHalfSpace([FILM], STEEL)),
+        r"expected Layer\(.*Burgers",
+    ),
+    "a film too stiff for its images": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9), 1e-6)], jc.Elastic(2e2))),
+        r"layer: expected at most 1e\+06 times the substrate's modulus, got 5e\+06 times",
+    ),
+    "a thickness over the plane": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
+        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): a response belongs to one thickness everywhere\."
+        r" Give the film's mean here and its uneven top as the heights of a HeightField",
+    ),
+    "a thickness over other times": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
+        r"layer thickness \[m\]: expected a number or shape \(2,\) as times, got \(3,\)",
+    ),
+    "a thickness that vanishes": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 0.0])], STEEL)),
+        r"layer thickness \[m\]: expected > 0",
+    ),
+    "the quasi-elastic way for a film that grows": (
+        lambda: indent(
+            body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL), correspondence="quasi-elastic"
+        ),
+        r"layer thickness over times: expected no kernels",
+    ),
+    "a film that grows under what slides": (
+        lambda: steady(1.0, body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL)),
+        r"layer thickness \[m\]: expected a number, got shape \(2,\); over times it is for a Layer in indent",
+    ),
+    "a material for a profile": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(FILM, 1e-7)], STEEL)),
+        r"Graded profile: expected a function of depth, got Burgers",
+    ),
+    "no sublayers": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(lambda depth: FILM, 1e-7, layers=0)], STEEL)),
+        r"Graded layers: expected 1 to 1000, got 0",
+    ),
+    "a number for a material": (
+        lambda: indent(body=on(210e9)),
+        r"substrate: expected a material .*got float",
+    ),
+    "a negative thickness": (
+        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, -1e-7)], STEEL)),
+        r"thickness \[m\]: .*> 0, got -1e-07",
+    ),
+    "a negative modulus": (
+        lambda: indent(body=on(jc.Elastic(-1.0))),
+        r"substrate Elastic G: expected > 0, got -1",
+    ),
+    "a negative compliance": (
+        lambda: indent(body=on(jc.Prony(-1.0, jnp.ones(1), jnp.ones(1)))),
+        r"Prony J0: expected >= 0, got -1",
+    ),
+    "nu above one half": (
+        lambda: indent(body=on(jc.Elastic(1e9, nu=0.6))),
+        r"nu: expected -1 < nu <= 0.5, got 0.6",
+    ),
+    "a fractional law that is not cut": (
+        lambda: indent(body=on(jc.Springpot(1e9, 0.5))),
+        r"got Springpot: its prony\(shortest, longest\) is one",
+    ),
+    "a cut from no time": (lambda: jc.Springpot(1e9, 0.5).prony(0.0, 1.0), r"shortest: expected > 0, got 0"),
+    "a cut backwards": (
+        lambda: jc.Springpot(1e9, 0.5).prony(1.0, 1.0),
+        r"longest: expected more than shortest = 1 s, got 1",
+    ),
+    "a cut by half": (
+        lambda: jc.Springpot(1e9, 0.5).prony(1.0, 2.0, 0.5),
+        r"tolerance: expected > .*, got 0.5",
+    ),
+    "a springpot below zero": (
+        lambda: jc.Springpot(-1e9, 0.5).prony(1.0, 2.0),
+        r"V: expected > 0, got -1e\+09",
+    ),
+    "a springpot that is a dashpot": (
+        lambda: jc.Springpot(1e9, 1.0).prony(1.0, 2.0),
+        r"alpha: expected > 0 and <= 0.999, got 1",
+    ),
+    "nu and a bulk modulus": (
+        lambda: indent(body=on(jc.Elastic(1e9, nu=0.3, bulk_modulus=1e9))),
+        r"substrate Elastic: expected one of nu and bulk_modulus, got both",
+    ),
+    "neither nu nor a bulk modulus": (
+        lambda: indent(body=on(jc.Elastic(1e9, nu=None))),
+        r"expected one of nu and bulk_modulus, got neither",
+    ),
+    "a bulk modulus below zero": (
+        lambda: indent(body=on(jc.Elastic(1e9, bulk_modulus=-1e9))),
+        r"Elastic bulk_modulus: expected > 0, got -1e\+09",
+    ),
+    "a bulk modulus the quasi-elastic way": (
+        lambda: indent(body=on(jc.Maxwell(1e9, 1e9, bulk_modulus=1e9)), correspondence="quasi-elastic"),
+        r'correspondence: expected "exact" with a bulk modulus',
+    ),
+    "times of a Prony series": (
+        lambda: indent(body=on(jc.Prony(1.0, jnp.ones(2), jnp.ones(1)))),
+        r"expected J and tau of one shape",
+    ),
+    "a number for an indenter": (lambda: indent(indenter=9.5e-3), r"indenter: expected a Sphere.*got float"),
+    "a negative radius": (lambda: indent(indenter=jc.Sphere(-1.0)), r"radius \[m\]: expected > 0, got -1"),
+    "a cylinder's radius": (
+        lambda: indent(indenter=jc.Cylinder(0.0, 1.0)),
+        r"cylinder radius \[m\]: expected > 0",
+    ),
+    "a cylinder's length": (
+        lambda: indent(indenter=jc.Cylinder(1.0, 0.0)),
+        r"cylinder length \[m\]: expected > 0",
+    ),
+    "a cone as blunt as a plane": (lambda: indent(indenter=jc.Cone(2.0)), r"cone pi/2 - half-angle \[rad\]"),
+    "a punch's radius": (
+        lambda: indent(indenter=jc.FlatPunch(jnp.nan)),
+        r"punch radius \[m\]: expected > 0, got nan",
+    ),
+    "a creeping ball": (
+        lambda: indent(indenter=jc.Sphere(1.0, FILM)),
+        r"indenter material: expected Elastic or None",
+    ),
+    "heights of another grid": (
+        lambda: indent(indenter=jc.HeightField(jnp.zeros((4, 4)))),
+        r"expected shape \(8, 8\)",
+    ),
+    "a number for a control": (lambda: indent(control=60.0), r"control: expected Load or Approach, got 60.0"),
+    "a load of another length": (
+        lambda: indent(control=jc.Load([1.0, 2.0, 3.0])),
+        r"number or shape \(2,\) as times",
+    ),
+    "an infinite load": (lambda: indent(control=jc.Load(np.inf)), r"Load \[N\]: expected >= 0, got inf"),
+    "a negative load": (lambda: indent(control=jc.Load(-1.0)), r"Load \[N\]: expected >= 0, got -1"),
+    "no load at all": (lambda: indent(control=jc.Load(0.0)), r"expected > 0 at some time, got 0"),
+    "one time, not in an array": (
+        lambda: indent(times=7200.0),
+        r"times \[s\]: expected a 1-d array .* shape \(\)",
+    ),
+    "times that decrease": (
+        lambda: indent(times=[0.0, 2.0, 1.0]),
+        r"times that do not decrease, got \[0.0, 2.0, 1.0\]",
+    ),
+    "a number for a grid": (lambda: indent(grid=256), r"grid: expected a Grid, got int"),
+    "a grid of three axes": (
+        lambda: indent(grid=jc.Grid((4, 4, 4), (1.0, 1.0))),
+        r"expected two whole numbers",
+    ),
+    "one spacing": (lambda: indent(grid=jc.Grid((4, 4), (1.0,))), r"grid spacing: expected \(dx, dy\)"),
+    "a negative spacing": (
+        lambda: indent(grid=jc.Grid((4, 4), (1.0, -1.0))),
+        r"grid spacing \[m\]: expected > 1e-30",
+    ),
+    "a word for save": (
+        lambda: indent(save="first"),
+        r"""save: expected "all", "last" or a function, got 'first'""",
+    ),
+    "no substeps": (lambda: indent(substeps=0), r"substeps: expected 1 to 1000, got 0"),
+    "a word for checkpoint": (
+        lambda: indent(checkpoint="bloks"),
+        r"""checkpoint: expected "pressures" or "blocks", got 'bloks'""",
+    ),
+    "kernels of other cells across": (
+        lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid((8, 8), (75e-6, 150e-6)))),
+        r"kernels: expected those of cells of \(7.5e-05, 7.5e-05\) m, got \(7.5e-05, 0.00015\)",
+    ),
+    "kernels of another shape": (
+        lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid((8, 9), GRID.spacing))),
+        r"kernels: expected those of a grid of \(8, 8\) cells, got \(8, 9\)",
+    ),
+    "heights with a gap": (
+        lambda: indent(indenter=jc.HeightField(np.where(np.eye(8) > 0, np.nan, 0.0))),
+        r"heights \[m\]: expected finite numbers, got 64 values from 0 to 0, 8 of them not finite",
+    ),
+    "a punch smaller than a cell": (
+        lambda: indent(indenter=jc.FlatPunch(1e-9)),
+        r"punch radius \[m\]: expected to cover a cell's centre, cells are 7.5e-05 m, got 1e-09",
+    ),
+    "a cylinder shorter than a cell": (
+        lambda: indent(indenter=jc.Cylinder(1e-2, 1e-9)),
+        r"cylinder length \[m\]: expected to cover",
+    ),
+    "a tolerance that says nothing": (
+        lambda: indent(tolerance=10.0),
+        r"tolerance: expected > 0 and <= 0.01, got 10",
+    ),
+    "no iterations": (lambda: indent(max_iterations=0), r"max_iterations: expected 1 to 1000000000, got 0"),
+    "a grid of no size that can be multiplied": (
+        lambda: indent(grid=jc.Grid.square(8, 1e100)),
+        r"grid spacing \[m\]: expected > 1e-30 and <= 1e\+30",
+    ),
+    "a modulus for each of several films": (
+        lambda: indent(body=on(jc.Elastic(np.array([1e9, 2e9])))),
+        r"substrate Elastic G: expected a number, got shape \(2,\)",
+    ),
+    "an approach without a value": (
+        lambda: indent(control=jc.Approach(np.nan)),
+        r"Approach \[m\]: expected finite numbers, got nan",
+    ),
+    "kernels of wider cells": (
+        lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid.square(GRID.shape[0], 2 * GRID.width[0]))),
+        "kernels: expected those of cells of",
+    ),
+    "statistics of what is no contact": (
+        lambda: jc.contact_statistics(BALL),
+        r"result: expected that of indent, slide, slide_steady, \.\.\., got Sphere",
+    ),
+    "a histogram without bins": (
+        lambda: jc.pressure_histogram(DRAWN, bins=0),
+        r"bins: expected 1 to 10000, got 0",
+    ),
+    "patches at a time that is not there": (
+        lambda: jc.contact_clusters(DRAWN, step=1),
+        r"step: expected -1 to 0, got 1",
+    ),
+    "patches of many runs": (
+        lambda: jc.contact_clusters(SimpleNamespace(**vars(DRAWN) | {"status": np.zeros(2)})),
+        r"result: expected that of one run, outside jit, got a status of shape \(2,\)",
+    ),
+    "statistics of heights of another grid": (
+        lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
+        r"heights: expected shape \(8, 8\), got \(4, 8\)",
+    ),
+    "statistics of heights with a gap": (
+        lambda: jc.surface_statistics(np.where(np.eye(8) > 0, np.nan, 0.0), GRID),
+        r"heights \[m\]: expected finite numbers",
+    ),
+    "statistics of a line of heights": (
+        lambda: jc.surface_statistics(np.zeros((8, 1)), LINE),
+        r"heights, grid: expected known ones with more than one cell along y, got \(8, 1\) cells",
+    ),
+    "a word for correspondence": (
+        lambda: indent(correspondence="fast"),
+        r"""or "quasi-elastic", got 'fast'""",
+    ),
+    "a rigid ball on Kelvin-Voigt": (
+        lambda: indent(body=on(jc.KelvinVoigt(1.0, 1.0))),
+        r"expected an elastic indenter",
+    ),
+    "kernels, quasi-elastic": (
+        lambda: indent(correspondence="quasi-elastic", kernels=KERNELS),
+        r"""kernels: expected correspondence="exact" """,
+    ),
+    "too many nodes": (lambda: jc.kernels(BODY, BALL, GRID, nodes=9), r"nodes: expected 1 to 8, got 9"),
+    "a grid without cells": (
+        lambda: jc.Grid.square(0, 1.0),
+        r"n: expected a whole number of at least 4, got 0",
+    ),
+    "a word for a grid": (
+        lambda: jc.indent(BODY, BALL, LOAD, TIMES, grid="wide"),
+        r"grid: expected a Grid, or \"auto\" without kernels, got 'wide'",
+    ),
+    "a grid of its own under jit": (
+        lambda: jax.jit(lambda w: jc.indent(BODY, BALL, jc.Load(w), TIMES, grid="auto").load)(1.0),
+        r"grid: expected a Grid inside jit, vmap and grad, got \"auto\"",
+    ),
+    "Grid.around under vmap": (
+        lambda: jax.vmap(lambda w: jc.Grid.around(BODY, BALL, jc.Load(w), TIMES).spacing[0])(jnp.ones(2)),
+        "Grid.around: expected values that are known, got some that jit, vmap or grad trace",
+    ),
+    "a number in Grid.around": (
+        lambda: jc.Grid.around(BODY, BALL, 60.0, TIMES),
+        r"control: .*order body.*got float",
+    ),
+    "a grid around nothing": (
+        lambda: jc.Grid.around(BODY, BALL, jc.Approach(-1.0), TIMES),
+        r"approach > 0 at some time",
+    ),
+    "a grid around heights": (
+        lambda: jc.Grid.around(BODY, jc.HeightField(jnp.zeros((4, 4))), LOAD, TIMES),
+        r"expected Grid\(shape=heights.shape",
+    ),
+    "a negative wavenumber": (lambda: jc.normal_response(BODY, -1.0), r"k \[rad/m\]: expected >= 0, got -1"),
+    "a negative time": (lambda: jc.normal_response(BODY, 1.0, -1.0), r"t \[s\]: expected >= 0, got -1"),
+    "a wavevector without end": (
+        lambda: jc.frequency_response(BODY, np.inf, 0.0),
+        r"kx \[rad/m\]: expected finite numbers, got inf",
+    ),
+    "half a wavevector": (
+        lambda: jc.frequency_response(BODY, 1.0, np.nan),
+        r"ky \[rad/m\]: expected finite numbers, got nan",
+    ),
+    "a wave before its time": (
+        lambda: jc.frequency_response(BODY, 1.0, 1.0, -1.0),
+        r"t \[s\]: expected >= 0",
+    ),
+}

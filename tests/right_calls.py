@@ -1,0 +1,53 @@
+"""What mistakes are made with: a right call of each function, in which one thing is changed."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+import jaxcontact as jc
+
+STEEL, FILM = jc.Elastic.from_young(210e9), jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
+BODY = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL)
+FLOWS = jc.LayeredHalfSpace([], FILM)
+BALL, LOAD, TIMES, GRID = jc.Sphere(9.5e-3), jc.Load(60.0), np.array([0.0, 1.0]), jc.Grid.square(8, 600e-6)
+PERIODIC = jc.Grid(GRID.shape, GRID.spacing, periodic=True)
+LINE = jc.Grid((8, 1), GRID.spacing, periodic=(False, True))
+STEEL_BALL, ROLLER = jc.Sphere(9.5e-3, STEEL), jc.Cylinder(9.5e-3, length=1e-3)
+KERNELS = jc.Burgers  # never looked at
+
+
+def indent(body=BODY, indenter=BALL, control=LOAD, times=TIMES, grid=GRID, **keywords):
+    return jc.indent(body, indenter, control, times, grid=grid, **keywords)
+
+
+def slide(velocity, control=LOAD, times=TIMES, **keywords):
+    return jc.slide(BODY, BALL, control, times, velocity=velocity, grid=GRID, **keywords)
+
+
+def steady(velocity, body=BODY, control=LOAD, indenter=BALL, **keywords):
+    return jc.slide_steady(body, indenter, control, velocity=velocity, **{"grid": GRID} | keywords)
+
+
+def on_steel():
+    return jc.LayeredHalfSpace([], STEEL)
+
+
+def shear(tangential=jc.TangentialLoad((1.0, 0.0)), body=FLOWS, friction=0.3, **keywords):  # noqa: B008
+    given = {"friction": friction, "grid": GRID} | keywords
+    return jc.shear(body, STEEL_BALL, LOAD, tangential, TIMES, **given)
+
+
+def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, indenter=BALL, **keywords):
+    given = {"friction": 0.3, "grid": GRID} | keywords
+    return jc.roll_steady(body(), indenter, control, velocity=velocity, creepage=creepage, **given)
+
+
+def rough(grid=GRID, **keywords):
+    return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
+
+
+DRAWN = SimpleNamespace(pressure=np.eye(8), gap=1.0 - np.eye(8), grid=GRID, status=np.array(0))
+
+
+def on(material):
+    return jc.LayeredHalfSpace([], material)
