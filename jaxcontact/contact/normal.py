@@ -4,11 +4,12 @@
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
 L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner; the Polak-Ribiere
-direction; cells that overlap enter the search with the others, not by a step of their own; and u
-follows p by linearity, so that an iteration costs one convolution unless a cell left contact. A given
-approach is met as a given load is, by directions of zero mean, and the pressure itself is one more direction of
-each step: a surface that yields as a whole, as a stiff film does, would else come and go with every cell. Where
-the contact leaves enough of the grid free, the search begins in a window around it (``contact.window``);
+direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
+convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
+is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
+is taken. A given approach is met as a given load is, by directions of zero mean, and each new pressure is brought to
+the size of least energy: a surface that yields as a whole, as a stiff film does, would else come and go with every
+cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``contact.window``);
 it ends on the whole grid in any case.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
@@ -29,7 +30,9 @@ from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
 PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
-REFRESH = 25  # iterations between full evaluations of K * p, against the drift of rounding
+LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned residual
+NEARLY = 0.8  # of the way to a clipped pressure: from there on all of it, so that its cells do leave contact
+LENGTHENED = 0.5, 2.0  # at most, where cells were clipped
 
 
 @pytree
@@ -64,9 +67,9 @@ class _Search(NamedTuple):
     direction: Array
     residual: Array  # of the last iteration
     descent: Array  # <z, r> of the last iteration; zero starts afresh
+    length: Array  # of the next step along its direction, as it is tried
     error: Array
     iterations: Array
-    since_refresh: Array
 
 
 def masked_mean(values: Array, mask: Array) -> Array:
@@ -152,23 +155,26 @@ def _level(problem: Problem, pressure: Array, displacement: Array) -> Array:
     return jnp.where(jnp.any(active), masked_mean(surface, active), given)
 
 
-def _lengths(problem: Problem, s: _Search, residual: Array, lifted: Array, t: Array) -> tuple[Array, Array]:
-    """How far back along a direction t, and by what share the pressure itself grows, for the least energy.
+def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
+    """The part of a step, which lifts the surface so, that leaves the least energy; one where it has no slope.
 
-    The share is zero under a given load.
+    Under a given approach together with the size of the whole pressure.
     """
-    p, curvature = s.pressure, jnp.sum(t * lifted)
-    along = jnp.sum(t * residual)
-    if problem.load_controlled:
-        return along / jnp.where(curvature > 0.0, curvature, 1.0), jnp.zeros(())
-    mixed, stiffness = jnp.sum(p * lifted), jnp.sum(p * s.displacement)
-    growing = jnp.sum(p * (s.displacement + problem.gap - problem.target))
-    determinant = curvature * stiffness - mixed**2
-    apart = determinant > PARALLEL * curvature * stiffness
-    safe = jnp.where(apart, determinant, 1.0)
-    alone = growing / jnp.where(stiffness > 0.0, stiffness, 1.0)  # in a contact of one cell
-    back = jnp.where(apart, (along * stiffness - growing * mixed) / safe, 0.0)
-    return back, jnp.where(apart, (along * mixed - growing * curvature) / safe, -alone)
+    p, residual = s.pressure, s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
+    slope, curvature = -jnp.sum(step * residual), jnp.sum(step * lifted)
+    if not problem.load_controlled:
+        mixed, stiffness, growing = jnp.sum(p * lifted), jnp.sum(p * s.displacement), -jnp.sum(p * residual)
+        apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
+        whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
+        slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
+    part = slope / jnp.where(curvature > 0.0, curvature, 1.0)
+    return jnp.where((curvature > 0.0) & (part > 0.0), part, 1.0)
+
+
+def _allowed(pressure: Array, step: Array) -> Array:
+    """How many times the step leaves no pressure below zero."""
+    falls = step < 0.0
+    return jnp.min(jnp.where(falls, pressure / jnp.where(falls, -step, 1.0), jnp.inf))
 
 
 def _fitting_share(problem: Problem, pressure: Array, displacement: Array) -> Array:
@@ -187,22 +193,23 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
     beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
     t = projected(z + beta * s.direction, work, True)
-    lifted = problem.operator(t)
-    back, growth = _lengths(problem, s, r, lifted, t)
-    free = (1.0 + growth) * p - back * t
-    pressure = jnp.maximum(free, 0.0)
+    free = p - s.length * t
+    clipped, tried = jnp.any(free < 0.0), jnp.maximum(free, 0.0)
     if problem.load_controlled:
-        pressure = pressure * (problem.target / jnp.sum(pressure))
-    changed = jnp.any(free < 0.0) | (s.since_refresh >= REFRESH)
-    moved = lambda: (1.0 + growth) * u - back * lifted
-    displacement = jax.lax.cond(changed, lambda: problem.operator(pressure), moved)
+        tried = tried * (problem.target / jnp.sum(tried))
+    step, lifted = tried - p, problem.operator(tried) - u
+    least = _least(problem, s, step, lifted)
+    part = jnp.minimum(least, _allowed(p, step))
+    part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
+    pressure = jnp.where(part == 1.0, tried, jnp.maximum(p + part * step, 0.0))
+    displacement = u + part * lifted
     if not problem.load_controlled:
-        share = jnp.where(changed, _fitting_share(problem, pressure, displacement), 1.0)
+        share = _fitting_share(problem, pressure, displacement)
         pressure, displacement = share * pressure, share * displacement
     approach = approach_of(problem, pressure, displacement)
     error = stopping_error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
-    since = jnp.where(changed, 0, s.since_refresh + 1)
-    return _Search(pressure, displacement, t, r, descent, error, s.iterations + 1, since)
+    length = s.length * jnp.where(clipped, jnp.clip(least, *LENGTHENED), least)
+    return _Search(pressure, displacement, t, r, descent, length, error, s.iterations + 1)
 
 
 def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> _Search:
@@ -213,7 +220,7 @@ def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Ar
     if problem.load_controlled:
         error = jnp.where(problem.target > 0.0, error, 0.0)
     zero = jnp.zeros_like(p)
-    first = _Search(p, u, zero, zero, jnp.zeros(()), error, jnp.zeros((), int), jnp.zeros((), int))
+    first = _Search(p, u, zero, zero, jnp.zeros(()), jnp.asarray(LENGTH), error, jnp.zeros((), int))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
     precondition = problem.operator.preconditioner()
     return jax.lax.while_loop(going, lambda s: _iterate(problem, precondition, s), first)
