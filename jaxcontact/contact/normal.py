@@ -139,12 +139,17 @@ def first_guess(problem: Problem) -> Array:
 
 
 def usable_start(problem: Problem, start: Array) -> Array:
-    """``start`` clipped and brought to the load; the first guess where it has no contact."""
+    """``start`` clipped and brought to the load; the first guess where it has no contact, or does no work at the approach.
+
+    A pressure that does work, brought to its best size, has an energy below zero, as all that the search finds from it.
+    """
     start = jnp.maximum(start, 0.0)
     total = jnp.sum(start)
-    some = total > 0.0
     if problem.load_controlled:
+        some = total > 0.0
         start = start * (problem.target / jnp.where(some, total, 1.0))
+    else:
+        some = jnp.sum(start * (problem.target - problem.gap)) > 0.0
     return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
 
 
@@ -197,7 +202,8 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     clipped, tried = jnp.any(free < 0.0), jnp.maximum(free, 0.0)
     if problem.load_controlled:
         tried = tried * (problem.target / jnp.sum(tried))
-    step, lifted = tried - p, problem.operator(tried) - u
+    step = tried - p
+    lifted = problem.operator(step)
     least = _least(problem, s, step, lifted)
     part = jnp.minimum(least, _allowed(p, step))
     part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
@@ -215,6 +221,9 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
 def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> _Search:
     """Iterate from a usable start."""
     p, u = start, problem.operator(start)
+    if not problem.load_controlled:
+        share = _fitting_share(problem, p, u)
+        p, u = share * p, share * u
     approach = approach_of(problem, p, u)
     error = stopping_error(problem, p, u, u + problem.gap - approach, approach)
     if problem.load_controlled:
