@@ -9,6 +9,7 @@ what traces it and jax's settings. Its results are the same, bit for bit.
 import functools
 import hashlib
 import importlib.metadata
+import importlib.util
 import io
 import os
 import pickle
@@ -45,7 +46,7 @@ def kept_traces(folder: Path) -> Iterator[None]:
     """
     global _folder
     folder.mkdir(parents=True, exist_ok=True)
-    _folder = folder if jax.default_backend() == "cpu" else None  # jax promises no more of others' solvers
+    _folder = folder
     try:
         yield
     finally:
@@ -65,10 +66,8 @@ class Program:
         self._met: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
-        if _folder is None or not is_concrete(args):
-            return self.compiled(*args, **static)
         name = _name(self.function, args, static)
-        if name is None:
+        if _folder is None or name is None:
             return self.compiled(*args, **static)
         if name not in self._met:
             self._met[name] = self._found(_folder / name, args, static)
@@ -88,7 +87,7 @@ class Program:
 
 def shapes(function: Callable[..., Any], *args: Any) -> Any:
     """``jax.eval_shape`` of a function of a module, kept as a program is."""
-    name = _name(function, args, {"shapes": True}) if _folder is not None else None
+    name = _name(function, args, {"shapes": True})
     if _folder is None or name is None:
         return jax.eval_shape(function, *args)
     kept = _read(_folder / name)
@@ -120,7 +119,9 @@ def _marked(structure: Any) -> Any:
 
 
 def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> str | None:
-    """Of the file; None where the structure has parts that are not told by the packages' sources."""
+    """Of the file; None for what is not kept: where parts are not known, or not told by the packages' sources."""
+    if _folder is None or not is_concrete(args) or not _can_be_kept():
+        return None
     leaves, structure = jax.tree.flatten(args)
     kinds = [str(jax.typeof(leaf)) for leaf in leaves]
     package, own = function.__module__.partition(".")[0], __name__.partition(".")[0]
@@ -134,6 +135,12 @@ def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> st
     sources = _sources(packages)
     digest = hashlib.sha256(said.getvalue() + sources + _settings())
     return f"{function.__name__}-{digest.hexdigest()}" if sources else None
+
+
+@functools.cache
+def _can_be_kept() -> bool:
+    """Whether jax can write programs down here: on a processor, of whose solvers it promises to know them again."""
+    return jax.default_backend() == "cpu" and importlib.util.find_spec("flatbuffers") is not None
 
 
 class _Writer(pickle.Pickler):
