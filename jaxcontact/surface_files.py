@@ -70,7 +70,10 @@ def _read(library: Any, path: Path) -> Surface:
         raise
     except Exception as error:  # each of its readers has errors of its own
         reason = str(error).partition("\n")[0] or type(error).__name__
-        raise ValueError(f"{path}: expected a surface that SurfaceTopography reads: {reason}") from error
+        raise ValueError(
+            f"{path}: expected a surface that SurfaceTopography reads: {reason.rstrip(': ')};"
+            " a table of heights in metres is jc.HeightField(numpy.loadtxt(file))"
+        ) from error
     _checks.require(topography.dim == 2, f"{path}: expected a map of heights, got a line")
     _checks.require(topography.unit is not None, f"{path}: expected a unit of its lengths, got none")
     in_metres = topography.to_unit("m")
