@@ -183,9 +183,10 @@ def _read(path: Path) -> Any:
     """What is in a file, and its use noted; None where it is not there or not whole."""
     try:
         digest, _, content = path.read_bytes().partition(b"\n")
-        path.touch()
     except OSError:
         return None
+    with suppress(OSError):  # of a folder that may only be read
+        path.touch()
     return pickle.loads(content) if hashlib.sha256(content).hexdigest().encode() == digest else None
 
 
