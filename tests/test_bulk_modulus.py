@@ -183,7 +183,7 @@ class Bulky(abel.Pile):
         return self._replace(moduli=moduli, poissons=(3 * bulk - 2 * moduli) / (6 * bulk + 2 * moduli))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain")
 def test_growing_contact_on_a_film_against_the_axisymmetric_march():
     """A film of a third of the contact's radius under a step load for 600 s; the march's own error is 1e-4."""

@@ -205,7 +205,10 @@ def test_a_shown_case_reads_back_as_the_same_case(path, tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(TRACED))
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[] if n == "rolling_wheel" else [pytest.mark.long]) for n in sorted(TRACED)],
+)
 def test_a_ready_made_case_runs(name, tmp_path, capfd):
     """The ball of ``fretting_coating`` sticks in its middle and loses energy, the wheel creeps forward as it brakes, and
     the ball over the film is pushed back by more than Coulomb's friction."""

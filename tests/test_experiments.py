@@ -143,7 +143,9 @@ def test_a_grid_may_be_periodic(written, instead):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.long] if "rolling" in kind else []) for kind in TEXTS]
+)
 def test_a_run_gives_the_numbers_that_python_gives(kind, written, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["check", str(written(kind))]) == 0

@@ -214,7 +214,7 @@ def cohesive_loads(depths, dt, late, tau, work, reach, n, width=1.35):
     return np.array(loads)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_edge_that_closes_at_once_is_what_forces_of_short_range_do():
     """Neither JKR nor a rule for the edge is in the oracle: pressures follow from gaps, the solid remembers them."""
     work, late, tau, v = 0.05, 0.4, 1.0, 0.5

@@ -186,7 +186,7 @@ def test_a_modulus_has_the_density_of_a_grid():
         assert_agrees(one, rows, found.ess[name])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_of_the_posterior_hold_the_truth():
     """95 % of 60 experiments, within three standard errors of such a count."""
     inside = []

@@ -51,10 +51,8 @@ def fit(name, data, **options):
         )
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.slow if name == "h/a 0.5" else pytest.mark.long) for name in CASES],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", CASES)
 def test_noisy_hold_is_fitted_within_its_intervals(name):
     found = fit(name, hold(name, 0.005), weights="relative")
     print(f"\n{name}\n{found.summary()}")
@@ -72,7 +70,7 @@ def test_noisy_hold_is_fitted_within_its_intervals(name):
         assert bias < 0.2, key
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_film_between_known_layers():
     """The oracle's film in three parts, of which the middle one is sought."""
     thickness, sigma = CASES["h/a 0.5"][0], 0.005 * approach("h/a 0.5")
@@ -86,7 +84,7 @@ def test_a_film_between_known_layers():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("control", ["load", "depth"])
+@pytest.mark.parametrize("control", [pytest.param("load", marks=pytest.mark.long), "depth"])
 def test_two_thousand_samples_of_a_ramp_and_a_hold(control):
     """On a film far thicker than the contact is wide, where Lee and Radok's integral is the truth. The ramp ends
     between the times that the solver would march through if they were chosen without a look at the load."""

@@ -89,7 +89,7 @@ def test_poisson_ratio_moves_the_fit_and_the_result():
     np.testing.assert_allclose(band.shares["data"] * 2 * 1.644854, linear[1] - linear[0], rtol=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gradients_through_the_contact_solver():
     """Peak pressure on a film, with its thickness uncertain: against central differences."""
     t, J = noisy(2)

@@ -32,7 +32,11 @@ print(done.returncode, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 
 @pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in kB on Linux alone")
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.long if "tables" in n else pytest.mark.slow) for n in RUNS]
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.long if "tables" in n or "kernels" in n else pytest.mark.slow)
+        for n in RUNS
+    ],
 )
 def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
     path, out = tmp_path / "case.toml", tmp_path / "out"

@@ -33,6 +33,7 @@ def test_a_film_that_keeps_its_thickness_is_the_film():
     np.testing.assert_allclose(approach(np.full(NT, H), 1.0), approach(H, 1.0), rtol=1e-10)
 
 
+@pytest.mark.long
 def test_layers_that_keep_their_thickness_are_the_stack():
     """One thickness over time makes every layer grow in increments; the rest stay as they are."""
 

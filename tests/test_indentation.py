@@ -255,7 +255,7 @@ def test_recursion_equals_superposition_with_exact_kernels_to_the_separation_err
     np.testing.assert_allclose(ours, direct, rtol=SEPARATION)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_quasi_elastic_equals_exact_for_the_papers_film(body, ball):
     times, grid = jnp.linspace(0.0, 7200.0, 9), jc.Grid.square(32, 600e-6)
     exact = quietly(body, ball, jc.Load(60.0), times, grid=grid)

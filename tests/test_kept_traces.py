@@ -193,7 +193,10 @@ def test_what_was_used_longest_ago_goes(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [("run", "polymer_coating"), ("fit", "creep", "creep.csv")])
+@pytest.mark.parametrize(
+    "command",
+    [("run", "polymer_coating"), pytest.param(("fit", "creep", "creep.csv"), marks=pytest.mark.long)],
+)
 def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, command):
     """And the same where nothing can be kept."""
     t = np.geomspace(0.1, 100.0, 20)

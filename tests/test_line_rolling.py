@@ -239,7 +239,7 @@ def test_what_left_the_grid_is_still_felt():
     np.testing.assert_allclose(narrow.traction, within, atol=2e-3 * np.max(np.abs(within)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_film_that_creeps_is_rolled_on_as_on_its_elastic_limits():
     film = jc.StandardLinearSolid(G1=4e9, G2=2e9, eta2=2e9, nu=0.3)
 

@@ -11,7 +11,7 @@ import pytest
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 # run in .ci/run, the others before a release
-FIRST = {"1_first_contact", "13_own_coating"}
+FIRST = {"1_first_contact"}
 LARGEST = 500_000  # bytes of a committed notebook, so that a clone stays small
 
 

@@ -152,7 +152,7 @@ def approach(grid, profile):
         pytest.param(on_half_space, ROUGH, load, id="half-space, periodic, load", marks=pytest.mark.slow),
         pytest.param(on_film, ROUGH, approach, id="film, periodic, approach", marks=pytest.mark.slow),
         pytest.param(on_film, LINE, load, id="film, plane strain, load", marks=pytest.mark.long),
-        pytest.param(on_film, STRIP, load, id="film, periodic along y, load", marks=pytest.mark.slow),
+        pytest.param(on_film, STRIP, load, id="film, periodic along y, load", marks=pytest.mark.long),
     ],
 )
 def test_derivatives_are_those_of_central_differences(body_of, grid, control_of):

@@ -23,7 +23,12 @@ CASES = {
 
 
 @pytest.mark.parametrize(
-    ("name", "forced"), [("line", False), ("coupled ball", True), ("line that creeps", False)]
+    ("name", "forced"),
+    [
+        ("line", False),
+        pytest.param("coupled ball", True, marks=pytest.mark.long),
+        pytest.param("line that creeps", False, marks=pytest.mark.long),
+    ],
 )
 def test_derivatives_reverse_forward_and_central(name, forced):
     """Of the force that a creepage takes, or the creepage of a force; what touches, sticks and slips is held."""

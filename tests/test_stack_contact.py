@@ -154,7 +154,7 @@ def test_a_case_file_lists_its_layers_from_the_top_down(tmp_path):
     assert read_case(path).body == case.body
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
 def test_derivatives_by_every_parameter_of_every_solid():
     """Reverse mode against central differences: two layers that creep on a half-space that creeps, pressed for 600 s."""

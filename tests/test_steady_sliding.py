@@ -100,7 +100,7 @@ def test_line_contact_of_a_standard_solid(speed):
 # limits ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_infinite_speed_is_the_glassy_film(body, ball, film, steel):
     glass = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(film.G1, film.nu), 150e-9)], steel)
     elastic = indent(glass, ball, LOAD, jnp.zeros(1), grid=GRID, tolerance=1e-12, save="last")
