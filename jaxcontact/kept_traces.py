@@ -67,19 +67,15 @@ class Program:
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         name = _name(self.function, args, static)
-        if _folder is None or name is None:
+        if name is None:
             return self.compiled(*args, **static)
         if name not in self._met:
-            self._met[name] = self._found(_folder / name, args, static)
+            self._met[name] = self._found(name, args, static)
         return self._met[name](*args)
 
-    def _found(self, path: Path, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
-        """The program in a file, or traced and put there."""
-        kept = _read(path)
-        if kept is None:
-            kept = _traced(functools.partial(self.compiled, **static), args)
-            _write(path, kept)
-        text, result = kept
+    def _found(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
+        """The program of that name."""
+        text, result = _kept(name, lambda: _traced(functools.partial(self.compiled, **static), args))
         call = jax.jit(export.deserialize(bytearray(text)).call)
         structure = jax.tree.structure(result)
         return lambda *args: jax.tree.unflatten(structure, call(*jax.tree.leaves(args)))
@@ -88,15 +84,15 @@ class Program:
 def shapes(function: Callable[..., Any], *args: Any) -> Any:
     """``jax.eval_shape`` of a function of a module, kept as a program is."""
     name = _name(function, args, {"shapes": True})
-    if _folder is None or name is None:
+    if name is None:
         return jax.eval_shape(function, *args)
-    kept = _read(_folder / name)
-    if kept is None:
+
+    def told() -> tuple[list[tuple[Any, str]], Any]:
         leaves, structure = jax.tree.flatten(jax.eval_shape(function, *args))
-        kept = [(leaf.shape, str(leaf.dtype)) for leaf in leaves], _marked(structure)
-        _write(_folder / name, kept)
-    told, result = kept
-    return jax.tree.unflatten(jax.tree.structure(result), [jax.ShapeDtypeStruct(*one) for one in told])
+        return [(leaf.shape, str(leaf.dtype)) for leaf in leaves], _marked(structure)
+
+    each, result = _kept(name, told)
+    return jax.tree.unflatten(jax.tree.structure(result), [jax.ShapeDtypeStruct(*one) for one in each])
 
 
 def _traced(function: Callable[..., Any], args: Any) -> tuple[bytes, Any]:
@@ -177,6 +173,16 @@ def _settings() -> bytes:
     said = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith(("JAX_", "XLA_")))
     versions = [importlib.metadata.version(name) for name in TRACED_BY]
     return repr((said, versions, sys.version_info[:2], jax.config.jax_enable_x64)).encode()  # type: ignore[attr-defined]
+
+
+def _kept(name: str, make: Callable[[], Any]) -> Any:
+    """What is in the file of that name, or made and put there."""
+    assert _folder is not None
+    kept = _read(_folder / name)
+    if kept is None:
+        kept = make()
+        _write(_folder / name, kept)
+    return kept
 
 
 def _read(path: Path) -> Any:
