@@ -1,6 +1,7 @@
 """Shared pieces of the tests: the paper's film, ball and substrate, and one store of compiled programs."""
 
 import os
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -14,6 +15,14 @@ os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", COMPILED.name)
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
 # it writes a screen of names of processor features to stderr for each program that it finds there
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+
+# Compiling is most of what the tests cost, and takes half as long when programs are not optimised. With XLA_FLAGS= they
+# are those of a user, as in .ci/run with the lowest and the highest versions. A compiler that does not know a flag aborts.
+HASTE = "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false"
+if "XLA_FLAGS" not in os.environ:
+    compiling = [sys.executable, "-c", "import jax; jax.numpy.zeros(1)"]
+    known = subprocess.run(compiling, env=os.environ | {"XLA_FLAGS": HASTE}, capture_output=True)
+    os.environ["XLA_FLAGS"] = HASTE if known.returncode == 0 else ""
 
 import jax  # noqa: E402
 
