@@ -16,9 +16,10 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
 # it writes a screen of names of processor features to stderr for each program that it finds there
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
-# Compiling is most of what the tests cost, and takes half as long when programs are not optimised. With XLA_FLAGS= they
-# are those of a user, as in .ci/run with the lowest and the highest versions. A compiler that does not know a flag aborts.
-HASTE = "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false"
+# Compiling is most of what the tests cost, and takes half as long when programs are not optimised; on one thread equal
+# runs are equal bit for bit (on two a transform rounds as its lines are shared). With XLA_FLAGS= programs are those of a
+# user, as in .ci/run with the lowest and the highest versions. A compiler that does not know a flag aborts.
+HASTE = "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false --xla_cpu_multi_thread_eigen=false"
 if "XLA_FLAGS" not in os.environ:
     compiling = [sys.executable, "-c", "import jax; jax.numpy.zeros(1)"]
     known = subprocess.run(compiling, env=os.environ | {"XLA_FLAGS": HASTE}, capture_output=True)

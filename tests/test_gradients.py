@@ -170,7 +170,7 @@ def test_no_contact_and_zero_load_have_zero_gradients():
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:only")
 def test_after_unloading_the_approach_has_the_derivative_of_the_print_left_behind():
-    """A Maxwell half-space under 10 N for 600 s, then 300 s without: central differences."""
+    """A Maxwell half-space under 10 N for 600 s, then 300 s without: central differences; the middle still touches."""
     times, grid = jnp.array([0.0, 300.0, 600.0, 600.0, 900.0]), jc.Grid.square(32, 2.2e-3)
     loads = jnp.array([10.0, 10.0, 10.0, 0.0, 0.0])
 
@@ -178,7 +178,7 @@ def test_after_unloading_the_approach_has_the_derivative_of_the_print_left_behin
         body = jc.LayeredHalfSpace([], jc.Maxwell(1e9 * jnp.exp(q[0]), 1e12 * jnp.exp(q[1])))
         ball, load = jc.Sphere(9.525e-3 * jnp.exp(q[2])), jc.Load(loads * jnp.exp(q[3]))
         r = jc.indent(body, ball, load, times, grid=grid, tolerance=1e-12)
-        return jnp.stack([r.approach[-1] / 1e-6, jnp.min(r.gap[-1]) / 1e-6])
+        return jnp.stack([r.approach[-1] / 1e-6, jnp.mean(r.gap[-1, 15:17, 15:17]) / 1e-6])
 
     left, step = jax.jit(left), 1e-4
     central = [(left(step * e) - left(-step * e)) / (2 * step) for e in jnp.eye(4)]
