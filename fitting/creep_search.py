@@ -4,6 +4,7 @@ Variable projection (``varpro.py``) already finds the optimum but for the grid o
 with exact Jacobians in the logarithms of the compliances remove that.
 """
 
+import functools
 from typing import NamedTuple
 
 import jax
@@ -18,6 +19,8 @@ from fitting.structure import Structure
 from jaxcontact.kept_traces import Program
 
 STEPS = 3  # of Gauss-Newton
+
+_program = functools.partial(Program, in_haste=True)
 
 
 class Scaled(NamedTuple):
@@ -58,7 +61,7 @@ class Optimum(NamedTuple):
     cost: Array
 
 
-@Program
+@_program
 def minimise(problem: varpro.TauSearch) -> Optimum:
     """The least weighted squares: variable projection, then Gauss-Newton in log parameters."""
     _, x, tau, cost = varpro.solve(problem)
@@ -88,13 +91,13 @@ def _residual(problem: varpro.TauSearch, parts: Array, tau: Array) -> Array:
     return varpro.weighted_columns(problem, _tau(parts, tau)) @ parts[:3] - problem.weights * problem.data
 
 
-@Program
+@_program
 def jacobian(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     """d (weighted model)/d parts, (n, 4), exact; at j2 = 0 tau stays as found."""
     return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
 
 
-@Program
+@_program
 def residuals(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     """Weighted residuals (n,) of a problem at the optimum of another."""
     return _residual(problem, optimum.parts, optimum.tau)
@@ -135,7 +138,7 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
     return jnp.where(active, jnp.exp(u), start)
 
 
-@Program
+@_program
 def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
     """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level; slope0
     is the initial slope; the upper side is infinite where open."""

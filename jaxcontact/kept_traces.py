@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 from jax import export
 
 from jaxcontact._pytree import is_concrete
@@ -33,6 +34,9 @@ TRACED_BY = ("jax", "jaxlib", "numpy", "scipy")
 
 SETTLED = 10.0
 """Seconds: sources changed later than that before this process began may not be those that it runs."""
+
+HASTE = {"xla_cpu_use_fusion_emitters": False}
+"""Options of jax's compiler: many programs compile in half the time and run as fast; the march, in four times that."""
 
 _began = time.time()
 _folder: Path | None = None
@@ -56,27 +60,39 @@ def kept_traces(folder: Path) -> Iterator[None]:
 class Program:
     """A compiled function of a module, of pytrees of arrays and static keywords; its trace can be kept.
 
-    To jax's transformations, and outside ``kept_traces``, it is ``jax.jit`` of the function, ``compiled``.
+    To jax's transformations, and outside ``kept_traces``, it is ``jax.jit`` of the function, ``compiled``; with the
+    options of ``HASTE`` where it is ``in_haste`` and nothing is traced around it.
     """
 
-    def __init__(self, function: Callable[..., Any], static_argnames: tuple[str, ...] = ()):
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        static_argnames: tuple[str, ...] = (),
+        in_haste: bool = False,
+    ):
         functools.update_wrapper(self, function)
-        self.function = function
+        self.function, self.static_argnames, self.in_haste = function, static_argnames, in_haste
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self._met: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         name = _name(self.function, args, static)
         if name is None:
-            return self.compiled(*args, **static)
+            in_haste = self.in_haste and _is_outermost(args)
+            return (self._compiled_in_haste if in_haste else self.compiled)(*args, **static)
         if name not in self._met:
             self._met[name] = self._found(name, args, static)
         return self._met[name](*args)
 
+    @functools.cached_property
+    def _compiled_in_haste(self) -> Callable[..., Any]:
+        return jax.jit(self.function, static_argnames=self.static_argnames, compiler_options=_haste())
+
     def _found(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
         """The program of that name."""
         text, result = _kept(name, lambda: _traced(functools.partial(self.compiled, **static), args))
-        call = jax.jit(export.deserialize(bytearray(text)).call)
+        options = _haste() if self.in_haste else None
+        call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
         return lambda *args: jax.tree.unflatten(structure, call(*jax.tree.leaves(args)))
 
@@ -131,6 +147,21 @@ def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> st
     sources = _sources(packages)
     digest = hashlib.sha256(said.getvalue() + sources + _settings())
     return f"{function.__name__}-{digest.hexdigest()}" if sources else None
+
+
+def _is_outermost(args: Any) -> bool:
+    """Whether nothing is being traced around a call: jax takes options of its compiler only there."""
+    return is_concrete(args, jnp.zeros(()))
+
+
+@functools.cache
+def _haste() -> dict[str, Any]:
+    """``HASTE``, where this compiler knows these options."""
+    try:
+        jax.jit(lambda: 0, compiler_options=HASTE)()
+    except jax.errors.JaxRuntimeError:
+        return {}
+    return HASTE
 
 
 @functools.cache

@@ -208,7 +208,10 @@ def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, com
         kept = {key: value for key, value in os.environ.items() if not key.startswith("JAX_")}
         done = subprocess.run(
             [sys.executable, "-m", "jaxcontact", *command, "-o", name],
-            env=kept | {"XDG_CACHE_HOME": str(tmp_path / home), "JAX_LOG_COMPILES": "1", "MPLBACKEND": "Agg"},
+            env=kept | {
+                "XDG_CACHE_HOME": str(tmp_path / home), "JAX_LOG_COMPILES": "1", "MPLBACKEND": "Agg",
+                "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false",
+            },
             capture_output=True, text=True, cwd=tmp_path, check=True,
         )  # fmt: skip
         programs[name] = [
@@ -221,3 +224,31 @@ def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, com
         }
     assert programs["first"] and not programs["second"]
     assert written["first"] == written["second"] == written["without"] and written["first"]
+
+
+def test_a_program_in_haste_is_optimised_inside_what_is_traced(monkeypatch):
+    program, expected = Program(unmet(spread), in_haste=True), spread(BALL, X)["depth"]
+    monkeypatch.setattr(kept_traces, "_haste", lambda: {"no such option": True})
+    with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
+        program(BALL, X)
+    within = (
+        jax.jit(lambda x: program(BALL, x)["depth"])(X),
+        jax.jit(lambda x: program(BALL, X)["depth"] + 0.0 * x)(X),
+        jax.vmap(lambda x: program(BALL, x)["depth"])(X),
+        jax.jvp(lambda x: program(BALL, x)["depth"], (X,), (X,))[0],
+        jax.lax.map(lambda x: program(BALL, X)["depth"] + 0.0 * x, X[:1])[0],
+    )
+    for found in within:
+        np.testing.assert_allclose(found, expected, rtol=1e-15)
+
+
+def test_a_program_in_haste_stands_beside_what_is_differentiated():
+    program = Program(unmet(spread), in_haste=True)
+    slope = jax.grad(lambda x: jnp.sum(x * program(BALL, X)["depth"]))(X)
+    np.testing.assert_allclose(slope, spread(BALL, X)["depth"], rtol=1e-15)
+
+
+def test_a_compiler_without_the_options_of_haste_optimises(monkeypatch):
+    monkeypatch.setattr(kept_traces, "HASTE", {"no such option": True})
+    monkeypatch.setattr(kept_traces, "_haste", kept_traces._haste.__wrapped__)
+    np.testing.assert_array_equal(Program(unmet(tenfold), in_haste=True)(X), 10.0 * X)

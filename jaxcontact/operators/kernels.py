@@ -205,8 +205,8 @@ def compiled_build(
     return _assembled(body, indenter, grid, _expansion(body, nodes=nodes), nodes=nodes)
 
 
-_expansion = Program(expansion, ("nodes",))
-_assembled = Program(assembled, ("nodes",))
+_expansion = Program(expansion, ("nodes",), in_haste=True)
+_assembled = Program(assembled, ("nodes",), in_haste=True)
 
 
 def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:
