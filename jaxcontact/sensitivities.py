@@ -34,7 +34,9 @@ class Sensitivity:
         lines = [f"{'parameter'.ljust(width)}  {heads}"]
         for i, parameter in enumerate(self.parameters):
             last = (float(np.ravel(table[i])[-1]) for table in self.values.values())
-            cells = "  ".join(f"{v:+.4f}".rjust(c) for v, c in zip(last, columns, strict=True))
+            cells = "  ".join(
+                f"{round(float(v), 4) + 0.0:+.4f}".rjust(c) for v, c in zip(last, columns, strict=True)
+            )
             lines.append(f"{parameter.ljust(width)}  {cells}")
         return "\n".join(lines)
 
