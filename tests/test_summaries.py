@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from tolerances import PEAK_ON_FEW_CELLS
 
 import jaxcontact as jc
 from jaxcontact.picture_style import colours_of_time, time_axis
@@ -101,13 +102,13 @@ def test_prefixes(value, unit, text):
 def test_the_peak_of_each_time_is_that_of_its_map_or_absent(history):
     """Hertz: under a held load the mean pressure is 2/3 of the peak, whatever the creep."""
     mean = np.asarray(history.load / (np.pi * history.contact_radius**2))
-    np.testing.assert_allclose(history.peak_pressure, 1.5 * mean, rtol=0.02)
+    np.testing.assert_allclose(history.peak_pressure, 1.5 * mean, rtol=PEAK_ON_FEW_CELLS)
     many = jax.tree.map(lambda a: np.stack([a, 2 * a]), history)
     np.testing.assert_allclose(many.peak_pressure[1], 2 * history.peak_pressure)
     last = dataclasses.replace(history, pressure=history.pressure[-1], displacement=history.displacement[-1])
     assert not hasattr(last, "peak_pressure")
     with pytest.raises(AttributeError, match=r"those of the last alone.*save=lambda step: step.pressure.max"):
-        last.peak_pressure  # noqa: B018
+        float(last.peak_pressure)
 
 
 def test_the_last_field_alone_and_steady_states_and_many_runs(history):
