@@ -8,9 +8,7 @@ TIGHT_SOLVER = 1e-9  # contact solved to 1e-12
 DENSE = 2e-3  # parameters of a fit through the solver, whose grid is chosen for a thousandth
 APPROACH = 5e-4  # discretisation at N = 256: approach
 PEAK = 2e-3  # discretisation at N = 256: peak pressure
-PEAK_ON_FEW_CELLS = (
-    0.02  # discretisation: peak over mean pressure on fifteen cells to the edge (measured: 1.2e-2)
-)
+PEAK_ON_FEW_CELLS = 0.02  # discretisation: peak over mean pressure, 15 cells to the edge (measured: 1.2e-2)
 RADIUS = 1e-3  # discretisation at N = 128, some 100 cells across: radius (measured: 7e-4)
 PUBLISHED = 3e-3  # the paper's own approaches, low by its discretisation
 MODES = 1e-8  # reverse against forward mode, tangents solved to 1e-10
