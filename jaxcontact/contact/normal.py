@@ -166,7 +166,7 @@ def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
     Under a given approach together with the size of the whole pressure, and none of a step that is uphill.
     """
     p, residual = s.pressure, s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
-    slope, curvature, otherwise = -jnp.sum(step * residual), jnp.sum(step * lifted), 1.0
+    slope, curvature, otherwise = -jnp.sum(step * residual), jnp.sum(step * lifted), jnp.ones(())
     if not problem.load_controlled:
         mixed, stiffness, growing = jnp.sum(p * lifted), jnp.sum(p * s.displacement), -jnp.sum(p * residual)
         apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
