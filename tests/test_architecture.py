@@ -41,6 +41,7 @@ LAYERS = {
     "layers": 3,
     # wavenumber and time
     "response.linear_fit": 0,
+    "response.gaussians": 0,
     "response.images": 1,
     "response.coefficients": 3,
     "response.line_coefficients": 3,

@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -48,6 +49,46 @@ def test_love_element_by_quadrature():
         assert float(ours[i, j]) == pytest.approx(expected, rel=1e-10)
     centre = (0.5 * np.arcsinh(0.7) + 0.35 * np.arcsinh(1 / 0.7)) * 4 / (2 * np.pi)
     assert float(ours[0, 0]) == pytest.approx(centre, rel=1e-12)
+
+
+def seen_at(z, i, j):
+    """A uniform pressure on a unit cell at an offset, seen from a depth: four corners of Love's integral."""
+
+    def corner(x, y):
+        r = mpmath.sqrt(x**2 + y**2 + z**2)
+        logs = x * mpmath.asinh(y / mpmath.hypot(x, z)) + y * mpmath.asinh(x / mpmath.hypot(y, z))
+        return logs - (z * mpmath.atan(x * y / (z * r)) if z else 0)
+
+    half = mpmath.mpf(0.5)
+    corners = [(a * b, corner(i + a * half, j + b * half)) for a in (1, -1) for b in (1, -1)]
+    return sum(sign * value for sign, value in corners) / (2 * mpmath.pi)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "cells", "bound"),
+    [
+        (1e-3, 10.0, 1e-12),
+        (0.0093, 0.016, 1e-11),
+        (1.0, 1e-6, 1e-11),
+        (10.0, 1.0, 1e-12),
+        (1e3, 1.0, 1e-10),
+        (1e6, 200.0, 1e-9),
+    ],
+)
+def test_the_sum_over_images_in_forty_digits(ratio, cells, bound):
+    """The heights of stiff films alternate, at up to 1e10 times the first."""
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(0.75e9, 0.3), cells)], jc.Elastic(0.75e9 / ratio, 0.3))
+    response = response_of(body)
+    images = response.expand(response.step(response.wavenumbers(), 0.0, 0.0))
+    ours = np.asarray(influence_coefficients(jc.Grid(shape=(64, 64), spacing=(1.0, 1.0)), images))
+    with mpmath.workdps(40):
+        heights, depths = (
+            [mpmath.mpf(a) for a in np.asarray(part).tolist()] for part in (images.heights, images.depths)
+        )
+        for i, j in [(0, 0), (1, 0), (43, 63)]:
+            seen = [seen_at(z, i, j) for z in (mpmath.mpf(0), *depths)] + [0]
+            exact = sum(height * (seen[k] - seen[k + 1]) for k, height in enumerate(heights))
+            assert abs(ours[i, j] - float(exact)) < bound * ours[0, 0], (i, j)
 
 
 @pytest.mark.parametrize(

@@ -6,43 +6,42 @@ double integral of 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
     F = (1/2 pi) [x asinh(y/sqrt(x^2 + z^2)) + y asinh(x/sqrt(y^2 + z^2)) - z atan(x y/(z r))],
 
 the coefficient at an offset is the difference of F over the cell's four corners (z = 0: A. E. H. Love,
-Phil. Trans. R. Soc. A 228 (1929) 377). For a step of the staircase, from z down to Z, the difference of F is
-taken in one, since for a film much thinner than a cell all else cancels: with R = r(Z),
-
-    asinh(y/sqrt(x^2 + z^2)) - asinh(y/sqrt(x^2 + Z^2))
-        = asinh(y (Z^2 - z^2)/((r + R) sqrt(x^2 + z^2) sqrt(x^2 + Z^2))).
+Phil. Trans. R. Soc. A 228 (1929) 377). So is the last step of the staircase, which has no end. The others, of which
+there are many, are sums of Gaussians (``response.gaussians``): their factors for x and for y are apart, and the sum over
+all of them is a product of two matrices, however many they are.
 
 They are good to 1e-9 of the central one for films up to ten times as stiff as their substrate, whatever their
 thickness; the paper's refined grid (its Eqs. 7-10, ``reference.refined_grid``) has 0.2 to 2 %.
 """
-
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.grid import Grid
+from jaxcontact.response.gaussians import NEGLECTED, POINTS, of_steps, over_cells
 from jaxcontact.response.images import Images
 
 
-class Level(NamedTuple):
-    """The corners (x, y) > 0 seen from a depth z, in units of dx.
-
-    distance: r, (nx, ny); across and along: sqrt(x^2 + z^2), (nx, 1), and sqrt(y^2 + z^2), (1, ny); angle:
-    z atan(x y/(z r)), (nx, ny).
-    """
-
-    depth: Array
-    distance: Array
-    across: Array
-    along: Array
-    angle: Array
+def influence_coefficients(grid: Grid, images: Images) -> Array:
+    """Coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny), for heights (..., J + 1)."""
+    dx, dy = grid.spacing
+    depths, aspect = images.depths / dx, dy / dx  # all in units of dx
+    last = images.heights[..., -1, None, None] * _seen_at(jnp.append(0.0, depths)[-1], grid.shape, aspect)
+    if not depths.size:
+        return last * dx
+    return (last + _of_steps(images.heights[..., :-1], depths, grid.shape, aspect)) * dx
 
 
-def _level(x: Array, y: Array, z: Array) -> Level:
+def _seen_at(z: Array, shape: tuple[int, int], aspect: Array) -> Array:
+    """A uniform pressure on a cell, seen from a depth: F over the cell's corners, (nx, ny)."""
+    x, y = (jnp.arange(shape[0]) + 0.5)[:, None], (jnp.arange(shape[1]) + 0.5)[None, :] * aspect
     r = jnp.sqrt(x**2 + y**2 + z**2)
-    return Level(z, r, jnp.sqrt(x**2 + z**2), jnp.sqrt(y**2 + z**2), z * jnp.arctan2(x * y, z * r))
+    logs = x * _asinh(y / jnp.sqrt(x**2 + z**2)) + y * _asinh(x / jnp.sqrt(y**2 + z**2))
+    corners = (logs - z * jnp.arctan2(x * y, z * r)) / (2.0 * jnp.pi)
+    for axis in (0, 1):  # F is odd in x and in y
+        corners = jnp.diff(corners, axis=axis, prepend=-jnp.take(corners, jnp.array([0]), axis))
+    return corners
 
 
 def _asinh(u: Array) -> Array:
@@ -50,41 +49,11 @@ def _asinh(u: Array) -> Array:
     return jnp.log1p(u + u**2 / (1.0 + jnp.sqrt(1.0 + u**2)))
 
 
-def _step_integral(x: Array, y: Array, upper: Level, lower: Level) -> Array:
-    """2 pi (F(z) - F(Z)) of the module's formula, (nx, ny)."""
-    rise = (lower.depth - upper.depth) * (lower.depth + upper.depth) / (upper.distance + lower.distance)
-    logs = x * _asinh(y * rise / (upper.across * lower.across))
-    return logs + y * _asinh(x * rise / (upper.along * lower.along)) - (upper.angle - lower.angle)
-
-
-def _last_integral(x: Array, y: Array, level: Level) -> Array:
-    """2 pi F of the module's formula, (nx, ny)."""
-    return x * _asinh(y / level.across) + y * _asinh(x / level.along) - level.angle
-
-
-def _over_cells(corners: Array) -> Array:
-    """The difference over a cell's corners of functions odd in x and y, from their values at positive ones."""
-    corners = jnp.diff(corners, axis=-2, prepend=-corners[..., :1, :])
-    return jnp.diff(corners, axis=-1, prepend=-corners[..., :1])
-
-
-def _corners(grid: Grid) -> tuple[Array, Array]:
-    """Those with x > 0, (nx, 1), and y > 0, (1, ny), in units of dx."""
-    (nx, ny), (dx, dy) = grid.shape, grid.spacing
-    return (jnp.arange(nx) + 0.5)[:, None], (jnp.arange(ny) + 0.5)[None, :] * (dy / dx)
-
-
-def influence_coefficients(grid: Grid, images: Images) -> Array:
-    """Coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny), for heights (..., J + 1)."""
-    x, y = _corners(grid)
-
-    def descend(carry: tuple[Array, Level], step: tuple[Array, Array]) -> tuple[tuple[Array, Level], None]:
-        (total, upper), (height, z) = carry, step
-        lower = _level(x, y, z)
-        return (total + height[..., None, None] * _step_integral(x, y, upper, lower), lower), None
-
-    heights, depths = jnp.moveaxis(images.heights, -1, 0), images.depths / grid.spacing[0]
-    top = jnp.zeros((*heights.shape[1:], *grid.shape)), _level(x, y, jnp.zeros(()))
-    (total, deepest), _ = jax.lax.scan(descend, top, (heights[:-1], depths))
-    total = total + heights[-1][..., None, None] * _last_integral(x, y, deepest)
-    return _over_cells(total) * grid.spacing[0] / (2.0 * jnp.pi)
+def _of_steps(heights: Array, depths: Array, shape: tuple[int, int], aspect: Array) -> Array:
+    """The steps that have an end, heights (..., J), over cells, (..., nx, ny)."""
+    low, high = NEGLECTED**2, jnp.maximum(1.0, (depths[-1] ** 2 / NEGLECTED) ** (2.0 / 3.0))
+    v = jnp.linspace(jnp.log(low), jax.lax.stop_gradient(jnp.log(high)), POINTS)
+    t = jnp.exp(v)
+    weights = heights @ of_steps(depths, t) * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
+    along_x, along_y = over_cells(shape[0], t), over_cells(shape[1], t, aspect)
+    return (weights[..., None, :] * along_x) @ along_y.T

@@ -5,13 +5,9 @@ over each cell. A wave on an image at depth z (``response.images``) moves the su
 
     K0(k sqrt(x^2 + z^2))/pi = 1/(2 pi) int_{-inf}^{inf} exp(-k^2 t - (x^2 + z^2)/(4 t)) dv,      t = exp(v),
 
-whose factors for the wave, the depth and the place are apart, and that for the place has a closed form over a cell:
-
-    int_{x1}^{x2} exp(-x^2/(4 t)) dx = sqrt(pi t) (erf(x2/(2 sqrt t)) - erf(x1/(2 sqrt t))).
-
-The trapezoidal rule in v converges geometrically, as exp(-pi^2/step): with a step below 0.33 its error is below
-1e-13 of the central coefficient. The mean along y, k = 0, is plane strain (``response.line_coefficients``). Source of the
-integral: NIST Digital Library of Mathematical Functions, 10.32.10.
+whose factors for the wave, the depth and the place are apart (``response.gaussians``). The mean along y, k = 0, is
+plane strain (``response.line_coefficients``). Source of the integral: NIST Digital Library of Mathematical Functions,
+10.32.10.
 """
 
 import jax
@@ -20,11 +16,11 @@ from jax import Array
 
 from jaxcontact._pytree import replace
 from jaxcontact.grid import Grid
+from jaxcontact.response.gaussians import NEGLECTED, POINTS, of_steps, over_cells
 from jaxcontact.response.images import Images
 from jaxcontact.response.line_coefficients import line_coefficients
 
-POINTS = 256
-NEGLECTED, DECAYED = 1e-13, 36.0  # of a cell; exponent beyond which a wave is nothing
+DECAYED = 36.0  # the exponent beyond which a wave is nothing
 
 
 def strip_coefficients(grid: Grid, images: Images) -> Array:
@@ -45,19 +41,8 @@ def _of_waves(grid: Grid, images: Images) -> Array:
     longest, shortest = 2.0 * jnp.pi * dx / (ny * dy), jnp.pi * dx / dy
     ends = 2.0 * jnp.log(NEGLECTED / (1.0 + shortest)), jnp.log(DECAYED / longest**2)
     v = jnp.linspace(*jax.lax.stop_gradient(ends), POINTS)
-    over_cells = _over_cells(nx, jnp.exp(v / 2.0)) * (v[1] - v[0])
-    weighted = over_cells * _of_depths(images, dx, jnp.exp(v))[..., None, :]
-    return weighted @ jnp.exp(-(k**2) * jnp.exp(v)[:, None]) * (dx / (2.0 * jnp.pi))
-
-
-def _over_cells(n: int, root: Array) -> Array:
-    """The integral over each of n cells, (n, points); root: sqrt t."""
-    upper = jax.scipy.special.erf((jnp.arange(n) + 0.5)[:, None] / (2.0 * root))
-    return jnp.sqrt(jnp.pi) * root * jnp.diff(upper, axis=0, prepend=-upper[:1])
-
-
-def _of_depths(images: Images, dx: Array, t: Array) -> Array:
-    """sum_j H_j (exp(-z_j^2/(4 t)) - exp(-z_{j+1}^2/(4 t))), (..., points)."""
-    square = jnp.append(0.0, (images.depths / dx) ** 2)[:, None] / (4.0 * t)
-    steps = jnp.exp(-square[:-1]) * -jnp.expm1(-jnp.diff(square, axis=0))
-    return images.heights @ jnp.append(steps, jnp.exp(-square[-1:]), 0)
+    depths, t = images.depths / dx, jnp.exp(v)
+    endless = jnp.exp(-(jnp.append(0.0, depths)[-1:] ** 2)[:, None] / (4.0 * t))
+    weights = images.heights @ jnp.append(of_steps(depths, t), endless, 0) * (v[1] - v[0])
+    over_waves = jnp.exp(-(k**2) * t[:, None])
+    return (weights[..., None, :] * over_cells(nx, t)) @ over_waves * (dx / (2.0 * jnp.pi))
