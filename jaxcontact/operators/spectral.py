@@ -27,20 +27,24 @@ def padded_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int
     return nx if x else 2 * scipy.fft.next_fast_len(nx), ny if y else 2 * scipy.fft.next_fast_len(ny)
 
 
-def _mirrored(kernel: Array, periodic: Periodic) -> Array:
-    """An even kernel in wrap-around order, x first; offsets that no pair of cells has are zero."""
-    shape = padded_shape(kernel.shape[-2:], periodic)
-    for axis, length in ((axis, shape[axis]) for axis in (-2, -1) if not periodic[axis]):
-        kernel = jnp.moveaxis(kernel, axis, -1)
-        n = kernel.shape[-1]
-        middle = jnp.zeros((*kernel.shape[:-1], length - 2 * n + 1))
-        kernel = jnp.moveaxis(jnp.concatenate([kernel, middle, kernel[..., :0:-1]], -1), -1, axis)
-    return kernel
-
-
 def kernel_spectrum(kernel: Array, periodic: Periodic = FREE) -> Array:
     """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``."""
-    return jnp.swapaxes(jnp.fft.rfft2(_mirrored(kernel, periodic)).real, -1, -2)
+    mx, my = padded_shape(kernel.shape[-2:], periodic)
+    along_y = _even_spectrum(kernel if periodic[1] else _mirrored(kernel, my))
+    rows = jnp.swapaxes(along_y, -1, -2)
+    half = _even_spectrum(rows if periodic[0] else _mirrored(rows, mx))
+    return jnp.concatenate([half, half[..., (mx - 1) // 2 : 0 : -1]], -1)
+
+
+def _mirrored(kernel: Array, length: int) -> Array:
+    """An even kernel in wrap-around order along the last axis; offsets that no pair of cells has are zero."""
+    middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
+    return jnp.concatenate([kernel, middle, kernel[..., :0:-1]], -1)
+
+
+def _even_spectrum(period: Array) -> Array:
+    """Spectrum along the last axis, real, (..., n/2 + 1), of what is even in it."""
+    return jnp.fft.rfft(period).real
 
 
 def transform(field: Array, periodic: Periodic = FREE) -> Array:
@@ -74,11 +78,10 @@ def circulant_spectrum(kernel: Array) -> Array:
     It takes the offsets up to half the grid (Strang's circulant): cheap, and close enough to
     the true operator for a preconditioner.
     """
-    nx, ny = kernel.shape[-2:]
-    for axis, n in ((-2, nx), (-1, ny)):
-        offsets = jnp.minimum(jnp.arange(n), n - jnp.arange(n))
-        kernel = jnp.take(kernel, offsets, axis=axis)
-    return jnp.swapaxes(jnp.fft.rfft2(kernel).real, -1, -2)
+    for axis in (-2, -1):
+        offsets = jnp.arange(kernel.shape[axis])
+        kernel = jnp.take(kernel, jnp.minimum(offsets, offsets.size - offsets), axis=axis)
+    return kernel_spectrum(kernel, (True, True))
 
 
 def apply_circulant(spectrum: Array, field: Array) -> Array:
