@@ -76,10 +76,11 @@ class Program:
         self._met: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
+        if not _is_outermost(args):
+            return self.compiled(*args, **static)
         name = _name(self.function, args, static)
         if name is None:
-            in_haste = self.in_haste and _is_outermost(args)
-            return (self._compiled_in_haste if in_haste else self.compiled)(*args, **static)
+            return (self._compiled_in_haste if self.in_haste else self.compiled)(*args, **static)
         if name not in self._met:
             self._met[name] = self._found(name, args, static)
         return self._met[name](*args)

@@ -169,6 +169,14 @@ def test_transformations_go_through(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_within_what_is_traced_nothing_is_kept_of_known_arrays_either(tmp_path):
+    program = Program(unmet(spread), in_haste=True)
+    with kept_traces.kept_traces(tmp_path):
+        found = jax.jit(lambda x: program(BALL, X)["depth"] + 0.0 * x)(X)
+    np.testing.assert_allclose(found, spread(BALL, X)["depth"], rtol=1e-15)
+    assert not list(tmp_path.iterdir())
+
+
 def test_shapes_are_kept_as_well(tmp_path):
     expected = jax.eval_shape(spread, BALL, X)
     for count in (1, 0):

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.special import j1
-from tolerances import APPROACH, PEAK
+from tolerances import APPROACH, PEAK, SOLVER
 
 import jaxcontact as jc
 from jaxcontact.operators.kernels import build
@@ -136,3 +136,13 @@ def test_a_response_that_is_off_on_the_grid_is_said_to_be():
     worse = type(worse)(**vars(worse) | {"image_errors": jnp.array([[0.0, 2e-4]])})
     with pytest.warns(UserWarning, match="off by up to 0.0002"):
         jc.indent(body, ball, jc.Approach(1e-6), [0.0], grid=grid, kernels=worse)
+
+
+def test_what_counts_as_contact_at_an_approach_touches():
+    """On a few cells of a stiff film: no cell is left with a pressure of round-off beside an open gap."""
+    film = jc.Layer(jc.Elastic(6.48e9, 0.3), 0.228e-6)
+    body, grid = jc.LayeredHalfSpace([film], jc.Elastic(BASE, 0.3)), jc.Grid.square(48, 48e-6)
+    for approach in np.geomspace(0.02e-6, 5e-6, 20):
+        found = jc.indent(body, jc.Sphere(50e-6), jc.Approach(approach), [0.0], grid=grid)
+        gap = np.asarray(found.gap)[np.asarray(found.pressure) > 0.0]
+        np.testing.assert_allclose(gap / approach, 0.0, atol=SOLVER)

@@ -32,7 +32,7 @@ from jaxcontact.operators.base import Linear, Operator
 PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
 LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned residual
 NEARLY = 0.8  # of the way to a clipped pressure: from there on all of it, so that its cells do leave contact
-LENGTHENED = 0.5, 2.0  # at most, where cells were clipped or the step was uphill
+LENGTHENED = 0.5, 2.0  # at most, where cells were clipped
 
 
 @pytree
@@ -163,18 +163,17 @@ def _level(problem: Problem, pressure: Array, displacement: Array) -> Array:
 def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
     """The part of a step, which lifts the surface so, that leaves the least energy; one where it has no slope.
 
-    Under a given approach together with the size of the whole pressure, and none of a step that is uphill.
+    Under a given approach together with the size of the whole pressure.
     """
     p, residual = s.pressure, s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
-    slope, curvature, otherwise = -jnp.sum(step * residual), jnp.sum(step * lifted), jnp.ones(())
+    slope, curvature = -jnp.sum(step * residual), jnp.sum(step * lifted)
     if not problem.load_controlled:
         mixed, stiffness, growing = jnp.sum(p * lifted), jnp.sum(p * s.displacement), -jnp.sum(p * residual)
         apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
         whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
         slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
-        otherwise = jnp.where(slope < 0.0, 0.0, 1.0)
     part = slope / jnp.where(curvature > 0.0, curvature, 1.0)
-    return jnp.where((curvature > 0.0) & (part > 0.0), part, otherwise)
+    return jnp.where((curvature > 0.0) & (part > 0.0), part, 1.0)
 
 
 def _allowed(pressure: Array, step: Array) -> Array:
@@ -215,8 +214,7 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
         pressure, displacement = share * pressure, share * displacement
     approach = approach_of(problem, pressure, displacement)
     error = stopping_error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
-    length = s.length * jnp.where(clipped | (part == 0.0), jnp.clip(least, *LENGTHENED), least)
-    descent = jnp.where(part > 0.0, descent, 0.0)
+    length = s.length * jnp.where(clipped, jnp.clip(least, *LENGTHENED), least)
     return _Search(pressure, displacement, t, r, descent, length, error, s.iterations + 1)
 
 
