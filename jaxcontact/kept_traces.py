@@ -76,11 +76,10 @@ class Program:
         self._met: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
-        if not _is_outermost(args):
-            return self.compiled(*args, **static)
         name = _name(self.function, args, static)
         if name is None:
-            return (self._compiled_in_haste if self.in_haste else self.compiled)(*args, **static)
+            in_haste = self.in_haste and _is_outermost(args)
+            return (self._compiled_in_haste if in_haste else self.compiled)(*args, **static)
         if name not in self._met:
             self._met[name] = self._found(name, args, static)
         return self._met[name](*args)
@@ -133,7 +132,7 @@ def _marked(structure: Any) -> Any:
 
 def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> str | None:
     """Of the file; None for what is not kept: where parts are not known, or not told by the packages' sources."""
-    if _folder is None or not is_concrete(args) or not _can_be_kept():
+    if _folder is None or not _is_outermost(args) or not _can_be_kept():
         return None
     leaves, structure = jax.tree.flatten(args)
     kinds = [str(jax.typeof(leaf)) for leaf in leaves]

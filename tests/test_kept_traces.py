@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tolerances import LAST_BITS
 
 from jaxcontact import Elastic, Sphere, kept_traces
 from jaxcontact._pytree import pytree, static
@@ -173,7 +174,7 @@ def test_within_what_is_traced_nothing_is_kept_of_known_arrays_either(tmp_path):
     program = Program(unmet(spread), in_haste=True)
     with kept_traces.kept_traces(tmp_path):
         found = jax.jit(lambda x: program(BALL, X)["depth"] + 0.0 * x)(X)
-    np.testing.assert_allclose(found, spread(BALL, X)["depth"], rtol=1e-15)
+    np.testing.assert_allclose(found, spread(BALL, X)["depth"], rtol=LAST_BITS)
     assert not list(tmp_path.iterdir())
 
 
@@ -247,13 +248,13 @@ def test_a_program_in_haste_is_optimised_inside_what_is_traced(monkeypatch):
         jax.lax.map(lambda x: program(BALL, X)["depth"] + 0.0 * x, X[:1])[0],
     )
     for found in within:
-        np.testing.assert_allclose(found, expected, rtol=1e-15)
+        np.testing.assert_allclose(found, expected, rtol=LAST_BITS)
 
 
 def test_a_program_in_haste_stands_beside_what_is_differentiated():
     program = Program(unmet(spread), in_haste=True)
     slope = jax.grad(lambda x: jnp.sum(x * program(BALL, X)["depth"]))(X)
-    np.testing.assert_allclose(slope, spread(BALL, X)["depth"], rtol=1e-15)
+    np.testing.assert_allclose(slope, spread(BALL, X)["depth"], rtol=LAST_BITS)
 
 
 def test_a_compiler_without_the_options_of_haste_optimises(monkeypatch):

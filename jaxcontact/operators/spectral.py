@@ -30,21 +30,20 @@ def padded_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int
 def kernel_spectrum(kernel: Array, periodic: Periodic = FREE) -> Array:
     """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``."""
     mx, my = padded_shape(kernel.shape[-2:], periodic)
-    along_y = _even_spectrum(kernel if periodic[1] else _mirrored(kernel, my))
-    rows = jnp.swapaxes(along_y, -1, -2)
-    half = _even_spectrum(rows if periodic[0] else _mirrored(rows, mx))
+    rows = jnp.swapaxes(_even_spectrum(kernel, my, periodic[1]), -1, -2)
+    half = _even_spectrum(rows, mx, periodic[0])
     return jnp.concatenate([half, half[..., (mx - 1) // 2 : 0 : -1]], -1)
 
 
-def _mirrored(kernel: Array, length: int) -> Array:
-    """An even kernel in wrap-around order along the last axis; offsets that no pair of cells has are zero."""
-    middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
-    return jnp.concatenate([kernel, middle, kernel[..., :0:-1]], -1)
+def _even_spectrum(kernel: Array, length: int, periodic: bool) -> Array:
+    """Spectrum along the last axis, real, (..., length/2 + 1), of a kernel that is even in it.
 
-
-def _even_spectrum(period: Array) -> Array:
-    """Spectrum along the last axis, real, (..., n/2 + 1), of what is even in it."""
-    return jnp.fft.rfft(period).real
+    Offsets that no pair of cells has are zero.
+    """
+    if not periodic:
+        middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
+        kernel = jnp.concatenate([kernel, middle, kernel[..., :0:-1]], -1)
+    return jnp.fft.rfft(kernel).real
 
 
 def transform(field: Array, periodic: Periodic = FREE) -> Array:

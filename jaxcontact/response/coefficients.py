@@ -19,8 +19,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.grid import Grid
-from jaxcontact.response.gaussians import NEGLECTED, POINTS, of_steps, over_cells
-from jaxcontact.response.images import Images
+from jaxcontact.response.gaussians import NEGLECTED, POINTS, over_cells
+from jaxcontact.response.images import Images, steps
 
 
 def influence_coefficients(grid: Grid, images: Images) -> Array:
@@ -54,6 +54,8 @@ def _of_steps(heights: Array, depths: Array, shape: tuple[int, int], aspect: Arr
     low, high = NEGLECTED**2, jnp.maximum(1.0, (depths[-1] ** 2 / NEGLECTED) ** (2.0 / 3.0))
     v = jnp.linspace(jnp.log(low), jax.lax.stop_gradient(jnp.log(high)), POINTS)
     t = jnp.exp(v)
-    weights = heights @ of_steps(depths, t) * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
+    weights = (
+        heights @ steps(depths**2, 0.25 / t)[:, :-1].T * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
+    )
     along_x, along_y = over_cells(shape[0], t), over_cells(shape[1], t, aspect)
     return (weights[..., None, :] * along_x) @ along_y.T

@@ -8,9 +8,9 @@ and each factor has a closed form over a cell,
 
     int_{x1}^{x2} exp(-x^2/(4 t)) dx = sqrt(pi t) (erf(x2/(2 sqrt t)) - erf(x1/(2 sqrt t))).
 
-The trapezoidal rule in v converges geometrically: its error is exp(-pi^2/step) of the whole, 1e-13 at a step of 0.33
-and 1e-17 at one of 0.25. It is taken that finely since the heights of a stiff film alternate, at up to 1e8 times the
-first.
+So the steps between images are those of ``response.images`` at z^2 for the depth and 1/(4 t) for the wavenumber. The
+trapezoidal rule in v converges geometrically: its error is exp(-pi^2/step) of the whole, 1e-13 at a step of 0.33 and
+1e-17 at one of 0.25. It is taken that finely since the heights of a stiff film alternate, at up to 1e10 times the first.
 """
 
 import jax
@@ -26,9 +26,3 @@ def over_cells(n: int, t: Array, width: Array | float = 1.0) -> Array:
     root = 2.0 * jnp.sqrt(t) / width
     upper = jax.scipy.special.erf((jnp.arange(n) + 0.5)[:, None] / root)
     return jnp.sqrt(jnp.pi * t) * jnp.diff(upper, axis=0, prepend=-upper[:1])
-
-
-def of_steps(depths: Array, t: Array) -> Array:
-    """exp(-z_j^2/(4 t)) - exp(-z_{j+1}^2/(4 t)), z_0 = 0, without the step that has no end, (J, points)."""
-    square = jnp.append(0.0, depths**2)[:, None] / (4.0 * t)
-    return jnp.exp(-square[:-1]) * -jnp.expm1(-jnp.diff(square, axis=0))

@@ -16,7 +16,7 @@ from jax import Array
 
 from jaxcontact._pytree import replace
 from jaxcontact.grid import Grid
-from jaxcontact.response.gaussians import NEGLECTED, POINTS, of_steps, over_cells
+from jaxcontact.response.gaussians import NEGLECTED, POINTS, over_cells
 from jaxcontact.response.images import Images
 from jaxcontact.response.line_coefficients import line_coefficients
 
@@ -41,8 +41,7 @@ def _of_waves(grid: Grid, images: Images) -> Array:
     longest, shortest = 2.0 * jnp.pi * dx / (ny * dy), jnp.pi * dx / dy
     ends = 2.0 * jnp.log(NEGLECTED / (1.0 + shortest)), jnp.log(DECAYED / longest**2)
     v = jnp.linspace(*jax.lax.stop_gradient(ends), POINTS)
-    depths, t = images.depths / dx, jnp.exp(v)
-    endless = jnp.exp(-(jnp.append(0.0, depths)[-1:] ** 2)[:, None] / (4.0 * t))
-    weights = images.heights @ jnp.append(of_steps(depths, t), endless, 0) * (v[1] - v[0])
+    t = jnp.exp(v)
+    weights = Images((images.depths / dx) ** 2, images.heights).at(0.25 / t) * (v[1] - v[0])
     over_waves = jnp.exp(-(k**2) * t[:, None])
     return (weights[..., None, :] * over_cells(nx, t)) @ over_waves * (dx / (2.0 * jnp.pi))
