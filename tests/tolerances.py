@@ -3,7 +3,9 @@
 LAST_BITS = 1e-15  # the same operations, compiled another way: the last bits of a double
 ROUND_OFF = 1e-12  # the same mathematics in another order
 SEPARATION = 1e-6  # decay rates shared by all wavenumbers, paper's film (measured: 1e-13 of the response)
-ALTERNATING = 1e-10  # round-off in sums over images whose heights alternate at 1e8 times the first (measured: 3e-11)
+ALTERNATING = (
+    1e-10  # round-off in sums over images whose heights alternate at 1e8 times the first (measured: 3e-11)
+)
 IMAGES = 1e-8  # least-squares images of a response, of its own size (measured: 3e-9)
 SOLVER = 1e-7  # contact solved to 1e-8, the default
 TIGHT_SOLVER = 1e-9  # contact solved to 1e-12
