@@ -35,6 +35,7 @@ from jaxcontact.fractional import FractionalKelvinVoigt as FractionalKelvinVoigt
 from jaxcontact.fractional import FractionalMaxwell as FractionalMaxwell  # noqa: E402
 from jaxcontact.fractional import Springpot as Springpot  # noqa: E402
 from jaxcontact.grid import Grid as Grid  # noqa: E402
+from jaxcontact.heat import flash_temperature as flash_temperature  # noqa: E402
 from jaxcontact.indentation import indent as indent  # noqa: E402
 from jaxcontact.indenters import Cone as Cone  # noqa: E402
 from jaxcontact.indenters import Cylinder as Cylinder  # noqa: E402
@@ -122,6 +123,7 @@ __all__ = [
     "contact_clusters",
     "contact_statistics",
     "enable_compilation_cache",
+    "flash_temperature",
     "frequency_response",
     "indent",
     "kernels",

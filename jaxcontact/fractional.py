@@ -24,7 +24,7 @@ Continuum Mechanics, 1997, sec. 3 (their spectra); L. N. Trefethen, J. A. C. Wei
 import abc
 import functools
 import math
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -33,7 +33,7 @@ from jax.nn import softplus
 from jax.scipy.special import gammaln
 
 from jaxcontact import _checks
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, replace
 from jaxcontact.materials import NU, Material, Prony
 
 REACH = 80.0  # e-folds of rates summed beyond those that are kept, before a closed form takes over
@@ -54,6 +54,13 @@ class Fractional(abc.ABC):
     @abc.abstractmethod
     def creep(self, t: Array | float) -> Array:
         """Shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
+
+    def shifted(self, factor: Array | float) -> Self:
+        """Return the material with all its times multiplied by ``factor`` > 0: J(t; factor) = J(t/factor).
+
+        The quasi-property V becomes V factor^alpha; the modulus stays.
+        """
+        return replace(self, V=self.V * jnp.asarray(factor, float) ** self.alpha)
 
     _stretch: ClassVar[float] = 0.0  # e-folds by which w may be longer than the logarithm of the rates
 

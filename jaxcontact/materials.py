@@ -73,6 +73,26 @@ class Material(abc.ABC):
         }
         return replace(self, **change)
 
+    def shifted(self, factor: Array | float) -> Self:
+        """Return the material with all its times multiplied by ``factor`` > 0: J(t; factor) = J(t/factor).
+
+        Moduli stay and viscosities become ``factor`` times as large. This is time-temperature superposition with the
+        shift factor a_T = factor (J. D. Ferry, Viscoelastic Properties of Polymers, 1980, ch. 11).
+
+        Example:
+            >>> melt = jc.Maxwell(G=1e5, eta=1e6)
+            >>> cold = melt.shifted(10.0)
+            >>> f"{cold.creep(50.0) / melt.creep(5.0):.2f}"
+            '1.00'
+        """
+        change = {}
+        for name, value in vars(self).items():
+            if name == "tau" or name.startswith("eta"):
+                change[name] = jnp.asarray(value, float) * factor
+            elif name == "fluidity":
+                change[name] = jnp.asarray(value, float) / factor
+        return replace(self, **change)
+
     def relaxation(self, t: Array | float) -> Array:
         """Shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()

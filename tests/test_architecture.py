@@ -32,6 +32,7 @@ LAYERS = {
     # what a user makes
     "grid": 2,
     "controls": 2,
+    "heat": 3,
     "roughness": 3,
     "topography": 4,
     "surface_files": 3,

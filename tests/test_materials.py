@@ -157,3 +157,17 @@ def test_hessian_of_relaxation_is_symmetric_and_finite():
         [(jax.grad(f)(q.at[i].add(1e-5)) - jax.grad(f)(q.at[i].add(-1e-5))) / 2e-5 for i in range(4)]
     )
     np.testing.assert_allclose(hessian, slopes, rtol=1e-6, atol=1e-9)
+
+
+SHIFTED = [
+    jc.Elastic(1e9), jc.Maxwell(1e9, 1e11), jc.KelvinVoigt(1e3, 2e3), jc.StandardLinearSolid(2e6, 1e6, 1e6),
+    jc.Burgers(2e5, 1e5, 5e6, 4e5), jc.Prony(1e-9, np.array([2e-9, 5e-9]), np.array([1.0, 9.0]), fluidity=1e-11),
+    jc.Springpot(500.0, 0.25), jc.FractionalMaxwell(1e6, 2e6, 0.5), jc.FractionalKelvinVoigt(1e3, 2e3, 0.5),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("material", SHIFTED, ids=lambda material: type(material).__name__)
+def test_a_shifted_material_has_the_creep_of_another_time(material):
+    t = np.array([0.0, 0.3, 5.0, 700.0])
+    np.testing.assert_allclose(material.shifted(7.0).creep(7.0 * t), material.creep(t), rtol=1e-9)
+    assert jax.grad(lambda a: jnp.sum(material.shifted(a).creep(3.0)))(2.0) <= 0.0

@@ -21,6 +21,7 @@ ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
 pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
+flash_temperature
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit JointFit ModulusFit OscillationData Posterior
@@ -58,7 +59,7 @@ MEMBERS = {
     jc.PressureHistogram: "edges density",
     jc.ContactClusters: "labels areas count",
     jc.SurfaceStatistics: "rms_height rms_slope rms_curvature wavenumber spectrum",
-    jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance",
+    jc.Burgers: "G1 G2 eta1 eta2 nu creep relaxation complex_modulus laplace_compliance shifted",
     jc.Prony: "J0 J tau nu fluidity creep relaxation complex_modulus",
     jc.Elastic: "G nu from_young creep relaxation",
     jc.Grid: "shape spacing periodic square around width axes coordinates cell_area",
@@ -83,6 +84,7 @@ KEYWORDS = {
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
     jc.sweep: "f cases out executor processes",
+    jc.flash_temperature: "heat_flux grid velocity conductivity diffusivity",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.surface_statistics: "heights grid",
     jc.read_surface: "path grid",

@@ -1,0 +1,133 @@
+"""Flash temperature against quadrature of the moving point source, Jaeger's closed forms, and exact scalings."""
+
+from itertools import pairwise
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import jaxcontact as jc
+
+K, KAPPA, HALF = 50.0, 1.4e-5, 4e-4  # [W/(m K)], [m2/s], half the side of the square source [m]
+GRID = jc.Grid.square(32, 3.2e-3)
+
+
+def rise(flux, grid=GRID, velocity=0.0, conductivity=K, diffusivity=KAPPA):
+    return jc.flash_temperature(
+        flux, grid, velocity=velocity, conductivity=conductivity, diffusivity=diffusivity
+    )
+
+
+def square(grid=GRID, half=HALF):
+    x, y = grid.coordinates()
+    return jnp.where((abs(x) < half) & (abs(y) < half), 1e6, 0.0)
+
+
+def along_ray(angle, point, velocity):
+    """The rise at a point by the part of a uniform square source in one direction, per unit angle and flux.
+
+    A point source of unit power at a distance r makes exp(-v (r + x)/(2 kappa))/(2 pi k r) (Jaeger 1942), which
+    is integrated in closed form along a ray from the point.
+    """
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    with np.errstate(divide="ignore"):
+        crossings = np.sort((np.array([[-HALF], [HALF]]) - point) / direction, axis=0)
+    first, last = max(crossings[0].max(), 0.0), crossings[1].min()
+    if last <= first:
+        return 0.0
+    decay = velocity * (1.0 - direction[0]) / (2.0 * KAPPA)
+    if decay * last < 1e-9:
+        return (last - first) / (2.0 * np.pi * K)
+    return (np.exp(-decay * first) - np.exp(-decay * last)) / (2.0 * np.pi * K * decay)
+
+
+def jaeger(point, velocity):
+    """The rise of a moving square source of unit flux by quadrature over the angle, split where it is not smooth."""
+    corners = [np.arctan2(sy * HALF - point[1], sx * HALF - point[0]) for sx in (-1, 1) for sy in (-1, 1)]
+    near_axis = [side * 10.0**-power for power in range(7) for side in (-1.0, 1.0)]
+    ends = np.unique([*corners, *near_axis, -np.pi, 0.0, np.pi])
+    parts = [quad(along_ray, a, b, (point, velocity), epsabs=0, epsrel=1e-9)[0] for a, b in pairwise(ends)]
+    return 1e6 * sum(parts)
+
+
+@pytest.mark.filterwarnings("ignore::scipy.integrate.IntegrationWarning")
+@pytest.mark.parametrize("peclet", [0.0, 1e-6, 0.1, 1.0, 10.0, 1e3])
+def test_a_moving_square_source_is_that_of_jaegers_integral(peclet):
+    velocity = 2.0 * KAPPA * peclet / HALF
+    field, axis = np.asarray(rise(square(), velocity=velocity)), np.asarray(GRID.axes()[0])
+    for i, j in [(16, 16), (12, 17), (19, 14), (5, 16), (26, 15), (15, 25), (1, 1)]:
+        assert field[i, j] == pytest.approx(jaeger((axis[i], axis[j]), velocity), abs=1e-7 * field.max())
+
+
+def test_a_disc_at_rest_has_the_closed_form_at_its_centre():
+    grid = jc.Grid.square(129, 2.58e-3)
+    x, y = grid.coordinates()
+    disc = jnp.where(x**2 + y**2 < 1e-6, 1e6, 0.0)
+    area = jnp.sum(disc) * grid.cell_area / 1e6  # of the cells; the centre's rise goes with the radius
+    assert rise(disc, grid)[64, 64] == pytest.approx(1e6 * np.sqrt(area / np.pi) / K, rel=1e-3)
+
+
+def test_a_fast_band_has_jaegers_largest_rise():
+    speed, grid = 400.0, jc.Grid((201, 1), (1e-5, 1e-3), periodic=(False, True))
+    x, _ = grid.coordinates()
+    half = 50.5 * 1e-5
+    band = jnp.where(abs(x) < half, 1e6, 0.0)
+    field = rise(band, grid, speed)
+    largest = (
+        2e6 / K * np.sqrt(2.0 * KAPPA * half / (np.pi * speed))
+    )  # Peclet number 7e3: the limit of no diffusion along x
+    edge = int(jnp.argmax(field[:, 0]))
+    assert field[edge, 0] == pytest.approx(
+        largest * np.sqrt(1.0 - 0.25 / 50.5), rel=3e-3
+    )  # at a centre, not at the end
+    assert x[edge, 0] < -0.98 * half
+
+
+def test_a_band_is_a_long_rectangle_and_a_turned_velocity_turns_the_field():
+    line, plane = jc.Grid((16, 1), (1e-4, 1e-3), periodic=(False, True)), jc.Grid((16, 401), (1e-4, 1e-3))
+    flux = jnp.zeros((16, 1)).at[6:9].set(1e6)
+    there = rise(jnp.broadcast_to(flux, (16, 401)), plane, velocity=0.3)[:, 200]
+    np.testing.assert_allclose(there, rise(flux, line, velocity=0.3)[:, 0], rtol=1e-7)
+    flux = jnp.asarray(np.random.RandomState(0).rand(32, 32))
+    np.testing.assert_allclose(
+        rise(flux.T, velocity=(0.0, -0.2)), rise(flux, velocity=(-0.2, 0.0)).T, rtol=1e-10
+    )
+    np.testing.assert_allclose(rise(flux[::-1], velocity=-0.2), rise(flux, velocity=0.2)[::-1], rtol=1e-10)
+
+
+def test_derivatives_agree_with_each_other_and_with_differences():
+    flux = jnp.asarray(np.random.RandomState(1).rand(32, 32))
+    total = lambda p: jnp.sum(flux**2 * rise(p[0] * flux, velocity=p[1], conductivity=p[2], diffusivity=p[3]))
+    at = jnp.array([1e6, 0.3, K, KAPPA])
+    reverse, forward = jax.jit(jax.grad(total))(at), jax.jit(jax.jacfwd(total))(at)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-9)
+    for i in range(4):
+        step = jnp.zeros(4).at[i].set(1e-5 * at[i])
+        central = (total(at + step) - total(at - step)) / (2e-5 * at[i])
+        assert reverse[i] == pytest.approx(float(central), rel=1e-6)
+    assert jnp.isfinite(jax.grad(total)(at.at[1].set(0.0))).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"flux": jnp.zeros((4, 4))}, r"heat_flux \[W/m2\]: expected the grid's shape"),
+        ({"velocity": (1.0, 2.0, 3.0)}, r"velocity \[m/s\]: expected a number or shape"),
+        ({"velocity": 1e3}, "Peclet number"),
+        ({"conductivity": 0.0}, r"conductivity \[W/\(m K\)\]: expected > 0"),
+        ({"diffusivity": -1.0}, r"diffusivity \[m2/s\]: expected > 0"),
+        ({"grid": jc.Grid((32, 32), (1e-4, 1e-4), periodic=True)}, "has no limit"),
+    ],
+)
+def test_what_has_no_steady_temperature_is_refused(change, words):
+    with pytest.raises(ValueError, match=words):
+        rise(**{"flux": square(), **change})
+
+
+def test_a_band_at_rest_is_refused_and_nan_where_values_are_traced():
+    line = jc.Grid((16, 1), (1e-4, 1e-3), periodic=(False, True))
+    with pytest.raises(ValueError, match="plane strain"):
+        rise(jnp.ones((16, 1)), line)
+    assert jnp.isnan(jax.jit(lambda k: rise(square(), conductivity=k))(-1.0)).all()
