@@ -13,6 +13,8 @@ from fitting.data import CreepData as CreepData
 from fitting.data import IndentationData as IndentationData
 from fitting.indentation import IndentationFit as IndentationFit
 from fitting.indentation import fit_indentation as fit_indentation
+from fitting.minimising import Minimum as Minimum
+from fitting.minimising import minimise as minimise
 from fitting.modulus import ModulusFit as ModulusFit
 from fitting.modulus import fit_oscillation as fit_oscillation
 from fitting.modulus import fit_relaxation as fit_relaxation
@@ -41,6 +43,7 @@ __all__ = [
     "IndentationData",
     "IndentationFit",
     "JointFit",
+    "Minimum",
     "ModulusFit",
     "OscillationData",
     "Posterior",
@@ -56,6 +59,7 @@ __all__ = [
     "fit_prony",
     "fit_relaxation",
     "fit_together",
+    "minimise",
     "posterior",
     "propagate",
     "read_creep",
