@@ -25,7 +25,7 @@ from jax import Array
 from tqdm import tqdm
 
 from fitting import output
-from fitting.search_coordinates import Coordinates
+from fitting.search_coordinates import SearchCoordinates
 
 LOWER, FLATTER = 1e-4, 0.9  # of the Wolfe conditions
 TRIALS = 30  # of one line search
@@ -80,7 +80,7 @@ class Minimum:
 
 
 class Trial(NamedTuple):
-    """Coordinates (a list over leaves), loss, gradient with respect to them, and whether all is sound."""
+    """SearchCoordinates (a list over leaves), loss, gradient with respect to them, and whether all is sound."""
 
     z: list[Array]
     value: float
@@ -139,16 +139,18 @@ def minimise(
         raise ValueError(f"steps: expected a whole number of at least 1, got {steps}")
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance: expected more than 0 and less than 1, got {tolerance}")
-    coordinates = Coordinates.of(start, bounds, scale)
-    search = _Search(loss, coordinates, method, float(tolerance), None if state is None else Path(state))
+    coordinates = SearchCoordinates.of(start, bounds, scale)
+    search = _Minimisation(
+        loss, coordinates, method, float(tolerance), None if state is None else Path(state)
+    )
     return search.run(start, int(steps))
 
 
-class _Search:
+class _Minimisation:
     """One minimisation under way: the compiled loss, the method, and the history so far."""
 
     def __init__(
-        self, loss: Callable, coordinates: Coordinates, method: Any, tolerance: float, file: Path | None
+        self, loss: Callable, coordinates: SearchCoordinates, method: Any, tolerance: float, file: Path | None
     ) -> None:
         import optax  # takes half a second to import
 

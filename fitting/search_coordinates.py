@@ -1,4 +1,4 @@
-"""Coordinates of order one for the parameters of a minimisation, in which bounds disappear.
+"""SearchCoordinates of order one for the parameters of a minimisation, in which bounds disappear.
 
 A parameter x without bounds, with a scale s, has the coordinate z = x/s. Between bounds it is replaced by
 
@@ -73,14 +73,14 @@ class LeafCoordinates:
 
 
 @dataclass(frozen=True)
-class Coordinates:
+class SearchCoordinates:
     """The coordinates of a tree of parameters, leaf by leaf."""
 
     tree: Any
     leaves: tuple[LeafCoordinates, ...]
 
     @classmethod
-    def of(cls, start: Any, bounds: Any, scale: Any) -> Coordinates:
+    def of(cls, start: Any, bounds: Any, scale: Any) -> SearchCoordinates:
         """Check start, bounds and scale against each other; ValueError that names the leaf."""
         paths, tree = jax.tree_util.tree_flatten_with_path(start)
         if not paths:

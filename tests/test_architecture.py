@@ -152,6 +152,8 @@ FITTING_LAYERS = {
     "report": 0,
     "axis_units": -1,
     "student": -3,
+    "search_coordinates": 0,
+    "minimising": 1,
     "fit_picture": 1,
     "structure": 0,
     "segments": -1,
