@@ -121,32 +121,44 @@ def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iteratio
 def _solve_contact_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     solution = solve_contact(*primals)
-    p = checkpoint_name(solution.pressure, KEPT)
-    mask = p > 0.0
-    forcing = change.operator(p) + change.gap
+    p, law = checkpoint_name(solution.pressure, KEPT), problem.law
+    mask = law.free(p)
+    forcing, target = change.operator(p) + change.gap, change.target
+    prescribed = jnp.zeros_like(p)
+    if law.prescribes:
+        prescribed = law.prescribed_change(change.law, p)
+        forcing = forcing + problem.operator(prescribed)
+        target = target - jnp.sum(prescribed) if problem.load_controlled else target
     if problem.load_controlled:
-        dp, d_approach = _under_load(problem, change, p, mask, forcing)
+        dp, d_approach = _under_load(problem, change, p, mask, forcing, target)
     else:
-        dp, d_approach = solve_in_contact(problem, mask, change.target - forcing), change.target
+        dp, d_approach = solve_in_contact(problem, mask, target - forcing), target
     du = forcing - change.gap + problem.operator(dp)
     zero_iterations = jnp.zeros((), dtype=jax.dtypes.float0)
-    tangent = Solution(dp, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
+    tangent = Solution(dp + prescribed, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
     return replace(solution, pressure=p), tangent
 
 
 def _under_load(
-    problem: Problem, change: Problem, p: Array, mask: Array, forcing: Array
+    problem: Problem, change: Problem, p: Array, mask: Array, forcing: Array, target: Array
 ) -> tuple[Array, Array]:
-    """The tangents of pressure and approach; the load's own change scales the pressure."""
-    total = jnp.sum(p)
+    """Return the tangents of the free pressures, whose sum changes by ``target``, and of the approach.
+
+    The change of the sum scales the free pressures. Without contact the approach moves with the place of first touch;
+    where the law prescribes the pressure of every cell in contact it is not determined, and its tangent is nan.
+    """
+    free = jnp.where(mask, p, 0.0)
+    total = jnp.sum(free)
     over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
-    share = change.target * over_total
-    dp = share * p + solve_in_contact(problem, mask, -(forcing + share * problem.operator(p)))
-    # <p, K dp + dK p + dgap> = d approach sum p, with K^T p in place of the convolution of dp
-    back = problem.operator.transpose()(p)
-    d_approach = jnp.sum(back * dp + p * forcing) * over_total
-    first_touch = jnp.argmin(problem.gap)
-    return dp, jnp.where(total > 0.0, d_approach, change.gap.ravel()[first_touch])
+    share = target * over_total
+    dp = share * free + solve_in_contact(problem, mask, -(forcing + share * problem.operator(free)))
+    # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
+    back = problem.operator.transpose()(free)
+    d_approach = jnp.sum(back * dp + free * forcing) * over_total
+    without = change.gap.ravel()[jnp.argmin(problem.gap)]
+    if problem.law.prescribes:
+        without = jnp.where(jnp.any(problem.law.touching(p)), jnp.nan, without)
+    return dp, jnp.where(total > 0.0, d_approach, without)
 
 
 @jax.custom_jvp

@@ -105,20 +105,20 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     A load of zero, or an approach that reaches nothing, gives no pressure. The caller finds in ``error``
     whether the tolerance was met.
     """
-    load = problem.load_controlled
+    load, law = problem.load_controlled, problem.law
 
     def assessed(p: Array, count: Array) -> _ActiveSet:
         u = problem.operator(p)
         approach = approach_of(problem, p, u)
         g = u + problem.gap - approach
-        error = over_depth(problem, p, u, approach, jnp.max(jnp.where(p > 0.0, jnp.abs(g), -g), initial=0.0))
+        error = over_depth(problem, p, u, approach, jnp.max(law.violation(p, g)))
         if load:
             error = jnp.where(problem.target > 0.0, error, 0.0)
         return _ActiveSet(p, u, error, count)
 
     def improve(s: _ActiveSet) -> _ActiveSet:
         r = s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
-        work = (s.pressure > 0.0) | (r < 0.0)
+        work = law.searching(s.pressure, r)
         project = lambda values: projected(values, work, load)
         patient = s.iterations < PATIENCE
         operator = problem.operator.plus_even(jnp.where(patient, 0.0, 1.0))
@@ -130,9 +130,8 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
             jnp.where(patient, REDUCTION, PROXIMAL_REDUCTION),
             jnp.minimum(INNER, max_iterations - s.iterations),
         )
-        p = jnp.maximum(s.pressure + change, 0.0)
-        if load:
-            p = p * (problem.target / jnp.sum(p))
+        p = s.pressure + change
+        p = law.balanced(p, problem.target, work) if load else law.admissible(p)
         return assessed(p, s.iterations + jnp.maximum(count, 1))
 
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)

@@ -26,6 +26,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, replace, static
+from jaxcontact.contact.law import UNILATERAL, ContactLaw
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
@@ -40,7 +41,7 @@ class Problem:
     """A contact to be solved, all of order one.
 
     operator: p -> K p; gap: (nx, ny), with all earlier history in it; target: sum of the pressures, or the
-    approach, (); lowest: of the profile, ().
+    approach, (); lowest: of the profile, (); law: which pressures and gaps go together.
     """
 
     operator: Operator
@@ -48,6 +49,7 @@ class Problem:
     target: Array
     lowest: Array
     load_controlled: bool = static()
+    law: ContactLaw = UNILATERAL
 
 
 @pytree
@@ -85,11 +87,23 @@ def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
 
 
 def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array:
-    """The approach: as given, or the mean of u + gap in contact; first touch where there is no contact."""
+    """Return the approach: as given, or the one at which the gap is zero in the mean over the free cells in contact.
+
+    It is that of first touch where there is no contact.
+    """
     if not problem.load_controlled:
         return problem.target
-    surface, active = displacement + problem.gap, pressure > 0.0
-    return jnp.where(jnp.any(active), masked_mean(surface, active), jnp.min(surface))
+    return _zero_gap(problem, pressure, displacement, jnp.min(displacement + problem.gap))
+
+
+def _zero_gap(problem: Problem, pressure: Array, displacement: Array, otherwise: Array) -> Array:
+    """Return the approach at which the gap of the free cells is zero in the mean, or another value if there are none."""
+    surface, free = displacement + problem.gap, problem.law.free(pressure)
+    if problem.law.prescribes:  # all cells in contact may carry a prescribed pressure; their gap is closed
+        touching = problem.law.touching(pressure)
+        deepest = jnp.max(jnp.where(touching, surface, -jnp.inf))
+        otherwise = jnp.where(jnp.any(touching), deepest, otherwise)
+    return jnp.where(jnp.any(free), masked_mean(surface, free), otherwise)
 
 
 def over_depth(
@@ -107,9 +121,9 @@ def stopping_error(
     problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array
 ) -> Array:
     """The dimensionless error of the module's formula."""
-    total = jnp.sum(pressure)
-    mean = jnp.sum(pressure * jnp.abs(residual)) / jnp.where(total > 0.0, total, 1.0)
-    penetration = jnp.max(jnp.where(pressure > 0.0, 0.0, -residual))
+    total, violation = jnp.sum(pressure), problem.law.violation(pressure, residual)
+    mean = jnp.sum(pressure * violation) / jnp.where(total > 0.0, total, 1.0)
+    penetration = jnp.max(jnp.where(problem.law.touching(pressure), 0.0, violation))
     return over_depth(problem, pressure, displacement, approach, jnp.maximum(mean, penetration))
 
 
@@ -131,11 +145,11 @@ def first_guess(problem: Problem) -> Array:
     if problem.load_controlled:
         overlap = jnp.maximum(_quarter_level(problem.gap) - problem.gap, 0.0)
         overlap = jnp.where(jnp.any(overlap > 0.0), overlap, 1.0)
-        return overlap * (problem.target / jnp.sum(overlap))
+        return problem.law.balanced(overlap, problem.target, overlap > 0.0)
     overlap = jnp.maximum(problem.target - problem.gap, 0.0)
     lifted = problem.operator(overlap)
     energy = jnp.sum(overlap * lifted)
-    return overlap * jnp.sum(overlap**2) / jnp.where(energy > 0.0, energy, 1.0)
+    return problem.law.admissible(overlap * jnp.sum(overlap**2) / jnp.where(energy > 0.0, energy, 1.0))
 
 
 def usable_start(problem: Problem, start: Array) -> Array:
@@ -143,21 +157,22 @@ def usable_start(problem: Problem, start: Array) -> Array:
 
     A pressure that does work, brought to its best size, has an energy below zero, as all that the search finds from it.
     """
-    start = jnp.maximum(start, 0.0)
-    total = jnp.sum(start)
+    start = problem.law.admissible(start)
     if problem.load_controlled:
-        some = total > 0.0
-        start = start * (problem.target / jnp.where(some, total, 1.0))
+        some = jnp.sum(start) > 0.0
+        start = jnp.where(some, start, 1.0)
+        start = problem.law.balanced(start, problem.target, start > 0.0)
     else:
         some = jnp.sum(start * (problem.target - problem.gap)) > 0.0
     return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
 
 
 def _level(problem: Problem, pressure: Array, displacement: Array) -> Array:
-    """The approach at which the gap in contact is zero in the mean."""
-    active, surface = pressure > 0.0, displacement + problem.gap
+    """Return the approach at which the gap in contact is zero in the mean, or the given one where sizes are not free."""
+    if not _of_zero_mean(problem):
+        return problem.target
     given = approach_of(problem, pressure, displacement)
-    return jnp.where(jnp.any(active), masked_mean(surface, active), given)
+    return _zero_gap(problem, pressure, displacement, given)
 
 
 def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
@@ -167,7 +182,7 @@ def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
     """
     p, residual = s.pressure, s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
     slope, curvature = -jnp.sum(step * residual), jnp.sum(step * lifted)
-    if not problem.load_controlled:
+    if _sized(problem):
         mixed, stiffness, growing = jnp.sum(p * lifted), jnp.sum(p * s.displacement), -jnp.sum(p * residual)
         apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
         whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
@@ -176,10 +191,14 @@ def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
     return jnp.where((curvature > 0.0) & (part > 0.0), part, 1.0)
 
 
-def _allowed(pressure: Array, step: Array) -> Array:
-    """How many times the step leaves no pressure below zero."""
-    falls = step < 0.0
-    return jnp.min(jnp.where(falls, pressure / jnp.where(falls, -step, 1.0), jnp.inf))
+def _of_zero_mean(problem: Problem) -> bool:
+    """Whether directions keep the sum of the pressures: it is given, or its size is found by itself."""
+    return problem.load_controlled or problem.law.homogeneous
+
+
+def _sized(problem: Problem) -> bool:
+    """Whether the size of the whole pressure may be chosen: at a given approach, if the law allows any size."""
+    return not problem.load_controlled and problem.law.homogeneous
 
 
 def _fitting_share(problem: Problem, pressure: Array, displacement: Array) -> Array:
@@ -192,24 +211,26 @@ def _fitting_share(problem: Problem, pressure: Array, displacement: Array) -> Ar
 def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     p, u = s.pressure, s.displacement
     r = u + problem.gap - _level(problem, p, u)
-    work = (p > 0.0) | (r < 0.0)
-    z = projected(precondition(projected(r, work, True)), work, True)
+    law, work = problem.law, problem.law.searching(p, r)
+    inside = lambda values: projected(values, work, _of_zero_mean(problem))
+    z = inside(precondition(inside(r)))
     descent = jnp.sum(z * r)
     beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
     beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
-    t = projected(z + beta * s.direction, work, True)
+    t = inside(z + beta * s.direction)
     free = p - s.length * t
-    clipped, tried = jnp.any(free < 0.0), jnp.maximum(free, 0.0)
+    tried = law.admissible(free)
+    clipped = jnp.any(tried != free)
     if problem.load_controlled:
-        tried = tried * (problem.target / jnp.sum(tried))
+        tried = law.balanced(free, problem.target, work)
     step = tried - p
     lifted = problem.operator(step)
     least = _least(problem, s, step, lifted)
-    part = jnp.minimum(least, _allowed(p, step))
+    part = jnp.minimum(least, law.longest(p, step))
     part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
-    pressure = jnp.where(part == 1.0, tried, jnp.maximum(p + part * step, 0.0))
+    pressure = jnp.where(part == 1.0, tried, law.admissible(p + part * step))
     displacement = u + part * lifted
-    if not problem.load_controlled:
+    if _sized(problem):
         share = _fitting_share(problem, pressure, displacement)
         pressure, displacement = share * pressure, share * displacement
     approach = approach_of(problem, pressure, displacement)
@@ -221,7 +242,7 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
 def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> _Search:
     """Iterate from a usable start."""
     p, u = start, problem.operator(start)
-    if not problem.load_controlled:
+    if _sized(problem):
         share = _fitting_share(problem, p, u)
         p, u = share * p, share * u
     approach = approach_of(problem, p, u)
@@ -244,7 +265,7 @@ def _search_in_window(
     problem: Problem, shape: tuple[int, int], start: Array, tolerance: Array, max_iterations: Array
 ) -> tuple[Array, Array]:
     """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
-    corner, fits = place(start > 0.0, shape)
+    corner, fits = place(problem.law.touching(start), shape)
     limit = jnp.where(fits, max_iterations, 0)
     found = _search(in_window(problem, corner, shape), cut(start, corner, shape), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations

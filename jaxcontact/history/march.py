@@ -16,6 +16,7 @@ from jaxcontact._pytree import pytree, static
 from jaxcontact._status import Status, first_of
 from jaxcontact.contact.edge import contact_cells
 from jaxcontact.contact.implicit import KEPT, solve_contact
+from jaxcontact.contact.law import UNILATERAL, ContactLaw
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 
@@ -34,6 +35,7 @@ class Setup:
     max_iterations: Array
     load_controlled: bool = static()
     edges: tuple[bool, bool] = static()  # as in ``status_of``
+    law: ContactLaw = UNILATERAL
 
 
 class Steps(NamedTuple):
@@ -82,7 +84,8 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     """One inner step."""
     operator, earlier, fields = setup.memory.predict(carry.memory, carry.pressure, steps.memory)
     lowest = jnp.min(setup.profile)
-    problem = Problem(operator, setup.profile + earlier, steps.target, lowest, setup.load_controlled)
+    gap = setup.profile + earlier
+    problem = Problem(operator, gap, steps.target, lowest, setup.load_controlled, setup.law)
     guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
     solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
     pressure = solution.pressure
@@ -108,7 +111,7 @@ def contact_outcome(problem: Problem, solution: Solution) -> dict[str, Array]:
         "pressure": p,
         "approach": solution.approach,
         "load": jnp.sum(p),
-        "contact_area": jnp.sum(p > 0.0).astype(float),
+        "contact_area": jnp.sum(problem.law.touching(p)).astype(float),
         "smooth_area": contact_cells(p, gap, operator.held_compliance(), operator.periodic),
         "iterations": solution.iterations,
         "error": solution.error,
@@ -127,7 +130,7 @@ def status_of(
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
-    pressed, active = problem.target > 0.0, solution.pressure > 0.0
+    pressed, active = problem.target > 0.0, problem.law.touching(solution.pressure)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
     cells, met = jnp.sum(active), solution.error <= tolerance
