@@ -6,7 +6,6 @@ marches; or solves one contact with the pieces. Options are named here, once.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +18,6 @@ from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._scale import Scale
-from jaxcontact._status import Status
 from jaxcontact.controls import Control, Load, check_control
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.history import march as marching
@@ -27,16 +25,13 @@ from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
 from jaxcontact.indenters import HeightField, Indenter, checked_indenter
 from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.notes import Diagnostics, announce
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.response.body import response_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results import ContactStep, marked
 
 Save = str | Callable[[ContactStep], Any]
-STRAIN_LIMIT = 0.2
-SEPARATION_LIMIT = 1e-3
-IMAGE_LIMIT = 1e-4
-FEW_CELLS = 10
 LOOSEST = 1e-2  # tolerance
 
 
@@ -248,45 +243,15 @@ class Plan:
         return {"times": times, "grid": grid, "saved": saved, **in_si}
 
 
+def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
+    """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
+    single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
+    told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    return marked(replace(result, diagnostics=told), experiment.valid)
+
+
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
-    """The result, marked where values were out of range, with warnings of what a user should know."""
-    result = marked(result, experiment.valid)
-    _warn(result, errors, experiment.indenter)
+    """Return a finished result, and issue its notes as warnings to the caller of the verb."""
+    result = finished(result, errors, experiment)
+    announce(result, stacklevel=3)
     return result
-
-
-def _warn(result: Any, errors: Errors, indenter: Indenter) -> None:
-    """Say what a user should know of a finished run; silent under jit, grad and vmap."""
-    if not is_concrete(result, errors):
-        return
-    say = lambda text: warnings.warn(text, stacklevel=5)
-    status, strain = np.asarray(result.status), float(np.max(result.film_strain))
-    for code in sorted(set(status[status > 0].tolist())):
-        say(f"{int(np.sum(status == code))} of {status.size} steps: {Status(code).message}")
-    if strain > STRAIN_LIMIT:
-        say(f"film strain reaches {strain:.2g}: above {STRAIN_LIMIT} the linear theory is stretched")
-    if float(errors.separation) > SEPARATION_LIMIT:
-        say(
-            f"shared decay rates are off by up to {float(errors.separation):.1g}: pass kernels with more nodes"
-        )
-    if float(errors.images) > IMAGE_LIMIT:
-        say(
-            f"the response on the grid is off by up to {float(errors.images):.1g}: its images reach too little"
-        )
-    one_contact = not isinstance(indenter, HeightField)  # whose patches are each of their own size
-    if one_contact and (few := _few_cells(result)):
-        say(few)
-
-
-def _few_cells(result: Any) -> str:
-    """Where the contact is smallest, if it is coarse there; empty otherwise."""
-    area = np.atleast_1d(np.asarray(result.contact_area, dtype=float))
-    step = int(np.argmin(np.where(area > 0.0, area, np.inf)))
-    cells = area[step] / float(result.grid.cell_area)
-    across = cells if result.grid.plane_strain else 2.0 * np.sqrt(cells / np.pi)
-    if not 0.0 < across < FEW_CELLS:
-        return ""
-    where = (
-        f", at step {step + 1} of {area.size} (t = {float(result.times[step]):g} s)" if area.size > 1 else ""
-    )
-    return f"only {across:.1f} cells across the smallest contact{where}: below {FEW_CELLS} it is coarse"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import jax
@@ -11,7 +10,7 @@ import numpy as np
 from jax import Array
 
 from jaxcontact import _checks
-from jaxcontact._experiment import Experiment, Plan, Save, fine_steps, fine_values, reported
+from jaxcontact._experiment import Experiment, Plan, Save, fine_steps, fine_values, finished
 from jaxcontact._pytree import is_concrete, replace
 from jaxcontact._status import Status
 from jaxcontact.controls import Control
@@ -22,6 +21,7 @@ from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indenters import Indenter
 from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace, body_at_first
+from jaxcontact.notes import announce
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.results import ContactHistory
 
@@ -94,49 +94,60 @@ def indent(
         >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
         '1.92 um'
     """
-    if isinstance(grid, str):
-        options: dict[str, Any] = {
-            "tolerance": tolerance,
-            "max_iterations": max_iterations,
-            "save": save,
-            "substeps": substeps,
-        }
-        options |= {"correspondence": correspondence, "kernels": kernels, "checkpoint": checkpoint}
-        return _widening(grid, (body, indenter, control, times), options)
+    options: dict[str, Any] = {
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "save": save,
+        "substeps": substeps,
+        "correspondence": correspondence,
+        "kernels": kernels,
+        "checkpoint": checkpoint,
+    }
+    solve = _widening if isinstance(grid, str) else _solved
+    history = solve(body, indenter, control, times, grid=grid, **options)
+    announce(history, stacklevel=2)
+    return history
+
+
+def _solved(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    times: Array,
+    *,
+    grid: Any,
+    kernels: Kernels | None,
+    correspondence: str,
+    **options: Any,
+) -> ContactHistory:
+    """Return the history on a given grid, without warnings."""
     body, thicknesses, thick = body_at_first(body, np.size(times))
     experiment = Experiment.of(
-        body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
-        kernels=kernels, save=save, substeps=substeps, correspondence=correspondence, checkpoint=checkpoint,
-    )  # fmt: skip
+        body, indenter, control, times, grid=grid, kernels=kernels, correspondence=correspondence, **options
+    )
     if thicknesses is not None:
         plain = kernels is None and correspondence == "exact"
         _checks.require(plain, 'layer thickness over times: expected no kernels and correspondence="exact"')
         experiment = replace(experiment.also(thick), thicknesses=thicknesses)
     result, errors = _run(experiment.with_kernels())
-    return reported(result, errors, experiment)
+    return finished(result, errors, experiment)
 
 
-def _widening(word: str, given: tuple[Any, ...], options: dict[str, Any]) -> ContactHistory:
-    """Solve, on a wider grid of as many cells while the contact reaches the edge; with the warnings of the last."""
+def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
+    """Solve, on a wider grid of as many cells while the contact reaches the edge."""
     _checks.require(
-        word == "auto" and options["kernels"] is None,
-        f'grid: expected a Grid, or "auto" without kernels, got {word!r}',
+        grid == "auto" and options["kernels"] is None,
+        f'grid: expected a Grid, or "auto" without kernels, got {grid!r}',
     )
     _checks.require(is_concrete(*given), 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
     grid = Grid.around(*given)
     for widened in range(MOST_WIDENINGS + 1):
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            history = indent(*given, grid=grid, **options)
+        history = _solved(*given, grid=grid, **options)
         if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
             break
         grid = Grid.square(grid.shape[0], WIDER * float(grid.width[0]))
-    if widened:
-        width = f"{float(grid.width[0]):.3g} m"
-        warnings.warn(f'grid="auto": widened {widened} times, to {width}', stacklevel=3)
-    for warning in caught:
-        warnings.warn(warning.message, stacklevel=3)
-    return history
+    told = replace(history.diagnostics, widenings=jnp.asarray(widened))
+    return replace(history, diagnostics=told)
 
 
 @Program

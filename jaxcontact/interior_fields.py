@@ -12,8 +12,11 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import as_float64, is_concrete, pytree
+from jaxcontact._status import Status
 from jaxcontact.grid import Grid, check_grid, check_not_periodic
+from jaxcontact.labels import arrays_of, dataset, derived_of
 from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.notes import Note, brief
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum
 from jaxcontact.response.interior import poisson_at
@@ -29,6 +32,7 @@ from jaxcontact.response.interior_coefficients import (
 from jaxcontact.response.interior_time import Lags, lags_before_the_last
 from jaxcontact.response.rational import creeps
 from jaxcontact.response.stack import solids, spectra
+from jaxcontact.summaries import interior_summary
 
 
 @pytree
@@ -58,6 +62,26 @@ class InteriorFields:
         k, i, j = jnp.unravel_index(jnp.argmax(field), field.shape)
         x, y = self.grid.axes()
         return field[k, i, j], jnp.stack([x[i], y[j], self.depths[k]])
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What a user should know of the fields, in words: whether a value was out of range, which jit or vmap hides."""
+        if not is_concrete(self):
+            raise ValueError("notes: expected fields with numbers, got some traced by jit, vmap or grad")
+        message = Status.OUT_OF_RANGE.message
+        return (Note(message, brief(message)),) if np.isnan(np.sum(np.asarray(self.stress))) else ()
+
+    def summary(self) -> str:
+        """Return the largest stresses and displacements by depth, with their units."""
+        return interior_summary(self)
+
+    def __repr__(self) -> str:
+        return interior_summary(self)
+
+    def to_xarray(self) -> Any:
+        """Return the fields and the von Mises stress as an ``xarray.Dataset``; needs ``jaxcontact[io]``."""
+        told = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
+        return dataset(arrays_of(self) | derived_of(self), told)
 
     def plot(self) -> Any:
         """A figure of the von Mises stress: a vertical cut along x through its peak, and its course over the depth."""

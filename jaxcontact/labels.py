@@ -9,7 +9,8 @@ import numpy as np
 
 from jaxcontact._status import Status
 
-NOT_STORED = ("grid", "saved")  # the grid stands in the axes; what a function saved may be of any shape
+# the grid is stored by its axes, the diagnostics by their names; what a function saved may be of any shape
+NOT_STORED = ("grid", "saved", "diagnostics")
 
 # dimensions, unit, meaning; a field with fewer dimensions lacks the first ones
 TIME, MAP, VECTOR = ("time",), ("time", "x", "y"), ("time", "direction")
@@ -20,6 +21,12 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "pressure": (MAP, "Pa", "contact pressure, positive in compression"),
     "displacement": (MAP, "m", "displacement of both surfaces towards each other"),
     "gap": (MAP, "m", "gap between the surfaces, zero in contact"),
+    "peak_pressure": (TIME, "Pa", "largest pressure"),
+    "contact_radius": (TIME, "m", "radius of a circle of the smooth area, in plane strain half the width"),
+    "converged": (TIME, "1", "whether the step can be trusted"),
+    "friction_coefficient": (TIME, "1", "tangential force over normal load"),
+    "total_tangential_force": (TIME, "N", "tangential force and friction together, against the motion"),
+    "sticking_share": (TIME, "1", "cells that stick over cells in contact"),
     "approach": (TIME, "m", "approach of the indenter from first touch"),
     "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
     "load": (TIME, "N", "normal load"),
@@ -56,6 +63,7 @@ INSIDE: dict[str, tuple[tuple[str, ...], str, str]] = {
         "stress, tension positive: x, y, z by row and column",
     ),
     "displacement": (("depth", "component", "x", "y"), "m", "displacement (x, y, z), z into the body"),
+    "von_mises": (("depth", "x", "y"), "Pa", "von Mises stress"),
 }
 
 
@@ -79,6 +87,24 @@ def arrays_of(result: Any) -> dict[str, np.ndarray]:
     x, y = result.grid.axes()
     fields = {name: np.asarray(getattr(result, name)) for name in stored_fields(type(result))}
     return {"x": np.asarray(x), "y": np.asarray(y)} | fields
+
+
+def derived_of(result: Any) -> dict[str, np.ndarray]:
+    """Return the quantities of a result that follow from its fields: the properties that ``FIELDS`` or ``INSIDE`` names.
+
+    A history with the map of its last time alone has no peak pressure over time.
+    """
+    cls, found = type(result), {}
+    for name in fields_of(stored_fields(cls)):
+        if isinstance(getattr(cls, name, None), property) and hasattr(result, name):
+            found[name] = np.asarray(getattr(result, name))
+    return found
+
+
+def numbers_of(result: Any) -> dict[str, np.ndarray]:
+    """Return those of ``derived_of`` that are numbers, over time or alone, and not maps."""
+    known = fields_of(stored_fields(type(result)))
+    return {name: values for name, values in derived_of(result).items() if "x" not in known[name][0]}
 
 
 def dimensions(spec: tuple[str, ...], ndim: int) -> tuple[str, ...]:

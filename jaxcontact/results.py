@@ -1,5 +1,6 @@
 """What a simulation gives back."""
 
+import dataclasses
 from typing import Any
 
 import jax
@@ -10,7 +11,8 @@ from jax import Array
 from jaxcontact._pytree import pytree, replace
 from jaxcontact._status import Status
 from jaxcontact.grid import Grid
-from jaxcontact.labels import arrays_of, dataset, table
+from jaxcontact.labels import arrays_of, dataset, derived_of, table
+from jaxcontact.notes import Diagnostics, Note, notes_of
 from jaxcontact.summaries import html, is_one_result, summary
 
 
@@ -34,8 +36,25 @@ class ContactStep:
     status: Array
 
 
+@pytree
 class Readable:
-    """What every result shows of itself: ten lines, never its arrays; labelled arrays on demand."""
+    """The base of every result of a contact: its notes, a summary of ten lines, labelled arrays on demand.
+
+    diagnostics: the numbers that ``notes`` depend on beside the fields, ``notes.Diagnostics``.
+    """
+
+    diagnostics: Diagnostics = dataclasses.field(kw_only=True, default=Diagnostics())
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What a user should know of the result, in words: the warnings that a plain call issues.
+
+        They are formed from numbers in the result, so that one computed inside ``jax.jit`` or ``jax.vmap`` has them as well
+        once it is returned. Of many runs in one (``jax.vmap``), one of each kind: the worst, with the number of runs that
+        have one; ``jax.tree.map(lambda a: a[i], result).notes`` are those of run i. Raises ValueError inside a
+        transformation, where the numbers are not known.
+        """
+        return notes_of(self)
 
     def summary(self) -> str:
         """First, last and largest of what matters, the grid, and how far the result can be trusted."""
@@ -48,13 +67,13 @@ class Readable:
         return html(self)
 
     def to_xarray(self) -> Any:
-        """The fields and the gap as an ``xarray.Dataset``, with dimensions, units and meanings; needs ``jaxcontact[io]``.
+        """Return fields and derived quantities as an ``xarray.Dataset`` with units and meanings; needs ``jaxcontact[io]``.
 
         Raises ValueError for many runs in one (``jax.vmap``): take one with ``jax.tree.map(lambda a: a[i], result)``.
         """
         _check_one(self)
-        gap = {"gap": np.asarray(self.gap)} if hasattr(self, "gap") else {}
-        return dataset(arrays_of(self) | gap, {"kind": type(self).__name__})
+        told = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
+        return dataset(arrays_of(self) | derived_of(self), told)
 
     def plot(self) -> Any:
         """A figure: pressure profiles, and approach, load and contact radius over time; of what is not round, maps of
@@ -143,9 +162,34 @@ class ContactHistory(Readable):
     __repr__ = Readable.__str__
 
     def to_dataframe(self) -> Any:
-        """What is one number a time, as a ``pandas.DataFrame`` over time [s]; units in the names of its columns."""
+        """Return all numbers over time, fields and derived, as a ``pandas.DataFrame``; units in the names of its columns."""
         _check_one(self)
-        return table(arrays_of(self))
+        return table(arrays_of(self) | derived_of(self))
+
+
+@pytree
+class SteadyContact(Readable):
+    """The base of steady results, with what follows from their fields."""
+
+    @property
+    def gap(self) -> Array:
+        """profile + displacement - approach [m], (nx, ny); zero in contact."""
+        return self.profile + self.displacement - self.approach[..., None, None]
+
+    @property
+    def peak_pressure(self) -> Array:
+        """The largest pressure [Pa]."""
+        return jnp.max(self.pressure, (-2, -1))
+
+    @property
+    def contact_radius(self) -> Array:
+        """sqrt(smooth_area/pi) [m]; in plane strain half the width of the contact."""
+        return radius_of(self.smooth_area, self.grid)
+
+    @property
+    def converged(self) -> Array:
+        """Whether the state can be trusted: its status is ``Status.FINE``, () bool."""
+        return self.status == Status.FINE
 
 
 def radius_of(area: Array, grid: Grid) -> Array:

@@ -4,13 +4,14 @@ import base64
 import dataclasses
 import io
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from jaxcontact._pytree import is_concrete
 from jaxcontact._status import Status
+from jaxcontact.notes import brief, has_numbers
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 NOISE = 1e-9
@@ -89,22 +90,52 @@ def summary(result: Any) -> str:
     """First, last and largest of what matters, on which grid, and how far it can be trusted."""
     name = type(result).__name__
     if not is_one_result(result):
-        return f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
+        head = f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
+        return "\n".join([head, *_notes(result)])
     columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
     lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
     lines += [row for field, unit in ROWS.items() for row in _row(result, field, unit)]
-    return "\n".join(line.rstrip() for line in [*lines, _trust(result)] if line.strip())
+    return "\n".join(line.rstrip() for line in [*lines, _trust(result), *_notes(result)] if line.strip())
+
+
+def _notes(result: Any) -> list[str]:
+    """The notes on a result, a line each."""
+    return [f"note: {note}" for note in (result.notes if has_numbers(result) else ())]
+
+
+def interior_summary(fields: Any) -> str:
+    """Return what fields below the surface contain: where, the largest stresses and displacements, the peak."""
+    name = type(fields).__name__
+    if not is_concrete(fields) or np.ndim(fields.stress) != 5:
+        return f"{name} of stress {np.shape(fields.stress)}: no single run"
+    depths, stress = np.asarray(fields.depths), np.asarray(fields.stress)
+    extent = f"{depths.size} depths from {prefixed(depths.min(), 'm')} to {prefixed(depths.max(), 'm')}"
+    peak, place = fields.peak
+    where = ", ".join(prefixed(float(value), "m") for value in place)
+    rows = [("von Mises stress", fields.von_mises, "Pa")]
+    rows += [(f"sigma_{a}{b}", stress[:, i, j], "Pa") for i, j, a, b in _entries(("x", "y", "z"))]
+    rows += [(f"u_{axis}", fields.displacement[:, i], "m") for i, axis in enumerate("xyz")]
+    lines = [f"{name} at {extent}{_cells(fields.grid)}", words(rows)]
+    lines.append(f"peak of von Mises stress {prefixed(float(peak), 'Pa')} at (x, y, z) = ({where})")
+    return "\n".join([*lines, *(f"note: {note}" for note in fields.notes)])
+
+
+def _entries(axes: Sequence[str]) -> list[tuple[int, int, str, str]]:
+    """The six different entries of a symmetric tensor."""
+    return [(i, j, axes[i], axes[j]) for i in range(3) for j in range(i, 3)]
 
 
 def _extent(result: Any) -> str:
-    size, (dx, dy) = result.grid.shape, map(float, result.grid.spacing)
-    cells = f"{size[0]} x {size[1]} cells of {prefixed(dx, 'm')}" + (
-        f" x {prefixed(dy, 'm')}" if dy != dx else ""
-    )
     if not hasattr(result, "times"):
-        return f" on {cells}"
+        return _cells(result.grid)
     times = np.asarray(result.times)
-    return f" of {times.size} times from {times[0]:g} to {times[-1]:g} s on {cells}"
+    return f" of {times.size} times from {times[0]:g} to {times[-1]:g} s{_cells(result.grid)}"
+
+
+def _cells(grid: Any) -> str:
+    size, (dx, dy) = grid.shape, map(float, grid.spacing)
+    other = f" x {prefixed(dy, 'm')}" if dy != dx else ""
+    return f" on {size[0]} x {size[1]} cells of {prefixed(dx, 'm')}{other}"
 
 
 def _row(result: Any, field: str, unit: str) -> list[str]:
@@ -140,7 +171,7 @@ def component(vector: Any, axis: str) -> np.ndarray:
 def _trust(result: Any) -> str:
     counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
     iterations = int(np.sum(np.asarray(result.iterations)))
-    verdicts = [f"{count} {Status(code).message}" for code, count in sorted(counts.items())]
+    verdicts = [f"{count} {brief(Status(code).message)}" for code, count in sorted(counts.items())]
     return f"{iterations} iterations; steps: " + "; ".join(verdicts)
 
 

@@ -21,12 +21,13 @@ LAYERS = {
     "_installed_jax": 0,
     "_checks": 1,
     "_progress": 0,
+    "_recorded_warnings": 0,
     "_status": 1,
     "_scale": 1,
     "citation": 1,
     "compilation_cache": 1,
     "kept_traces": 1,
-    "studies": 2,
+    "studies": 3,
     "reference": 0,
     "reference.layered_solid": -1,
     # what a user makes
@@ -98,6 +99,7 @@ LAYERS = {
     "history.moving": 14,
     # the verbs
     "labels": 2,
+    "notes": 2,
     "summaries": 3,
     "rough_contact": 4,
     "results": 4,

@@ -7,10 +7,9 @@ experiment is one compiled program, and its run is all or nothing: stopped, or w
 import argparse
 import sys
 import time
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from jaxcontact._experiment import reported
 from jaxcontact._progress import Progress, working
+from jaxcontact._recorded_warnings import recorded_warnings
 from jaxcontact._status import Status
 from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
@@ -27,6 +27,7 @@ from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import chosen
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
 from jaxcontact.files.run_figures import lines_of
+from jaxcontact.notes import in_one_line, kind_of
 from jaxcontact.simulation import prepare
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
@@ -102,14 +103,13 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
 
 @contextmanager
 def _noted() -> Iterator[list[str]]:
-    """Within, warnings become lines of the list."""
-    notes: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    """Within, notes and other warnings become lines of the list."""
+    lines: list[str] = []
+    with recorded_warnings() as caught:
         try:
-            yield notes
+            yield lines
         finally:
-            notes += [" ".join(str(warning.message).split()) for warning in caught]
+            lines += [in_one_line(message) for message in caught]
 
 
 def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
@@ -145,7 +145,8 @@ def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
             interrupt, standing = error, steps.standing()
         if standing.steps:
             run = steps.together(case.grid)
-            reported(run.history, simulation.plan.errors, simulation.experiment)
+            told = reported(run.history, simulation.plan.errors, simulation.experiment)
+            run = replace(run, history=told)
     return Ending(standing, run, interrupt, notes)
 
 
@@ -168,6 +169,7 @@ def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) ->
         f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
     ]
     rows += lines_of(summary)
+    rows += [f"note: {kind}" for kind in dict.fromkeys(map(kind_of, ending.notes))]
     if report.course and len(report.arrays["times"]) < len(report.course["times"]):
         counts = f"{len(report.arrays['times'])} of {len(report.course['times'])} times"
         rows.append(

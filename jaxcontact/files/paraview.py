@@ -14,9 +14,8 @@ from xml.etree.ElementTree import Element, ElementTree, SubElement
 import numpy as np
 
 from jaxcontact.files.npz import write_whole
-from jaxcontact.labels import MAP, arrays_of, dimensions, fields_of
+from jaxcontact.labels import arrays_of, derived_of, dimensions, fields_of
 
-BESIDE = {"gap": (MAP, "m"), "von_mises": (("depth", "x", "y"), "Pa")}  # what follows from the stored fields
 AXES = ("depth", "y", "x")  # of the points, the last the fastest, as VTK counts them
 Field = tuple[str, np.ndarray, tuple[str, ...]]  # name with unit, values, names of its dimensions
 
@@ -40,11 +39,11 @@ def _write(path: Path, root: Element) -> None:
 
 
 def _fields(result: Any, arrays: dict[str, np.ndarray]) -> Iterator[Field]:
-    known = {name: (spec, unit) for name, (spec, unit, _) in fields_of(arrays).items() if name in arrays}
-    known |= {name: spec for name, spec in BESIDE.items() if hasattr(result, name)}
-    for name, (spec, unit) in known.items():
-        values = np.asarray(getattr(result, name))
-        yield f"{name} [{unit}]", values, dimensions(spec, values.ndim)
+    known, values = fields_of(arrays), arrays | derived_of(result)
+    for name in known:
+        if name in values:
+            spec, unit, _ = known[name]
+            yield f"{name} [{unit}]", values[name], dimensions(spec, values[name].ndim)
 
 
 def _times(arrays: dict[str, np.ndarray]) -> dict[int, float]:

@@ -31,9 +31,6 @@ FIGURES = {  # where a result has them: name, unit
 def values_of(result: Any) -> dict[str, np.ndarray]:
     """Those of ``FIGURES`` that a result has."""
     values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
-    if hasattr(result, "stick"):
-        touching = np.sum(np.asarray(result.pressure) > 0.0, axis=(-2, -1))
-        values["sticking_share"] = np.sum(np.asarray(result.stick), axis=(-2, -1)) / np.maximum(touching, 1)
     for name in FIGURES:
         vector, _, axis = name.rpartition("_")
         if hasattr(result, name):

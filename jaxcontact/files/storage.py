@@ -16,7 +16,8 @@ from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.grid import Grid
 from jaxcontact.interior_fields import InteriorFields
-from jaxcontact.labels import arrays_of, dataset, fields_of, status_names, stored_fields
+from jaxcontact.labels import arrays_of, dataset, fields_of, numbers_of, status_names, stored_fields
+from jaxcontact.notes import Diagnostics
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 from jaxcontact.slipping.results import ShearHistory, SteadyRolling
@@ -28,6 +29,8 @@ KINDS: dict[str, type] = {
 }
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
+NOTES = "notes"  # on a stored result, a line each; read again they are formed from the numbers below
+DIAGNOSTICS = tuple(field.name for field in dataclasses.fields(Diagnostics))
 PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, of a periodic grid alone
 
 
@@ -68,6 +71,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
         write_collection(path, result)
         return path
     notes = {STATUS_NAMES: status_names()} | dict(_flat(case)) | notes_of(result)
+    arrays |= numbers_of(result)
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
 
@@ -111,8 +115,10 @@ def load(path: str | Path) -> Any:
         _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    saved = {} if cls in TIMELESS else {"saved": None}
-    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **saved, grid=_grid(arrays))
+    beside: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
+    if cls is not InteriorFields:
+        beside["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
+    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **beside, grid=_grid(arrays))
 
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
@@ -145,8 +151,11 @@ def _shapes(dims: tuple[str, ...], sizes: dict[str, int]) -> list[tuple[int, ...
 
 
 def notes_of(result: Any) -> dict[str, Any]:
-    """What a file says beside the arrays: the kind, and of the grid what cell centres do not tell."""
-    return {KIND: type(result).__name__} | _of_grid(result.grid)
+    """Return what a file says beside the arrays: the kind, notes and their numbers, what cell centres do not tell."""
+    told = {KIND: type(result).__name__, NOTES: "\n".join(result.notes)} | _of_grid(result.grid)
+    if isinstance(result, InteriorFields):
+        return told
+    return told | {name: float(getattr(result.diagnostics, name)) for name in DIAGNOSTICS}
 
 
 def _of_grid(grid: Grid) -> dict[str, np.ndarray]:
@@ -266,7 +275,9 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
             arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
             kind = str(file.attrs.get(KIND, ""))
             arrays |= {
-                name: np.asarray(file.attrs[name]) for name in (PERIODIC, SPACING) if name in file.attrs
+                name: np.asarray(file.attrs[name])
+                for name in (PERIODIC, SPACING, *DIAGNOSTICS)
+                if name in file.attrs
             }
     except Exception as error:  # what the libraries below raise for broken bytes has no common base
         if isinstance(error, OSError) and error.errno:

@@ -4,9 +4,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
-from jaxcontact._status import Status
 from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory, Readable, radius_of
+from jaxcontact.results import ContactHistory, Readable, SteadyContact
 
 
 def friction(force: Array, load: Array) -> Array:
@@ -61,7 +60,7 @@ class SlidingHistory(ContactHistory):
 
 
 @pytree
-class SteadySliding(Readable):
+class SteadySliding(SteadyContact):
     """Steady sliding, in the frame of the indenter, SI units.
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
@@ -97,21 +96,6 @@ class SteadySliding(Readable):
     status: Array
 
     __repr__ = Readable.__str__
-
-    @property
-    def gap(self) -> Array:
-        """profile + displacement - approach [m], (nx, ny); zero in contact."""
-        return self.profile + self.displacement - self.approach
-
-    @property
-    def contact_radius(self) -> Array:
-        """sqrt(smooth_area/pi) [m]; in plane strain half the width of the contact."""
-        return radius_of(self.smooth_area, self.grid)
-
-    @property
-    def converged(self) -> Array:
-        """Whether the state can be trusted: its status is ``Status.FINE``, () bool."""
-        return self.status == Status.FINE
 
     @property
     def friction_coefficient(self) -> Array:

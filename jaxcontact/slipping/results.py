@@ -1,11 +1,16 @@
 """What a contact with friction gives back."""
 
+import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
-from jaxcontact._status import Status
 from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory, Readable
+from jaxcontact.results import ContactHistory, Readable, SteadyContact
+
+
+def sticking_share(stick: Array, pressure: Array) -> Array:
+    """Return the number of cells that stick over the number in contact, over the last two axes; 0 without contact."""
+    return jnp.sum(stick, (-2, -1)) / jnp.maximum(jnp.sum(pressure > 0.0, (-2, -1)), 1)
 
 
 @pytree
@@ -30,9 +35,14 @@ class ShearHistory(ContactHistory):
 
     __repr__ = Readable.__str__
 
+    @property
+    def sticking_share(self) -> Array:
+        """Cells that stick over those in contact, (nt,); 0 without contact."""
+        return sticking_share(self.stick, self.pressure)
+
 
 @pytree
-class SteadyRolling(Readable):
+class SteadyRolling(SteadyContact):
     """Steady rolling, in the frame of the indenter, SI units.
 
     velocity (2,) [m/s]; profile, displacement (normal) [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa]
@@ -67,6 +77,6 @@ class SteadyRolling(Readable):
     __repr__ = Readable.__str__
 
     @property
-    def converged(self) -> Array:
-        """Whether the state can be trusted: its status is ``Status.FINE``, () bool."""
-        return self.status == Status.FINE
+    def sticking_share(self) -> Array:
+        """Cells that stick over those in contact, (); 0 without contact."""
+        return sticking_share(self.stick, self.pressure)
