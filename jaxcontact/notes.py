@@ -153,7 +153,7 @@ def _of_status(run: _Run) -> Iterator[Note]:
     for code in np.unique(run.status[run.status > 0]).tolist():
         steps = np.flatnonzero(run.status == code)
         first = f", the first is {_step(run, steps[0])}" if size > 1 else ""
-        message = Status(code).message
+        message = message_of(code)
         yield Note(f"{steps.size} of {size} steps{first}: {message}", brief(message), steps.size / size)
 
 
@@ -197,6 +197,12 @@ def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
             f"fewer than {FEW_CELLS} cells across the contact",
             -float(across),
         )
+
+
+def message_of(code: float) -> str:
+    """Return the message of a status; a file of a later version may have one that is not known here."""
+    known = code in set(Status)
+    return Status(int(code)).message if known else f"status {code:g}, unknown to this version"
 
 
 def brief(message: str) -> str:

@@ -17,15 +17,19 @@ import numpy as np
 from tqdm import tqdm
 
 from jaxcontact import _checks
+from jaxcontact._recorded_warnings import recorded_warnings
 from jaxcontact._version import __version__
 from jaxcontact.compilation_cache import enable_compilation_cache
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.run_directory import locked
+from jaxcontact.notes import Note, counts_in_words, in_one_line, kind_of
 
 Case = dict[str, Any]
 Result = dict[str, np.ndarray]
 CASE = "case.json"  # the name of the case beside its arrays
+NOTES = "notes.json"  # beside them as well: the warnings that f issued, each with its kind
 FUNCTION = "function.json"
+MOST_SHOWN = 20  # failed cases in the text of a study
 # read by XLA and by the linear algebra of numpy and scipy, whose threads spin where they wait: two processes that
 # each had as many as cores took longer than one
 THREADS = ("NPROC", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
@@ -33,9 +37,10 @@ THREADS = ("NPROC", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"
 
 @dataclass(frozen=True)
 class Study:
-    """What a sweep found, read from its folder when it is asked for.
+    """The results of a sweep, read from its folder on demand.
 
-    folder: where; cases: in the order given; failures: {index of a case: what went wrong, in one line}.
+    folder: where; cases: in the order given; failures: {index of a case: what went wrong, in one line}; ``notes``:
+    {index of a case: the warnings that f issued there}.
     """
 
     folder: Path
@@ -51,7 +56,17 @@ class Study:
         if index in self.failures:
             raise KeyError(f"case {index} failed: {self.failures[index]}")
         arrays = read_npz(self.folder / _file(self.cases[index]))
-        return {name: values for name, values in arrays.items() if name != CASE}
+        return {name: values for name, values in arrays.items() if name not in (CASE, NOTES)}
+
+    @functools.cached_property
+    def notes(self) -> dict[int, tuple[str, ...]]:
+        """{index of a case: the warnings that f issued there, in words}, without the cases that have none."""
+        found = {index: _notes_in(self.folder / _file(self.cases[index])) for index in self.done()}
+        return {index: notes for index, notes in found.items() if notes}
+
+    def notes_in_words(self) -> list[str]:
+        """Return the number of cases with each kind of note: "35 of 36 cases: film strain above 0.2", ..."""
+        return counts_in_words((map(kind_of, notes) for notes in self.notes.values()), len(self), "cases")
 
     def done(self) -> list[int]:
         """The indices of the cases that did not fail."""
@@ -72,7 +87,12 @@ class Study:
     def __str__(self) -> str:
         done = len(self) - len(self.failures)
         lines = [f"{done} of {len(self)} cases are in {self.folder}"]
-        return "\n".join([*lines, *(f"failed: {self.cases[i]}: {why}" for i, why in self.failures.items())])
+        failed = [f"failed: {self.cases[i]}: {why}" for i, why in list(self.failures.items())[:MOST_SHOWN]]
+        if len(self.failures) > MOST_SHOWN:
+            failed.append(f"failed: {len(self.failures) - MOST_SHOWN} more; study.failures has all")
+        return "\n".join([*lines, *(f"note: {line}" for line in self.notes_in_words()), *failed])
+
+    __repr__ = __str__
 
 
 def sweep(
@@ -87,7 +107,7 @@ def sweep(
 
     Each case is a file of its own, written whole when it is done: however a sweep ends, what was finished stays,
     and the same call goes on. A case that raises, or whose process dies, is reported, and the others go on; the next
-    call tries it again. f's own code, defaults and what it closes over belong to the folder; what else it reads is not
+    call tries it again. Warnings that f issues are kept with its case: ``study.notes``. f's own code, defaults and what it closes over belong to the folder; what else it reads is not
     looked at: for another module-level body take another folder.
 
     Args:
@@ -159,6 +179,12 @@ def _text(case: Case) -> str:
 def _file(case: Case) -> str:
     """The name of the file of a case: equal cases have one."""
     return hashlib.sha256(_text(case).encode()).hexdigest()[:20] + ".npz"
+
+
+def _notes_in(path: Path) -> tuple[str, ...]:
+    """The notes in the file of a case; none in one that an earlier version wrote."""
+    found = read_npz(path, NOTES)
+    return tuple(Note(*each) for each in json.loads(str(found[NOTES]))) if NOTES in found else ()
 
 
 def _whole(path: Path) -> bool:
@@ -272,15 +298,18 @@ def _share_programs() -> None:
 
 
 def _call(f: Callable, case: Case) -> Result:
-    """In the process that computes: the result as arrays of numbers."""
-    found = f(copy.deepcopy(case))
+    """Compute a case, in a process of its own: its result as arrays of numbers, with its notes where it has any."""
+    with recorded_warnings() as caught:
+        found = f(copy.deepcopy(case))
     if not isinstance(found, Mapping):
         raise ValueError(f"f: expected a dict of arrays, got {type(found).__name__}")
     for name in found:
-        if not isinstance(name, str) or name == CASE:
+        if not isinstance(name, str) or name in (CASE, NOTES):
             raise ValueError(f"f: expected names of arrays, got {name!r}")
     arrays = {name: np.asarray(values) for name, values in found.items()}
     for name, values in arrays.items():
         if values.dtype.kind not in "biufc":
             raise ValueError(f"f: expected numbers in {name!r}, got {values.dtype}")
-    return arrays
+    notes = [in_one_line(each) for each in caught]
+    told = json.dumps([(note, kind_of(note)) for note in dict.fromkeys(notes)])
+    return arrays | ({NOTES: np.asarray(told)} if notes else {})

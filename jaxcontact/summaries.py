@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from jaxcontact._pytree import is_concrete
-from jaxcontact._status import Status
-from jaxcontact.notes import brief, has_numbers
+from jaxcontact.notes import brief, has_numbers, message_of
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 NOISE = 1e-9
@@ -171,7 +170,7 @@ def component(vector: Any, axis: str) -> np.ndarray:
 def _trust(result: Any) -> str:
     counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
     iterations = int(np.sum(np.asarray(result.iterations)))
-    verdicts = [f"{count} {brief(Status(code).message)}" for code, count in sorted(counts.items())]
+    verdicts = [f"{count} {brief(message_of(code))}" for code, count in sorted(counts.items())]
     return f"{iterations} iterations; steps: " + "; ".join(verdicts)
 
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from tolerances import PEAK_ON_FEW_CELLS
 
 import jaxcontact as jc
+from jaxcontact import labels
 from jaxcontact.picture_style import colours_of_time, time_axis
 from jaxcontact.plotting import pick
 from jaxcontact.summaries import component, prefixed
@@ -117,7 +118,7 @@ def test_the_last_field_alone_and_steady_states_and_many_runs(history):
     row = re.search(r"peak pressure +([\d.]+) kPa\n", last.summary())
     assert float(row.group(1)) == pytest.approx(peak / 1e3, rel=1e-4)
     steady = jc.SteadySliding(
-        **{field.name: np.asarray(1.5) for field in dataclasses.fields(jc.SteadySliding)}
+        **{name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
         | {"grid": GRID, "pressure": np.full((2, 2), 3e6), "status": np.asarray(6)}
     )
     assert re.search(
@@ -154,7 +155,7 @@ def test_labelled_arrays_have_the_gap_and_name_their_directions(history):
     alone = dataclasses.replace(history, **last).to_xarray()
     assert alone.gap.dims == ("x", "y")
     np.testing.assert_array_equal(alone.gap, labelled.gap[-1])
-    fields = {field.name: np.asarray(1.5) for field in dataclasses.fields(jc.SteadySliding)}
+    fields = {name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
     maps = dict.fromkeys(("pressure", "displacement", "profile"), np.ones(GRID.shape))
     vectors = dict.fromkeys(("velocity", "lateral_force", "pressure_centre"), np.array([1.0, 2.0]))
     sliding = jc.SteadySliding(**fields | maps | vectors | {"grid": GRID, "status": np.asarray(0)})

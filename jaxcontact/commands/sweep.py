@@ -8,7 +8,6 @@ import contextlib
 import csv
 import json
 import sys
-import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from pathlib import Path
@@ -58,9 +57,7 @@ def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], 
         changed = {key: value for key, value in values.items() if key != CASE}
         case = varied(tables, changed, Path(path))
         advice.check(case, Path(path))
-        with warnings.catch_warnings(record=True) as notes:
-            warnings.simplefilter("always")
-            return _trusted(case, case.run()) | {"warnings_count": len(notes)}
+        return _trusted(case, case.run())
 
     return figures
 
@@ -109,11 +106,13 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
         "varied": list(study.cases[0]),
         "cases_count": len(found),
         "failed_count": len(found.failures),
+        "notes": found.notes_in_words(),
         "failures": [study.cases[i] | {"case": i, "failure": why} for i, why in found.failures.items()],
     }
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
-    tell(f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", sys.stdout)
+    counts = [f"note: {line}" for line in found.notes_in_words()]
+    tell("\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout)
     for index, why in found.failures.items():
         tell(f"jaxcontact: warning: case {index}, {in_words(study.cases[index])}: {why}", sys.stderr)
     if not found.failures:
@@ -123,14 +122,16 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
 
 
 def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:
-    """A case in the table: what varies, and its figures or what went wrong."""
+    """A case in the table: what varies, and its figures with their notes or what went wrong."""
     varying = {
         key: json.dumps(value) if isinstance(value, list) else value
         for key, value in study.cases[index].items()
     }
     if index in found.failures:
         return {"case": index} | varying | {"failure": found.failures[index]}
-    return {"case": index} | varying | {name: value.item() for name, value in found[index].items()}
+    notes = found.notes.get(index, ())
+    figures = {name: value.item() for name, value in found[index].items()}
+    return {"case": index} | varying | figures | {"warnings_count": len(notes), "notes": "; ".join(notes)}
 
 
 def _write_table(path: Path, names: list[str], rows: list[dict[str, Any]]) -> None:

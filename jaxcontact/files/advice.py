@@ -8,12 +8,13 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxcontact._experiment import FEW_CELLS, STRAIN_LIMIT, Experiment
+from jaxcontact._experiment import Experiment
 from jaxcontact.files.case_file import Case, CaseError, layer_tables
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters import Sphere
 from jaxcontact.layers import checked_body, thickest
+from jaxcontact.notes import FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.predicted_contact import predicted
 from jaxcontact.response.body import response_of
 from jaxcontact.spectrum import relaxation_modes
