@@ -21,11 +21,16 @@ from jaxcontact.files.run_figures import figures_in, values_of
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
-    "peak_pressure": "(nt,) [Pa]",
-    "contact_radius": "(nt,) [m]",
     "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
     "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
-}  # the fields of an indentation
+}  # in an indentation, beside fields and derived quantities
+TOLD = {
+    "notes": "what a user should know of the result, a line each",
+    "separation_error": "relative error of the decay rates shared by all wavenumbers [1]",
+    "image_error": "relative error of the response on the grid [1]",
+    "single_contact": "1 where the indenter makes one contact, 0 where it is rough",
+    "widenings": "how often the grid was widened",
+}  # of any result
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Report:
 def of_steps(run: FinishedRun, kept: str) -> Report:
     """The report of an indentation, from its finished steps."""
     values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
-    whole = labels.arrays_of(run.history) | lines_and_peaks(run)
+    whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | lines_and_peaks(run)
     course = course_of(whole) if kept == FEW else {}
     arrays = at_times(whole, run.chosen) | run.maps if run.maps else whole
     return Report(run.history, arrays, course, values, pictures(run))
@@ -54,7 +59,7 @@ def of_steps(run: FinishedRun, kept: str) -> Report:
 
 def of_result(result: Any, kept: str) -> Report:
     """The report of any other experiment."""
-    whole, drawn = labels.arrays_of(result), figures.pictures_of(result)
+    whole, drawn = labels.arrays_of(result) | labels.numbers_of(result), figures.pictures_of(result)
     if kept != FEW or not hasattr(result, "times"):
         return Report(result, dict(whole), {}, values_of(result), drawn)
     few = at_times(whole, chosen(FEW, result.times.size))
@@ -66,12 +71,14 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
 
     facts: what else the summary is to say. Each file is complete or as it was before.
     """
-    described = {"pictures": list(report.pictures), "arrays_in_result_npz": meanings(report.arrays)}
+    beside = storage.notes_of(report.result)
+    stored = meanings(report.arrays) | {name: text for name, text in TOLD.items() if name in beside}
+    described: dict[str, Any] = {"pictures": list(report.pictures), "arrays_in_result_npz": stored}
     described |= {"arrays_in_course_npz": meanings(report.course)} if report.course else {}
     figures = figures_in(report.values, hasattr(report.result, "times"))
     summary = facts | _extent(report.result, case) | figures | described
-    notes = {"case": case_text(case)} | storage.notes_of(report.result)
-    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
+    beside |= {"case": case_text(case)}
+    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | beside))
     (directory / COURSE).unlink(missing_ok=True)  # of a run before, which --force overwrites
     if report.course:
         write_whole(directory / COURSE, lambda path: write_npz(path, report.course))
@@ -90,10 +97,9 @@ def write_picture(path: Path, figure: Any) -> None:
 
 
 def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
-    """What ``BESIDE`` has."""
+    """What ``BESIDE`` has, and the peak pressure, which a history with the map of its last time does not know."""
     return {
         "peak_pressure": run.peak_pressure,
-        "contact_radius": np.asarray(run.history.contact_radius),
         "pressure_line": run.pressure_line,
         "displacement_line": run.displacement_line,
     }
