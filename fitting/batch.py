@@ -11,6 +11,7 @@ from fitting import creep_search, evidence, varpro
 from fitting.creep_search import Optimum
 from fitting.data import CreepData
 from fitting.evidence import Allowance, Evidence
+from fitting.in_words import described
 from fitting.structure import limits, resolve
 from fitting.weights import choose_weights, without_noise
 
@@ -31,6 +32,12 @@ class BatchFit(NamedTuple):
     intervals: dict[str, np.ndarray]
     lag1: np.ndarray
     refused: np.ndarray
+
+    def __repr__(self) -> str:
+        rows = [(name, values, "") for name, values in self.values.items()]
+        rows += [(f"{name} interval", ends, "") for name, ends in self.intervals.items()]
+        rows += [("lag1", self.lag1, ""), ("refused", np.sum(self.refused), "")]
+        return described(f"BatchFit: {self.refused.size} curves, parameters in Pa and Pa s", rows)
 
 
 def fit_creep_batch(

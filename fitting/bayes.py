@@ -30,7 +30,7 @@ MIXED, ENOUGH = 1.05, 200.0
 ASTRAY = 0.02  # share of draws that may diverge
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Posterior:
     """Draws of a material's parameters from their posterior, of chains that have mixed.
 
@@ -85,6 +85,9 @@ class Posterior:
         low, value, high = np.quantile(found, _shares(self.fit.level), axis=0)
         sd = np.std(found, axis=0)
         return Propagated(value, sd, low, high, {"data": sd})
+
+    def __repr__(self) -> str:
+        return self.summary()
 
     def summary(self) -> str:
         """Each parameter with its interval, and that of the profile beside it."""

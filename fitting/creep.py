@@ -24,7 +24,7 @@ from fitting.varpro import PLACES, TauSearch
 from fitting.weights import choose_weights, without_noise
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class CreepFit(Fit):
     """The fit of a creep curve; ``Fit`` has what it shares with other fits.
 
@@ -267,6 +267,8 @@ class Comparison(NamedTuple):
             for f in self.fits
         ]
         return "\n".join([head, *rows])
+
+    __repr__ = __str__
 
 
 def compare(

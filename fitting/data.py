@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.contact import FirstTouch, find_contact
 from fitting.curve_picture import draw
+from fitting.in_words import described
 from fitting.probe import probe_of
 from fitting.segments import SEGMENTS, infer
 
@@ -106,6 +107,13 @@ class CreepData:
         put("strain", array("strain", self.strain, self.t))
         put("stress", _history(self.stress, self.t))
 
+    def __repr__(self) -> str:
+        stress = None if self.stress is None else self.stress[1]
+        rows = [("t", self.t, "s"), ("J", self.J, "1/Pa"), ("strain", self.strain, ""), ("stress", stress, "Pa")]
+        rows += [("sigma", self.sigma, ""), ("scatter", self.scatter, "")]
+        head = f"CreepData: {self.t.size} points, convention {self.convention}"
+        return described(head, rows, self.notes)
+
     @property
     def compliance(self) -> np.ndarray | None:
         """Shear creep compliance J = gamma/tau [1/Pa], (n,), whatever the convention of the input."""
@@ -202,6 +210,15 @@ class IndentationData:
                 object.__setattr__(self, name, _deviations(name, getattr(self, name), self.t))
         if self.marks is not None:
             object.__setattr__(self, "marks", _marks(self.marks, self.t))
+
+    def __repr__(self) -> str:
+        rows = [("t", self.t, "s"), ("load", self.load, "N"), ("depth", self.depth, "m")]
+        units = {"sigma_depth": "m", "sigma_load": "N", "scatter_depth": "", "scatter_load": ""}
+        rows += [(name, getattr(self, name), unit) for name, unit in units.items()]
+        if self.marks is not None:
+            counts = dict(zip(*np.unique(self.marks, return_counts=True), strict=True))
+            rows.append(("marks", ", ".join(f"{count} of {name}" for name, count in counts.items()), ""))
+        return described(f"IndentationData: {self.t.size} points", rows, self.notes)
 
     @property
     def segments(self) -> np.ndarray:

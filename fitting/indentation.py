@@ -20,7 +20,7 @@ from fitting.structure import Volume, limits, structure_of
 from fitting.weights import without_noise
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class IndentationFit(Fit):
     """The fit of an indentation curve; ``Fit`` has what it shares with other fits.
 

@@ -34,7 +34,7 @@ STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  
 LEAST = 1e-6  # scaled compliance below which no logarithm begins
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ModulusFit(Fit):
     """The fit of a modulus; ``Fit`` has what it shares with other fits.
 

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from fitting.data import array, times
+from fitting.in_words import described
 
 CONVENTIONS = ("G", "E")
 
@@ -41,6 +42,10 @@ class RelaxationData:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         object.__setattr__(self, "modulus", array("modulus", self.modulus, self.t))
         factor(self.convention, self.nu)
+
+    def __repr__(self) -> str:
+        head = f"RelaxationData: {self.t.size} points, convention {self.convention}"
+        return described(head, [("t", self.t, "s"), ("modulus", self.modulus, "Pa")], self.notes)
 
     @property
     def shear(self) -> np.ndarray:
@@ -84,6 +89,11 @@ class OscillationData:
         factor(self.convention, self.nu)
         for name in ("omega", "storage", "loss"):
             object.__setattr__(self, name, array(name, getattr(self, name), omega)[order])
+
+    def __repr__(self) -> str:
+        head = f"OscillationData: {self.omega.size} points, convention {self.convention}"
+        rows = [("omega", self.omega, "rad/s"), ("storage", self.storage, "Pa"), ("loss", self.loss, "Pa")]
+        return described(head, rows, self.notes)
 
     @property
     def shear(self) -> np.ndarray:

@@ -64,6 +64,8 @@ class Design(NamedTuple):
             lines.append(f"  {kind}, {e.sampling} times: {need} ({sds})")
         return "\n".join(lines)
 
+    __repr__ = __str__
+
 
 def design(
     material: Any, *, target: float = 0.1, noise: float = 0.01, weights: str = "relative", points: int = 200,

@@ -25,7 +25,7 @@ from fitting.weights import without_noise
 PER_DECADE = 3  # retardation times at most, where they are chosen
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PronyFit(Fit):
     """The fit of a ``jc.Prony`` with given times, which has what every ``Fit`` has.
 

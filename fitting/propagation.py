@@ -17,6 +17,7 @@ import numpy as np
 from jax import Array
 
 from fitting import student
+from fitting.in_words import described
 from fitting.result import Fit
 from fitting.structure import Volume
 
@@ -34,6 +35,11 @@ class Propagated(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     shares: dict[str, np.ndarray]
+
+    def __repr__(self) -> str:
+        rows = [(name, getattr(self, name), "") for name in ("value", "sd", "low", "high")]
+        rows += [(f"sd from {cause}", sd, "") for cause, sd in self.shares.items()]
+        return described("Propagated, in the unit of the result:", rows)
 
 
 def propagate(

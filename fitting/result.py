@@ -48,7 +48,7 @@ class Estimate(NamedTuple):
     landscape: Landscape | None
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Fit:
     """A fitted material and how well the data determine it.
 
@@ -140,6 +140,9 @@ class Fit:
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
         """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
         return linear_band(self.structure, self.estimate, self.level, t)
+
+    def __repr__(self) -> str:
+        return self.summary()
 
     def summary(self) -> str:
         """The fit in words, for the terminal."""

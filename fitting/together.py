@@ -50,7 +50,7 @@ class Part(NamedTuple):
     unit: float
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class JointFit(Fit):
     """The fit of one material to several tests; ``Fit`` has what it shares with other fits.
 

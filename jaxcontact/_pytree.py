@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 T = TypeVar("T")
+SHOWN = 8  # numbers of an array in a text
+WIDEST = 110  # letters of a line
 
 
 def static(**kwargs: Any) -> Any:
@@ -20,9 +22,41 @@ def pytree(cls: type[T]) -> type[T]:
     """Make ``cls`` a frozen dataclass whose fields are leaves, but for those made by ``static``.
 
     Values are never checked at construction: jax rebuilds these objects with tracers, None
-    and plain objects inside.
+    and plain objects inside. Unless the class has a text of its own, it is printed with its fields, an array of more than a
+    few numbers by its shape and range.
     """
-    return _register(dataclasses.dataclass(frozen=True)(cls))
+    if cls.__repr__ is object.__repr__:
+        cls.__repr__ = _in_words  # type: ignore[method-assign]
+    return _register(dataclasses.dataclass(frozen=True, repr=False)(cls))
+
+
+def _in_words(obj: Any) -> str:
+    """The text of an object with its fields."""
+    fields = dataclasses.fields(obj)
+    parts = [f"{field.name}={value_in_words(getattr(obj, field.name))}" for field in fields]
+    return _enclosed(f"{type(obj).__name__}(", parts, ")")
+
+
+def _enclosed(head: str, parts: list[str], tail: str) -> str:
+    """The parts in one line, or each in its own where that would be long."""
+    line = f"{head}{', '.join(parts)}{tail}"
+    if len(line) <= WIDEST and "\n" not in line:
+        return line
+    return "\n".join([head, *(f"  {part},".replace("\n", "\n  ") for part in parts), tail])
+
+
+def value_in_words(value: Any) -> str:
+    """Return a number or a few of them as they are, an array by its shape and range, other objects by their own text."""
+    if isinstance(value, tuple) or (isinstance(value, list) and not _is_list_of_numbers(value)):
+        head, tail = "()" if isinstance(value, tuple) else "[]"
+        return _enclosed(head, list(map(value_in_words, value)), tail)
+    if not isinstance(value, list | np.ndarray | np.generic | jax.Array) or not is_concrete(value):
+        return getattr(value, "__qualname__", None) or repr(value)
+    array = np.asarray(value)
+    if array.size <= SHOWN or array.dtype.kind not in "biuf":
+        return repr(array.tolist())
+    shape = " x ".join(map(str, array.shape))
+    return f"<{shape} from {np.min(array):.6g} to {np.max(array):.6g}>"
 
 
 def _register(cls: type[T]) -> type[T]:

@@ -60,7 +60,7 @@ class Readable:
         """First, last and largest of what matters, the grid, and how far the result can be trusted."""
         return summary(self)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return summary(self)
 
     def _repr_html_(self) -> str:
@@ -158,8 +158,6 @@ class ContactHistory(Readable):
     def converged(self) -> Array:
         """(nt,) bool: the step can be trusted, its status is ``Status.FINE``."""
         return self.status == Status.FINE
-
-    __repr__ = Readable.__str__
 
     def to_dataframe(self) -> Any:
         """Return all numbers over time, fields and derived, as a ``pandas.DataFrame``; units in the names of its columns."""

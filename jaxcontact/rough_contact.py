@@ -24,7 +24,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._pytree import pytree
 from jaxcontact.grid import Grid
-from jaxcontact.summaries import InWords, is_one_result
+from jaxcontact.summaries import STATISTICS, InWords, is_one_result, words
 
 RIM = (math.pi - 1.0 + math.log(2.0)) / 24.0  # of a cell, for each of its sides along the rim
 MOST_BINS = 10_000
@@ -46,11 +46,10 @@ class ContactStatistics(InWords):
     perimeter: Array
     mean_gap: Array
 
-    __repr__ = InWords.__repr__
 
 
 @pytree
-class PressureHistogram:
+class PressureHistogram(InWords):
     """Share of the nominal area by its pressure.
 
     edges [Pa], (bins + 1,): from zero to the largest pressure of all times; density [1/Pa], (nt, bins), (bins,) of
@@ -62,6 +61,7 @@ class PressureHistogram:
     density: Array
 
 
+
 @pytree
 class ContactClusters:
     """Patches of contact whose cells share sides.
@@ -71,6 +71,10 @@ class ContactClusters:
 
     labels: np.ndarray
     areas: np.ndarray
+
+    def __repr__(self) -> str:
+        names = ("count", "areas")
+        return words((name, getattr(self, name), STATISTICS[name]) for name in names)
 
     @property
     def count(self) -> int:

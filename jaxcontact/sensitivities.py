@@ -40,6 +40,8 @@ class Sensitivity:
             lines.append(f"{parameter.ljust(width)}  {cells}")
         return "\n".join(lines)
 
+    __repr__ = __str__
+
     def plot(self, times: Array) -> Any:
         """A figure of every output's sensitivities over times [s], (nt,), as those of the outputs.
 

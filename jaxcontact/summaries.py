@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import jax
 import numpy as np
 
 from jaxcontact._pytree import is_concrete
@@ -43,6 +44,11 @@ STATISTICS = {  # of a contact, and of a surface: name of the field, unit
     "rms_curvature": "1/m",
     "wavenumber": "rad/m",
     "spectrum": "m^4",
+    "edges": "Pa",
+    "density": "1/Pa",
+    "count": "",
+    "areas": "m^2",
+    "heights": "m",
 }
 
 
@@ -63,7 +69,7 @@ class InWords:
 
 
 def words(rows: Iterable[tuple[str, Any, str]]) -> str:
-    """Lines of name, value and unit: a number with its prefix, an array by how many and between what they lie."""
+    """Lines of name, value and unit: a number with its prefix, an array by its shape and range."""
     return "\n".join(f"{name:22s} {_value(value, unit)}".rstrip() for name, value, unit in rows)
 
 
@@ -73,9 +79,10 @@ def _value(value: Any, unit: str) -> str:
     simple = unit.isalpha() or not unit  # the prefix of a power would be raised with it
     shown = lambda number: prefixed(float(number), unit) if simple else f"{float(number):.5g} {unit}"
     values = np.asarray(value)
-    if values.size == 1:
-        return shown(values.ravel()[0])
-    return f"{values.size} from {shown(values.min())} to {shown(values.max())}"
+    if values.size <= 1:
+        return shown(values.ravel()[0]) if values.size else "none"
+    shape = " x ".join(map(str, values.shape))
+    return f"{shape} from {shown(values.min())} to {shown(values.max())}"
 
 
 def is_one_result(result: Any) -> bool:
@@ -91,6 +98,11 @@ def summary(result: Any) -> str:
     if not is_one_result(result):
         head = f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
         return "\n".join([head, *_notes(result)])
+    with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
+        return _lines(result, name)
+
+
+def _lines(result: Any, name: str) -> str:
     columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
     lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
     lines += [row for field, unit in ROWS.items() for row in _row(result, field, unit)]
@@ -107,6 +119,11 @@ def interior_summary(fields: Any) -> str:
     name = type(fields).__name__
     if not is_concrete(fields) or np.ndim(fields.stress) != 5:
         return f"{name} of stress {np.shape(fields.stress)}: no single run"
+    with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
+        return _interior_lines(fields, name)
+
+
+def _interior_lines(fields: Any, name: str) -> str:
     depths, stress = np.asarray(fields.depths), np.asarray(fields.stress)
     extent = f"{depths.size} depths from {prefixed(depths.min(), 'm')} to {prefixed(depths.max(), 'm')}"
     peak, place = fields.peak

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jaxcontact import _checks
+from jaxcontact._pytree import value_in_words
 from jaxcontact.grid import Grid
 
 SAME = 1e-6  # of a cell, that two sizes count as one
@@ -24,6 +25,9 @@ class Surface(NamedTuple):
 
     heights: np.ndarray
     grid: Grid
+
+    def __repr__(self) -> str:
+        return f"Surface(heights={value_in_words(self.heights)} m, grid={self.grid!r})"
 
 
 def read_surface(path: str | Path, grid: Grid | None = None) -> Surface:

@@ -35,8 +35,6 @@ class SurfaceStatistics(InWords):
     wavenumber: np.ndarray
     spectrum: np.ndarray
 
-    __repr__ = InWords.__repr__
-
 
 def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
     """Of heights on a grid, say those of a ``HeightField``; see the module for what is meant.

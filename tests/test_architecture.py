@@ -157,6 +157,7 @@ FITTING_LAYERS = {
     "student": -3,
     "search_coordinates": 0,
     "minimising": 1,
+    "in_words": -3,
     "fit_picture": 1,
     "structure": 0,
     "segments": -1,

@@ -11,7 +11,7 @@ from jax import Array
 
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
-from jaxcontact._pytree import as_float64, is_concrete, pytree, static
+from jaxcontact._pytree import as_float64, is_concrete, pytree, static, value_in_words
 from jaxcontact._scale import Scale
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.indenters import Indenter, checked_indenter
@@ -65,6 +65,17 @@ class Kernels:
     at_zero: Array
     grid: Grid
     nodes: int = static()
+
+    def __repr__(self) -> str:
+        rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
+        rows = [
+            f"Kernels on {self.grid!r}",
+            f"  {self.mix.shape[0]} shapes and an instantaneous response, nodes={self.nodes}",
+            f"  decay rates {rates}",
+            f"  separation error {value_in_words(self.separation_error)}",
+            f"  image error {value_in_words(self.image_error)}",
+        ]
+        return "\n".join(rows)
 
     @property
     def image_error(self) -> Array:

@@ -5,7 +5,7 @@ from jax import Array
 
 from jaxcontact._pytree import pytree
 from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory, Readable, SteadyContact
+from jaxcontact.results import ContactHistory, SteadyContact
 
 
 def friction(force: Array, load: Array) -> Array:
@@ -45,8 +45,6 @@ class SlidingHistory(ContactHistory):
     power: Array
     stored_energy: Array
     dropped: Array
-
-    __repr__ = Readable.__str__
 
     @property
     def friction_coefficient(self) -> Array:
@@ -94,8 +92,6 @@ class SteadySliding(SteadyContact):
     iterations: Array
     error: Array
     status: Array
-
-    __repr__ = Readable.__str__
 
     @property
     def friction_coefficient(self) -> Array:

@@ -5,7 +5,7 @@ from jax import Array
 
 from jaxcontact._pytree import pytree
 from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory, Readable, SteadyContact
+from jaxcontact.results import ContactHistory, SteadyContact
 
 
 def sticking_share(stick: Array, pressure: Array) -> Array:
@@ -32,8 +32,6 @@ class ShearHistory(ContactHistory):
     tangential_load: Array
     tangential_displacement: Array
     dissipated: Array
-
-    __repr__ = Readable.__str__
 
     @property
     def sticking_share(self) -> Array:
@@ -73,8 +71,6 @@ class SteadyRolling(SteadyContact):
     iterations: Array
     error: Array
     status: Array
-
-    __repr__ = Readable.__str__
 
     @property
     def sticking_share(self) -> Array:
