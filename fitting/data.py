@@ -109,7 +109,12 @@ class CreepData:
 
     def __repr__(self) -> str:
         stress = None if self.stress is None else self.stress[1]
-        rows = [("t", self.t, "s"), ("J", self.J, "1/Pa"), ("strain", self.strain, ""), ("stress", stress, "Pa")]
+        rows = [
+            ("t", self.t, "s"),
+            ("J", self.J, "1/Pa"),
+            ("strain", self.strain, ""),
+            ("stress", stress, "Pa"),
+        ]
         rows += [("sigma", self.sigma, ""), ("scatter", self.scatter, "")]
         head = f"CreepData: {self.t.size} points, convention {self.convention}"
         return described(head, rows, self.notes)

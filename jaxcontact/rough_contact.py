@@ -47,7 +47,6 @@ class ContactStatistics(InWords):
     mean_gap: Array
 
 
-
 @pytree
 class PressureHistogram(InWords):
     """Share of the nominal area by its pressure.
@@ -59,7 +58,6 @@ class PressureHistogram(InWords):
 
     edges: Array
     density: Array
-
 
 
 @pytree

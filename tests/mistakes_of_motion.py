@@ -1,5 +1,6 @@
 """Mistakes in what shears, slides and rolls, in periodic grids, what lies below the surface, rough surfaces and files."""
 
+import jax
 import numpy as np
 from right_calls import (
     BALL,
@@ -206,6 +207,14 @@ MOTION = {
     "stresses under a periodic grid": (
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
         r"not periodic in subsurface",
+    ),
+    "notes of what is not computed yet": (
+        lambda: jax.eval_shape(indent).notes,
+        r"notes: expected a result with numbers, got one traced by jit, vmap or grad; return it and read them outside",
+    ),
+    "notes of stresses that are not computed yet": (
+        lambda: jax.eval_shape(lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0])).notes,
+        r"notes: expected fields with numbers, got some traced",
     ),
     "a rough line": (
         lambda: rough(grid=LINE),

@@ -145,7 +145,9 @@ def test_a_plain_call_warns_in_the_words_of_its_notes_and_names_the_line_of_its_
     call = lambda: jc.indent(GLASS, BALL, jc.Load([20.0, 1.0]), [0.0, 1.0], grid=GRID)
     history, (words,) = said(call)
     assert history.notes == (words,)
-    few = re.fullmatch(r"only ([\d.]+) cells across the smallest contact, at step 2 of 2 \(t = 1 s\): .*", words)
+    few = re.fullmatch(
+        r"only ([\d.]+) cells across the smallest contact, at step 2 of 2 \(t = 1 s\): .*", words
+    )
     modulus = 1.0 / (0.75 / (2.0 * 30e9) + 0.91 / 210e9)
     hertz = (3.0 * 1.0 * 5e-3 / (4.0 * modulus)) ** (1.0 / 3.0)
     assert float(few[1]) == pytest.approx(2.0 * hertz / 18.75e-6, rel=0.15)  # by whole cells

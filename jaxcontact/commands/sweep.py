@@ -112,7 +112,9 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
     counts = [f"note: {line}" for line in found.notes_in_words()]
-    tell("\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout)
+    tell(
+        "\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout
+    )
     for index, why in found.failures.items():
         tell(f"jaxcontact: warning: case {index}, {in_words(study.cases[index])}: {why}", sys.stderr)
     if not found.failures:
