@@ -268,7 +268,8 @@ class Comparison(NamedTuple):
         ]
         return "\n".join([head, *rows])
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        return str(self)
 
 
 def compare(

@@ -64,7 +64,8 @@ class Design(NamedTuple):
             lines.append(f"  {kind}, {e.sampling} times: {need} ({sds})")
         return "\n".join(lines)
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        return str(self)
 
 
 def design(

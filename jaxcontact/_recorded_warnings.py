@@ -22,7 +22,8 @@ def recorded_warnings() -> Iterator[list[Any]]:
     collected is the argument of ``warnings.warn``, a ``Note`` of this package or text.
     """
     outer = getattr(_own, "messages", None)
-    _own.messages = messages = []
+    messages: list[Any] = []
+    _own.messages = messages
     _enter()
     try:
         yield messages

@@ -79,9 +79,9 @@ def indent(
             or 0.7 GB for 2000 steps at 256 x 256 cells with save="last".
 
     Returns:
-        A ``ContactHistory``. Failure to converge is data: ``status`` and ``converged``. Warns of film strain
+        A ``ContactHistory``. Failure to converge is data: ``status`` and ``converged``. Its ``notes`` tell of film strain
         above 0.2, of fewer than 10 cells across the contact, of shared decay rates off by more than 1e-3, and of a
-        response that is off on the grid by more than 1e-4.
+        response that is off on the grid by more than 1e-4; outside of jit, vmap and grad they are warnings as well.
 
     Raises:
         ValueError: what cannot be computed, before anything is; on a periodic grid, an approach beyond the mean gap at

@@ -166,7 +166,15 @@ class ContactHistory(Readable):
 
 @pytree
 class SteadyContact(Readable):
-    """The base of steady results, with what follows from their fields."""
+    """The base of steady results, with the quantities that follow from these of their fields."""
+
+    grid: Grid
+    profile: Array
+    pressure: Array
+    displacement: Array
+    approach: Array
+    smooth_area: Array
+    status: Array
 
     @property
     def gap(self) -> Array:
