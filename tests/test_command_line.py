@@ -88,7 +88,9 @@ def test_a_run_writes_what_indent_gives(case, tmp_path, capfd):
     assert summary["approach_end_m"] == pytest.approx(float(expected.approach[-1]), rel=1e-10)
     assert {p.name for p in out.glob("*.png")} >= {"pressure_profiles.png", "history.png", "surface.png"}
     assert all((out / p).stat().st_size > 5000 for p in out.glob("*.png"))
-    assert "film strain" in capfd.readouterr().err
+    printed = capfd.readouterr()
+    assert "film strain" in printed.err and "\nnote: film strain above 0.2\n" in printed.out
+    assert summary["warnings"] == list(expected.notes) == list(jc.load(out / "result.npz").notes)
 
 
 def test_nothing_is_overwritten_without_force(case, tmp_path, capfd):

@@ -111,6 +111,7 @@ OF_FITS = {
     "Posterior": posterior,
     "BatchFit": lambda: fitting.fit_creep_batch(T, [J] * 3, "Maxwell", weights="relative"),
     "Comparison": lambda: fitting.Comparison((fit(),)),
+    "Minimum": lambda: fitting.Minimum(RAMP, 1.0, True, "the gradient is small", RAMP, RAMP, 7),
     "Design": lambda: fitting.design(jc.Maxwell(1e6, 1e6), points=50),
     "ModulusFit": lambda: fitting.fit_relaxation(relaxation(), "Maxwell"),
     "PronyFit": lambda: fitting.fit_prony(CREEP, 2),
