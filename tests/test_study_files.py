@@ -170,6 +170,7 @@ def test_a_study_on_a_cluster_of_which_a_worker_dies_is_the_same(study, tmp_path
         os.kill(victim, signal.SIGKILL)
         assert process.wait(timeout=120) == 0
     for here, there in zip(table(tmp_path / "here"), table(tmp_path / "there"), strict=True):
+        assert here.pop("notes") == there.pop("notes")
         assert {k: float(v) for k, v in there.items() if v} == pytest.approx(
             {k: float(v) for k, v in here.items() if v}, rel=1e-12
         )
