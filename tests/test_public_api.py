@@ -50,12 +50,14 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
-    " smooth_area film_strain iterations error status converged saved plot",
+    " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
-    " coulomb_force total_tangential_force plot",
-    jc.ShearHistory: "traction slip stick tangential_load tangential_displacement dissipated",
-    jc.InteriorFields: "depths stress displacement von_mises peak plot",
-    jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot",
+    " coulomb_force total_tangential_force gap peak_pressure contact_radius notes plot",
+    jc.ShearHistory: "traction slip stick sticking_share notes tangential_load tangential_displacement dissipated",
+    jc.InteriorFields: "depths stress displacement von_mises peak plot notes summary to_xarray",
+    jc.Study: "folder cases failures notes notes_in_words done stacked",
+    jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot gap peak_pressure"
+    " contact_radius sticking_share notes",
     jc.ContactStatistics: "mean_pressure area_fraction corrected_fraction perimeter mean_gap",
     jc.PressureHistogram: "edges density",
     jc.ContactClusters: "labels areas count",
