@@ -107,9 +107,9 @@ def sweep(
 
     Each case is a file of its own, written whole when it is done: however a sweep ends, what was finished stays,
     and the same call goes on. A case that raises, or whose process dies, is reported, and the others go on; the next
-    call tries it again. Warnings that f issues are kept with its case, in place of being shown: ``study.notes``. f's own code,
-    defaults and what it closes over belong to the folder; what else it reads is not looked at: for another module-level body
-    take another folder.
+    call tries it again. Warnings that f issues are kept with its case, in place of being shown: ``study.notes``. f's own
+    code, defaults and what it closes over belong to the folder; what else it reads is not looked at: for another
+    module-level body take another folder.
 
     Args:
         f: a function of a dict that returns a dict of arrays or numbers. A module's function or one of a notebook.
