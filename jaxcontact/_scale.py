@@ -10,14 +10,16 @@ from jax import Array
 from jaxcontact._pytree import pytree
 
 # powers of length, 1/compliance and the cell's area in each unit of the result's fields
-LENGTH, PRESSURE, AREA, FORCE, ENERGY, NONE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (1, 1, 1), (0, 0, 0)
+LENGTH, PRESSURE, AREA, FORCE, NONE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (0, 0, 0)
+ENERGY, ENERGY_PER_AREA = (1, 1, 1), (1, 1, 0)
 DIMENSIONS = {
     **dict.fromkeys(("profile", "displacement", "gap", "approach", "approach_drift"), LENGTH),
     **dict.fromkeys(("pressure_centre", "dropped", "slip", "tangential_displacement"), LENGTH),
     **dict.fromkeys(("pressure", "leading_peak", "traction"), PRESSURE),
     **dict.fromkeys(("contact_area", "smooth_area"), AREA),
-    **dict.fromkeys(("load", "lateral_force", "tangential_force", "coulomb_force", "tangential_load"), FORCE),
-    **dict.fromkeys(("stored_energy", "power", "dissipated"), ENERGY),
+    **dict.fromkeys(("load", "lateral_force", "hysteresis_force", "coulomb_force", "tangential_load"), FORCE),
+    **dict.fromkeys(("stored_energy", "hysteresis_power", "friction_power", "power", "dissipated"), ENERGY),
+    "friction_work": ENERGY_PER_AREA,
     **dict.fromkeys(
         ("film_strain", "iterations", "error", "status", "stick", "slip_ratio", "creepage"), NONE
     ),

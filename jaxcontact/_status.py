@@ -26,6 +26,7 @@ class Status(IntEnum):
     NOT_STEADY = 6
     OUT_OF_RANGE = 7
     SLIDES = 8
+    INHERITED = 9
 
     @property
     def message(self) -> str:
@@ -43,6 +44,7 @@ MESSAGES = {
     Status.NOT_STEADY: "no steady state: the body flows without limit, or rolling had not settled after 20 grid lengths",
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say), which jit or vmap kept from sight",
     Status.SLIDES: "friction cannot hold the tangential load: a smaller one, or a given displacement",
+    Status.INHERITED: "an earlier step failed (see its own status), and this step builds on its result",
 }
 
 
@@ -52,3 +54,24 @@ def first_of(*verdicts: tuple[Array, Status]) -> Array:
     for condition, verdict in reversed(verdicts):
         status = jnp.where(condition, int(verdict), status)
     return status
+
+
+def inherited(own: Array, earlier: Array) -> Array:
+    """Return the status of a step that builds on earlier ones, from that of the step by itself.
+
+    own: the status of the contact problem of this step; earlier: ``FINE`` if all steps before succeeded, else the status
+    to report in place of a success. A failure of the step itself takes precedence. Contact on too few cells is no failure
+    that is passed on: a load that rises from zero always begins with it, and what it adds to the history is small.
+    """
+    failed = passed_on(own) != Status.FINE
+    return jnp.where(failed | (earlier == Status.FINE), own, earlier)
+
+
+def passed_on(status: Array) -> Array:
+    """Return what later inner steps of the same row inherit from a step of this status."""
+    return jnp.where(status == Status.TOO_COARSE, int(Status.FINE), status)
+
+
+def to_next_row(earlier: Array) -> Array:
+    """Return what the next row inherits: ``INHERITED`` after any failure."""
+    return jnp.where(earlier == Status.FINE, int(Status.FINE), int(Status.INHERITED))

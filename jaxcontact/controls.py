@@ -1,5 +1,7 @@
 """What is prescribed: the load or the approach, and with friction the tangential load or displacement."""
 
+from typing import Any
+
 import numpy as np
 from jax import Array
 
@@ -102,3 +104,11 @@ def check_tangential(control: TangentialControl, nt: int) -> Verdict:
         shape in ((2,), (nt, 2)), f"{name}: expected shape (2,) or ({nt}, 2) as times, got shape {shape}"
     )
     return _checks.finite(name, control.value)
+
+
+def check_friction(friction: Any, cells: tuple[int, ...]) -> Verdict:
+    """Check a coefficient of friction: a number or a field of ``cells``, none negative; ValueError for anything else."""
+    shape = np.shape(friction)
+    expected = f"a number or shape {tuple(cells)}"
+    _checks.require(shape in ((), tuple(cells)), f"friction: expected {expected}, got shape {shape}")
+    return _checks.non_negative("friction", friction)

@@ -165,7 +165,7 @@ def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
         _Course("contact radius", history.contact_radius, LENGTHS),
     ]
     if isinstance(history, SlidingHistory):
-        courses.append(_Course("force against the motion", history.total_tangential_force, LOADS))
+        courses.append(_Course("force against the motion", history.tangential_force, LOADS))
     if isinstance(history, ShearHistory):
         courses.append(_Course("tangential load", _along_the_largest(history)[1], LOADS))
         courses.append(_Course("lost to friction", history.dissipated, ENERGIES))

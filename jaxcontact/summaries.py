@@ -23,6 +23,7 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, or 
     "film_strain": "",
     "tangential_force": "N",
     "friction_coefficient": "",
+    "hysteresis_force": "N",
     "coulomb_force": "N",
     "tangential_load_x": "N",
     "tangential_load_y": "N",
@@ -31,6 +32,8 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, or 
     "creepage_x": "",
     "creepage_y": "",
     "power": "W",
+    "hysteresis_power": "W",
+    "friction_power": "W",
     "dissipated": "J",
 }
 STATISTICS = {  # of a contact, and of a surface: name of the field, unit

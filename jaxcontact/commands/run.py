@@ -39,6 +39,7 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.NOT_STEADY: "experiment",
     Status.OUT_OF_RANGE: "experiment",
     Status.SLIDES: "control.tangential_load",
+    Status.INHERITED: "solver",
 }
 
 
@@ -59,7 +60,9 @@ class Ending:
         """The exit status."""
         if self.interrupt is not None:
             return exit_status(self.interrupt)
-        return {0: FINE, 1: NOT_CONVERGED}.get(self.standing.status, BAD_INPUT)
+        return {0: FINE, 1: NOT_CONVERGED, Status.INHERITED: NOT_CONVERGED}.get(
+            self.standing.status, BAD_INPUT
+        )
 
 
 def run(options: argparse.Namespace) -> int:

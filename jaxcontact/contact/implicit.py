@@ -123,7 +123,7 @@ def _solve_contact_jvp(primals, tangents):
     solution = solve_contact(*primals)
     p, law = checkpoint_name(solution.pressure, KEPT), problem.law
     mask = law.free(p)
-    forcing, target = change.operator(p) + change.gap, change.target
+    forcing, target = problem.operator.tangent(change.operator, p) + change.gap, change.target
     prescribed = jnp.zeros_like(p)
     if law.prescribes:
         prescribed = law.prescribed_change(change.law, p)

@@ -14,6 +14,7 @@ FIGURES = {  # where a result has them: name, unit
     "contact_area": "m2",
     "film_strain": "m_per_m",
     "tangential_force": "N",
+    "hysteresis_force": "N",
     "coulomb_force": "N",
     "friction_coefficient": "N_per_N",
     "tangential_load_x": "N",
@@ -24,6 +25,8 @@ FIGURES = {  # where a result has them: name, unit
     "creepage_y": "m_per_m",
     "sticking_share": "m2_per_m2",
     "power": "W",
+    "hysteresis_power": "W",
+    "friction_power": "W",
     "dissipated": "J",
 }
 

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, static
-from jaxcontact._status import Status, first_of
+from jaxcontact._status import Status, first_of, inherited, passed_on, to_next_row
 from jaxcontact.contact.edge import contact_cells
 from jaxcontact.contact.implicit import KEPT, solve_contact
 from jaxcontact.contact.law import UNILATERAL, ContactLaw
@@ -47,11 +47,16 @@ class Steps(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """The memory's fields, the last pressure (nx, ny), and its rate of change over the last step."""
+    """The memory's fields, the last pressure (nx, ny), and its rate of change over the last step.
+
+    failed: what the next inner step inherits of failures, a ``Status``: ``FINE`` if there were none, that of the last
+    failed inner step of this row, or ``INHERITED`` if it lies in an earlier row.
+    """
 
     memory: Any
     pressure: Array
     rate: Array
+    failed: Array
 
 
 class Outcome(NamedTuple):
@@ -77,7 +82,7 @@ Keep = Callable[[Outcome], Outcome]
 def start(setup: Setup) -> Carry:
     """No pressure, no history."""
     zero = jnp.zeros_like(setup.profile)
-    return Carry(setup.memory.start(setup.profile.shape), zero, zero)
+    return Carry(setup.memory.start(setup.profile.shape), zero, zero, jnp.zeros((), int))
 
 
 def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
@@ -92,15 +97,18 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     fields = setup.memory.update(fields, pressure, steps.memory)
     rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
     observed = setup.memory.observe(fields, pressure, steps.memory)
+    status = status_of(problem, solution, setup.tolerance, setup.edges)
+    if setup.memory.inherits:
+        status = inherited(status, carry.failed)
     outcome = Outcome(
         displacement=earlier + solution.displacement,
         saved=None,
         film_strain=observed.film_strain,
-        status=status_of(problem, solution, setup.tolerance, setup.edges),
+        status=status,
         more=observed.more,
         **contact_outcome(problem, solution),
     )
-    return Carry(fields, pressure, rate), outcome
+    return Carry(fields, pressure, rate, passed_on(status)), outcome
 
 
 def contact_outcome(problem: Problem, solution: Solution) -> dict[str, Array]:
@@ -118,6 +126,12 @@ def contact_outcome(problem: Problem, solution: Solution) -> dict[str, Array]:
     }
 
 
+def solved(error: Array, tolerance: Array, *found: Array) -> Array:
+    """Return whether the tolerance was met and everything found is finite, (); not so where the error is nan."""
+    total = sum((jnp.sum(values) for values in found), start=jnp.zeros(()))
+    return (error <= tolerance) & jnp.isfinite(total)
+
+
 def plane_strain(field: Array) -> bool:
     """Whether a field (nx, ny) is the same along y."""
     return field.shape[1] == 1
@@ -126,14 +140,14 @@ def plane_strain(field: Array) -> bool:
 def status_of(
     problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
 ) -> Array:
-    """Not converged before all else, then contact at the grid's edge, then too few cells in it.
+    """Return the status of a contact by itself: not converged, then contact at the grid's edge, then too few cells.
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
     pressed, active = problem.target > 0.0, problem.law.touching(solution.pressure)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
-    cells, met = jnp.sum(active), solution.error <= tolerance
+    cells, met = jnp.sum(active), solved(solution.error, tolerance, solution.approach, solution.displacement)
     some = cells > 0
     if problem.load_controlled:
         some = some | pressed
@@ -154,10 +168,11 @@ def march(setup: Setup, carry: Carry, steps: Steps, kept: Keep) -> tuple[Carry, 
         return advance(setup, state[0], step), None
 
     def outer(state: tuple[Carry, Outcome], row: Steps) -> tuple[tuple[Carry, Outcome], Outcome]:
+        begun = state[0]._replace(failed=to_next_row(state[0].failed))
         if row.dt.shape[0] == 1:
-            state = advance(setup, state[0], jax.tree.map(lambda a: a[0], row))
+            state = advance(setup, begun, jax.tree.map(lambda a: a[0], row))
         else:
-            state = jax.lax.scan(jax.checkpoint(inner, policy=keep), state, row)[0]
+            state = jax.lax.scan(jax.checkpoint(inner, policy=keep), (begun, state[1]), row)[0]
         return state, kept(state[1])
 
     rows = jax.checkpoint(outer, policy=keep)

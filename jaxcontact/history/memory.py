@@ -38,6 +38,11 @@ class Observed(NamedTuple):
 class Memory(abc.ABC):
     """See the module; all scaled."""
 
+    @property
+    def inherits(self) -> bool:
+        """Whether a step depends on earlier ones, static; false for an elastic body alone."""
+        return True
+
     @abc.abstractmethod
     def start(self, shape: tuple[int, int]) -> Any:
         """Fields without history, on a grid of this shape."""

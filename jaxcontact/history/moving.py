@@ -31,6 +31,7 @@ from jaxcontact._exponential import ramps
 from jaxcontact._pytree import pytree
 from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
 from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Operator
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import Rubbing
@@ -95,13 +96,15 @@ class Trail(NamedTuple):
 class Fields(NamedTuple):
     """What a moving memory keeps.
 
-    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; moved: (2,), share of the padded lengths
+    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
+    is the same; moved: (2,), share of the padded lengths
     since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
     it lay.
     """
 
     eta: Array
     pressure: Array
+    sheared: Array | None
     moved: Array
     lost: Array
     trail: Trail
@@ -113,7 +116,7 @@ class MovingMemory(Memory):
 
     spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
     of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
-    traction along x and y, (2, my/2 + 1, mx), or None; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio:
+    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio:
     dy/dx, ().
     """
 
@@ -122,10 +125,16 @@ class MovingMemory(Memory):
     rates: Array
     sources: Array
     rubbed: Array | None
+    rubbing: Rubbing | None
     tails: Array
     ratio: Array
     kernels: Kernels
     observer: Observer
+
+    @property
+    def inherits(self) -> bool:
+        """Whether there is any rate, as in ``RecursiveMemory``."""
+        return self.rates.shape[0] > 0
 
     @property
     def _periodic(self) -> spectral.Periodic:
@@ -140,6 +149,7 @@ class MovingMemory(Memory):
         return Fields(
             jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
             zero,
+            zero if self._varies else None,
             jnp.zeros(2),
             jnp.zeros(self.rates.size),
             Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
@@ -149,40 +159,73 @@ class MovingMemory(Memory):
         shape = pressure.shape
         fields = absorb(fields, motion, self.ratio, shape, self._periodic)
         decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
-        share = self._shares(motion)
-        eta = decay * fields.eta + old * share * fields.pressure
+        eta = decay * fields.eta + old * self._source(motion, fields)
         earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
         on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
         now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
-        spectrum = now(self.spectra, new * share)
-        if self.rubbed is not None:
-            spectrum = spectrum + jnp.tensordot(motion.direction, self.rubbed, 1)
-        operator = Moving(spectrum, now(self.circulants, on_grid), self._periodic)
+        of_pressure, of_traction = self._shares(motion)
+        operator: Operator = Moving(
+            now(self.spectra, new * of_pressure), now(self.circulants, on_grid), self._periodic
+        )
+        if self.rubbed is not None and self.rubbing is not None:
+            kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
+            kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
+            operator = self.rubbing.added_to(operator, kernel)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
         return Prediction(operator, earlier, fields)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
-        transformed = spectral.transform(pressure, self._periodic)
+        fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
+        if self.rubbing is not None and self._varies:
+            sheared = spectral.transform(self.rubbing.sheared(pressure), self._periodic)
+            fields = fields._replace(sheared=sheared)
         trail = with_losses(fields.trail, clearance(pressure, self.ratio))
-        eta = fields.eta + new * self._shares(motion) * transformed
-        return fields._replace(eta=eta, pressure=transformed, trail=trail)
+        return fields._replace(eta=fields.eta + new * self._source(motion, fields), trail=trail)
 
-    def _shares(self, motion: Motion) -> Array:
-        """How much of the pressure each field takes in during a step, (K, 1, 1)."""
-        return (self.sources @ jnp.append(1.0, motion.direction))[:, None, None]
+    @property
+    def _varies(self) -> bool:
+        """Whether the coefficient of friction is a field."""
+        return self.rubbing is not None and self.rubbing.weights is not None
+
+    def _shares(self, motion: Motion) -> tuple[Array, Array]:
+        """Return how much of pressure and traction each field takes in during a step, (K, 1, 1) each."""
+        of_traction = self.sources[:, 1:] @ motion.direction
+        return self.sources[:, 0, None, None], of_traction[:, None, None]
+
+    def _source(self, motion: Motion, fields: Fields) -> Array:
+        """Return the spectrum that each field takes in under the last tractions, (K, my/2 + 1, mx)."""
+        of_pressure, of_traction = self._shares(motion)
+        if fields.sheared is None:
+            return (of_pressure + of_traction) * fields.pressure
+        return of_pressure * fields.pressure + of_traction * fields.sheared
+
+    def _by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, int]) -> Array | None:
+        """Return the displacement u_q of ``sliding.observables`` under the traction, (nx, ny); None without friction."""
+        if self.rubbed is None:
+            return None
+        k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
+        spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
+        spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
+        return spectral.inverse(spectrum, shape, self._periodic)
 
     def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
         """With what sliding shows, see ``sliding.observables``."""
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
-        surface = self.observer.surface(pressure, motion.direction)
+        force, *surface = self.observer.surface(pressure, motion.direction)
+        hysteresis = jnp.zeros(())
+        if self.inherits:
+            by_traction = self._by_traction(fields, motion, pressure.shape)
+            hysteresis = self.observer.hysteresis(pressure, by_traction, motion.direction)
+        coulomb = jnp.zeros(()) if self.rubbing is None else self.rubbing.coulomb_force(pressure)
+        forces = force, hysteresis, coulomb * jnp.sum(motion.direction**2)
         clear = clearance(pressure, self.ratio) - fields.trail.inside
         dropped = dropped_share(self.tails, fields.lost, clear)
         return Observed(
-            self._film_strain(fields, pressure), SlidingStep(*surface, stored, dissipated, *dropped)
+            self._film_strain(fields, pressure), SlidingStep(*forces, *surface, stored, dissipated, *dropped)
         )
 
     def _film_strain(self, fields: Fields, pressure: Array) -> Array:
@@ -214,6 +257,7 @@ def moving_memory(
         rates,
         sources,
         rubbed,
+        rubbing,
         spectral.inverse(spectra[1:], shape, kernels.family.members.periodic)[:, :, 0],
         ratio,
         kernels,
@@ -250,7 +294,7 @@ def absorb(
 
     due = jnp.max(moved) >= ABSORB_AFTER
     eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
-    return Fields(eta, fields.pressure, jnp.where(due, 0.0, moved), lost, fields.trail)
+    return fields._replace(eta=eta, moved=jnp.where(due, 0.0, moved), lost=lost)
 
 
 def moved_on(trail: Trail, shift: Shift) -> Trail:

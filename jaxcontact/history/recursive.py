@@ -26,6 +26,11 @@ class RecursiveMemory(Memory):
 
     kernels: Kernels
 
+    @property
+    def inherits(self) -> bool:
+        """Whether there is any rate: without one the displacement depends on the present pressure alone."""
+        return self.kernels.rates.shape[0] > 0
+
     def start(self, shape: tuple[int, int]) -> Array:
         return jnp.zeros((self.kernels.rates.shape[0], *shape))
 

@@ -1,7 +1,7 @@
 """What contact and memory ask of an operator from pressure to displacement on a grid.
 
-An operator is linear in its leaves as well as in the pressure: with the tangent of an operator in their place,
-``change(p)`` is the tangent of ``operator(p)``. Padding, spectra and the shape of the grid are its own affair.
+An operator is linear in its leaves as well as in the pressure, so that ``change(p)``, with the tangents of the leaves in
+their place, is the tangent of ``operator(p)``; one that is not overrides ``tangent``. Padding, spectra and the shape of the grid are its own affair.
 """
 
 from __future__ import annotations
@@ -23,6 +23,10 @@ class Operator(abc.ABC):
     @abc.abstractmethod
     def __call__(self, pressure: Array) -> Array:
         """u = K p."""
+
+    def tangent(self, change: Operator, pressure: Array) -> Array:
+        """Return the change of K p, (nx, ny); change: the operator with the tangents of its leaves in their place."""
+        return change(pressure)
 
     @abc.abstractmethod
     def transpose(self) -> Operator:

@@ -1,4 +1,4 @@
-"""What friction adds to sliding: the normal displacement under the traction that comes with the pressure.
+"""The normal displacement under the tractions of sliding friction, which come with the pressure.
 
 Where all of a contact slides along the unit vector e, the traction on the body is q = mu p e (C. A. Coulomb), and sinks the
 surface by K_zx * mu p e_x + K_zy * mu p e_y, kernels that are odd in the offset along the traction. They vanish for two
@@ -10,18 +10,24 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._pytree import pytree, replace, static
 from jaxcontact._scale import Scale
 from jaxcontact.grid import Grid
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Linear, Operator
+from jaxcontact.operators.convolution import Convolution
 from jaxcontact.operators.coupled import spectrum
+from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.traction_kernels import scaled_coefficients
 
 
 @pytree
 class Rubbing:
-    """coefficient mu; along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny); rates
+    """The kernels of friction, and its coefficient.
+
+    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny); rates
     lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; at_zero: the S_m at wavenumber zero, (M,)."""
 
     coefficient: Array
@@ -30,18 +36,104 @@ class Rubbing:
     mix: Array
     at_zero: Array
 
+    @property
+    def scale(self) -> Array:
+        """The factor of the kernels, (): mu where it is one number, and the kernels then act on the pressure itself."""
+        return self.coefficient if self.coefficient.ndim == 0 else jnp.ones(())
+
+    @property
+    def weights(self) -> Array | None:
+        """The factor of the pressure before the kernels act on it, (nx, ny): mu where it varies, otherwise None."""
+        return self.coefficient if self.coefficient.ndim else None
+
+    def sheared(self, pressure: Array) -> Array:
+        """Return the field on which the kernels act, (nx, ny)."""
+        return pressure if self.weights is None else self.weights * pressure
+
+    def coulomb_force(self, pressure: Array) -> Array:
+        """Return the sum of mu p, ()."""
+        return jnp.sum(self.coefficient * pressure)
+
+    def added_to(self, operator: Moving, kernel: Array) -> Operator:
+        """Return the operator of pressure and traction, from that of the pressure and the spectrum of the kernel.
+
+        kernel: (my/2 + 1, mx), along the direction of sliding. The preconditioner stays that of the pressure.
+        """
+        if self.weights is None:
+            return replace(operator, spectrum=operator.spectrum + kernel)
+        return Rubbed(operator, kernel, self.weights)
+
     def spectra(self, shape: tuple[int, int]) -> Array:
-        """Spectra of mu K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
+        """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
         x, y = jnp.moveaxis(self.along[..., : shape[0], : shape[1]], 1, 0)
-        return self.coefficient * jnp.stack([spectrum(x, -1, 1), spectrum(y, 1, -1)], 1)
+        return self.scale * jnp.stack([spectrum(x, -1, 1), spectrum(y, 1, -1)], 1)
 
     def lasting(self, spectra: Array) -> Array:
-        """Those of mu lambda_k C_k, (K, 2, my/2 + 1, mx)."""
+        """Return those of ``scale`` lambda_k C_k, (K, 2, my/2 + 1, mx)."""
         return jnp.tensordot(self.mix.T, spectra[1:], 1)
 
     def point_strength(self) -> Array:
-        """mu lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
-        return self.coefficient * (self.at_zero @ self.mix)
+        """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
+        return self.scale * (self.at_zero @ self.mix)
+
+
+@pytree
+class Rubbed(Operator):
+    """The displacement under the pressure and under a traction of varying coefficient of friction: S p + T (mu p).
+
+    moving: S; kernel: spectrum of T, (my/2 + 1, mx); coefficient: mu, (nx, ny); transposed: whether this is
+    S^T p + mu T^T p.
+    """
+
+    moving: Moving
+    kernel: Array
+    coefficient: Array
+    transposed: bool = static(default=False)
+
+    symmetric = False
+
+    @property
+    def periodic(self) -> spectral.Periodic:
+        return self.moving.periodic
+
+    def __call__(self, pressure: Array) -> Array:
+        return self.moving(pressure) + self._by_friction(self.kernel, self.coefficient, pressure)
+
+    def _by_friction(self, kernel: Array, coefficient: Array, pressure: Array) -> Array:
+        if self.transposed:
+            return coefficient * spectral.convolve(kernel, pressure, self.periodic)
+        return spectral.convolve(kernel, coefficient * pressure, self.periodic)
+
+    def tangent(self, change: Operator, pressure: Array) -> Array:
+        assert isinstance(change, Rubbed)
+        of_kernel = self._by_friction(change.kernel, self.coefficient, pressure)
+        return (
+            change.moving(pressure) + of_kernel + self._by_friction(self.kernel, change.coefficient, pressure)
+        )
+
+    def transpose(self) -> Rubbed:
+        return Rubbed(self.moving.transpose(), jnp.conj(self.kernel), self.coefficient, not self.transposed)
+
+    def preconditioner(self) -> Linear:
+        return self.moving.preconditioner()
+
+    def held_compliance(self) -> Array:
+        return self.moving.held_compliance()
+
+    def window_shape(self, shape: tuple[int, ...]) -> None:
+        """None, as of ``Moving``."""
+        return None
+
+    def restricted(self) -> Rubbed:
+        """The whole: there is no window."""
+        return self
+
+    def even(self) -> Convolution:
+        """The even part of S alone, from which a search may start."""
+        return self.moving.even()
+
+    def plus_even(self, share: Array | float) -> Rubbed:
+        return replace(self, moving=self.moving.plus_even(share))
 
 
 def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:

@@ -1,11 +1,25 @@
-"""What sliding shows beyond the pressure: horizontal force, pressure centre, energies. All scaled.
+"""Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
 
 Force. The pressure acts normal to the indenter's surface z = approach - f(x, y), so that it pushes the
-indenter with
+indenter with the lateral force
 
     F = -int p grad f dA.
 
-It opposes the motion where the pressure leans to the leading side.
+It opposes the motion where the pressure leans to the leading side. With friction the traction q = mu p e displaces the
+surface as well, by u_q, and the pressure acts as if on the profile f + u_q. The hysteresis force is the part that
+the pressure needs for the displacement that it causes itself,
+
+    F_h = -int p grad (f + u_q) dA = int p grad u_p dA,
+
+which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. The difference,
+int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows such
+terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same order), so that
+the totals below leave them out: the coefficient of friction of an elastic body is mu.
+
+Sign convention of all results of sliding and rolling: a force against the motion of the indenter and a power that is lost
+are positive. Totals, with Coulomb's force F_c = int mu p dA against the motion:
+
+    tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
 
 Energy. The body is a chain of springs and dashpots (``history.recursive``): with rates
 d eta_k = p - lambda_k eta_k, taken with the material,
@@ -13,10 +27,10 @@ d eta_k = p - lambda_k eta_k, taken with the material,
     stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
     dissipated = sum_k <d eta_k, (lambda_k C_k) d eta_k>,
 
-and -F . v + load * rate of approach = d stored/dt + dissipated as long as nothing leaves the window. In the
+and -F_h . v + load * rate of approach = d stored/dt + dissipated as long as nothing leaves the window. In the
 steady state, where the track carries stored energy away to dissipate it later, the dashpots take
 
-    -F . v = sum_k <p, (lambda_k C_k) d eta_k>.
+    -F_h . v = sum_k <p, (lambda_k C_k) d eta_k>.
 
 The sums are taken over Fourier modes (Parseval).
 """
@@ -35,12 +49,14 @@ WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says
 class SlidingStep(NamedTuple):
     """What a step of sliding shows.
 
-    force (2,): on the indenter; centre (2,): of the pressure; leading_peak: of the pressure ahead of the axis;
+    force (2,): of the pressure on the indenter; hysteresis, coulomb: F_h and F_c against the motion, (); centre (2,): of the pressure; leading_peak: of the pressure ahead of the axis;
     stored, dissipated: energy and power of the body; dropped: bound on the displacement in contact that
     the lost history could still cause, (); overlaps: it may lie under the contact.
     """
 
     force: Array
+    hysteresis: Array
+    coulomb: Array
     centre: Array
     leading_peak: Array
     stored: Array
@@ -51,10 +67,11 @@ class SlidingStep(NamedTuple):
 
 @pytree
 class Observer:
-    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]."""
+    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ()."""
 
     slopes: Array
     places: Array
+    ratio: Array
 
     @classmethod
     def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
@@ -63,10 +80,19 @@ class Observer:
         slopes = jnp.stack([along_x, along_y / ratio])
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
-        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places)
+        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio))
+
+    def hysteresis(self, pressure: Array, by_traction: Array | None, direction: Array) -> Array:
+        """Return F_h against the motion, (); by_traction: the displacement u_q, (nx, ny), None without friction."""
+        slopes = self.slopes
+        if by_traction is not None:
+            slopes = slopes + jnp.stack(
+                [_slope(by_traction, 0, False), _slope(by_traction, 1, False) / self.ratio]
+            )
+        return jnp.sum(jnp.tensordot(direction, slopes, 1) * pressure)
 
     def surface(self, pressure: Array, direction: Array) -> tuple[Array, Array, Array]:
-        """Force (2,) on the indenter, centre (2,), and peak ahead of the axis, ()."""
+        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, ()."""
         total = jnp.sum(pressure)
         force = -jnp.sum(self.slopes * pressure, (1, 2))
         centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)

@@ -1,4 +1,4 @@
-"""What sliding gives back."""
+"""The results of sliding; their sign convention is that of ``sliding.observables``."""
 
 import jax.numpy as jnp
 from jax import Array
@@ -8,53 +8,83 @@ from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory, SteadyContact
 
 
-def friction(force: Array, load: Array) -> Array:
-    """force/load, zero without load."""
+def _over_load(force: Array, load: Array) -> Array:
+    """Return force/load, zero without load."""
     return force / jnp.where(load > 0.0, load, jnp.inf)
+
+
+def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
+    """Return the fields of a result with the power of Coulomb friction and the totals; velocity: (..., 2), all in SI."""
+    square = jnp.sum(velocity**2, -1)
+    speed = jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
+    friction_power = fields["coulomb_force"] * speed
+    return fields | {
+        "friction_power": friction_power,
+        "tangential_force": fields["hysteresis_force"] + fields["coulomb_force"],
+        "power": fields["hysteresis_power"] + friction_power,
+    }
+
+
+def _traction(friction: Array, pressure: Array, velocity: Array) -> Array:
+    """Return mu p along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
+    square = jnp.sum(jnp.asarray(velocity) ** 2, -1, keepdims=True)
+    direction = velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+    return (friction * pressure)[..., None, :, :] * direction[..., None, None]
 
 
 @pytree
 class SlidingHistory(ContactHistory):
     """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, SI units.
 
-    velocity (nt, 2) [m/s] of the indenter over the body; lateral_force (nt, 2) [N] of the pressure on the
-    indenter, over the slope of its profile (walls steeper than 1 do not count); tangential_force (nt,) [N]: its
-    part against the motion, positive when it resists, zero at rest; pressure_centre (nt, 2) [m] from the
-    indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the axis; power (nt,) [W]
-    dissipated in the body; stored_energy (nt,) [J]; dropped (nt,) [m]: bound on the displacement in
+    velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero
+    without; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
+    axis; stored_energy (nt,) [J] of the pressure and its displacement; dropped (nt,) [m]: bound on the displacement in
     contact that the history which left the grid would still add.
 
-    coulomb_force (nt,) [N]: friction times load, against the motion; zero without ``friction``. It comes on top:
-    ``tangential_force`` and ``friction_coefficient`` are of the pressure alone, over the slopes of the profile, and
-    ``power`` and ``stored_energy`` of its work.
+    Forces against the motion [N] and powers lost [W], (nt,), positive where they resist and zero at rest. Totals, as a
+    dynamometer on the indenter's holder reads them: tangential_force, friction_coefficient (over the load) and power. Their
+    parts: hysteresis_force and hysteresis_power of the body that creeps (zero on an elastic one), coulomb_force = sum of
+    mu p times a cell's area, and friction_power = coulomb_force times speed. Without friction the totals are the parts of
+    hysteresis. See ``sliding.observables`` for the convention, and for a term of the order of a slope times coulomb_force
+    that is left out. lateral_force (nt, 2) [N]: of the pressure on the indenter, over the slopes of its profile (walls
+    steeper than 1 do not count).
 
-    Without friction tangential_force times speed plus load times rate of approach is power plus the rate of
+    hysteresis_force times speed plus load times rate of approach (without friction) is hysteresis_power plus the rate of
     stored_energy, as long as nothing leaves the grid.
 
     status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
     contact has come back to where history had left the grid, by enough to move it (``dropped`` above 1 % of
-    the approach): the grid does not hold the track and the contact.
+    the approach): the grid does not hold the track and the contact; 9: an earlier step failed, and the body remembers it.
     """
 
     velocity: Array
+    friction: Array
     lateral_force: Array
     tangential_force: Array
-    pressure_centre: Array
+    hysteresis_force: Array
     coulomb_force: Array
+    pressure_centre: Array
     leading_peak: Array
     power: Array
+    hysteresis_power: Array
+    friction_power: Array
     stored_energy: Array
     dropped: Array
 
     @property
     def friction_coefficient(self) -> Array:
-        """tangential_force/load, (nt,), without Coulomb's; zero without load."""
-        return friction(self.tangential_force, self.load)
+        """tangential_force/load, (nt,); zero without load."""
+        return _over_load(self.tangential_force, self.load)
 
     @property
-    def total_tangential_force(self) -> Array:
-        """tangential_force and coulomb_force together [N], (nt,)."""
-        return self.tangential_force + self.coulomb_force
+    def traction(self) -> Array:
+        """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
+
+        Its shape is (nt, 2, nx, ny), or (2, nx, ny) of the last time where ``pressure`` is (nx, ny); ``subsurface`` takes it.
+        """
+        if not self._has_maps_over_time:
+            return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
+        return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
 
 
 @pytree
@@ -62,12 +92,12 @@ class SteadySliding(SteadyContact):
     """Steady sliding, in the frame of the indenter, SI units.
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
-    contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, lateral_force (2,), tangential_force [N],
-    coulomb_force [N], pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``;
-    status 6: there is no steady state, and the numbers mean nothing.
+    contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, friction (nx, ny), forces [N], powers [W],
+    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there is no
+    steady state, and the numbers mean nothing.
 
-    power [W]: what the dashpots of the body take up, from their own state; it equals tangential_force
-    times speed for a profile without walls and without friction. approach_drift [m]: a half-space that flows without
+    hysteresis_power [W]: lost in the dashpots of the body, from their own state; for a profile without walls it equals
+    hysteresis_force times speed. approach_drift [m]: a half-space that flows without
     limit sinks by this much for each e-fold of the distance slid; ``approach`` is then that after one width of the grid.
     Zero otherwise.
     """
@@ -83,22 +113,26 @@ class SteadySliding(SteadyContact):
     contact_area: Array
     smooth_area: Array
     film_strain: Array
+    friction: Array
     lateral_force: Array
     tangential_force: Array
+    hysteresis_force: Array
     coulomb_force: Array
     pressure_centre: Array
     leading_peak: Array
     power: Array
+    hysteresis_power: Array
+    friction_power: Array
     iterations: Array
     error: Array
     status: Array
 
     @property
     def friction_coefficient(self) -> Array:
-        """tangential_force/load, without Coulomb's; zero without load."""
-        return friction(self.tangential_force, self.load)
+        """tangential_force/load; zero without load."""
+        return _over_load(self.tangential_force, self.load)
 
     @property
-    def total_tangential_force(self) -> Array:
-        """tangential_force and coulomb_force together [N]."""
-        return self.tangential_force + self.coulomb_force
+    def traction(self) -> Array:
+        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny); zero without friction."""
+        return _traction(self.friction, self.pressure, self.velocity)

@@ -11,7 +11,9 @@ the pressure is, K/(2 pi) (r . e)/r^2 from each in place of N/(2 pi r).
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace
+from jaxcontact._pytree import pytree
+from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Operator
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import Rubbing
 from jaxcontact.sliding.wake import Wake, doubled, on_grid
@@ -25,16 +27,25 @@ class RubbedWake:
     rubbing: Rubbing
     direction: Array
 
-    def added_to(self, operator: Moving) -> Moving:
-        """The operator with what friction does; its circulant, for the preconditioner, stays that without."""
-        return replace(operator, spectrum=operator.spectrum + self._spectrum())
+    def added_to(self, operator: Moving) -> Operator:
+        """Return the operator with friction."""
+        return self.rubbing.added_to(operator, self._spectrum())
 
-    def drift(self, total: Array) -> Array:
-        """As that of the wake, by friction."""
+    def displacement(self, pressure: Array) -> Array:
+        """Return the normal displacement under the tractions alone, (nx, ny)."""
+        return spectral.convolve(self._spectrum(), self.rubbing.sheared(pressure), self.wake.periodic)
+
+    def coulomb_force(self, pressure: Array) -> Array:
+        """Return the sum of mu p against the motion, (); zero at rest."""
+        return self.rubbing.coulomb_force(pressure) * jnp.sum(self.direction**2)
+
+    def drift(self, pressure: Array) -> Array:
+        """Return the drift of the approach by friction, as ``Wake.drift`` does by the pressure."""
         if not self.wake.far_off:
             return jnp.zeros(())
         flows = self.rubbing.rates == 0.0
         strength = self.rubbing.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
+        total = jnp.sum(self.rubbing.sheared(pressure))
         return jnp.sum(jnp.where(flows, strength, 0.0)) * total / self.wake.speed
 
     def _spectrum(self) -> Array:

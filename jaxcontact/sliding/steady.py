@@ -11,7 +11,6 @@ from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._experiment import Experiment, reported
 from jaxcontact._pytree import as_float64, is_concrete, replace
-from jaxcontact._scale import Scale
 from jaxcontact._status import Status
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
@@ -26,7 +25,7 @@ from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.response.body import response_of
 from jaxcontact.sliding.observables import Observer
-from jaxcontact.sliding.results import SteadySliding
+from jaxcontact.sliding.results import SteadySliding, with_totals
 from jaxcontact.sliding.rubbed_wake import RubbedWake
 from jaxcontact.sliding.track import as_array, check_along_x, check_rubbing
 from jaxcontact.sliding.wake import Wake, doubled, wake_of
@@ -59,8 +58,8 @@ def slide_steady(
         velocity: of the indenter over the body [m/s]: a number (along x) or (2,), of any size.
         body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``; kernels of a half-space
             save little, since its wake is built on a larger grid.
-        friction: Coulomb's coefficient mu >= 0, a number: all of the contact slides; None or rest: no traction.
-            ``friction_coefficient`` of the result is not it, but what the pressure adds to it.
+        friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
+            contact slides. None or rest: no traction. ``friction_coefficient`` of the result is the total, with hysteresis.
         control: as in ``indent``, with a single value.
 
     There is one state and no march to it, hence no ``times``, ``save``, ``substeps`` or ``checkpoint``.
@@ -150,10 +149,11 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, vector)
-    total = jnp.sum(solution.pressure)
-    fields = _fields(wake, symbols, problem, solution) | _rubs(rubbed, friction, total)
-    fields["approach_drift"] += wake.drift(total)
-    return _result(experiment.grid, kernels.scale, vector, fields | {"status": status}), kernels.errors()
+    fields = _fields(wake, symbols, problem, solution, rubbed) | {"status": status}
+    in_si = with_totals(kernels.scale.to_si(**fields), vector)
+    rubs = jnp.zeros(()) if friction is None else friction
+    mu = jnp.broadcast_to(rubs, profile.shape)
+    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), kernels.errors()
 
 
 def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
@@ -163,14 +163,6 @@ def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
     return RubbedWake(wake, rubbing, wake.direction)
 
 
-def _rubs(rubbed: RubbedWake | None, friction: Array | None, total: Array) -> dict[str, Array]:
-    """What a result shows of friction, under a sum of pressures."""
-    if rubbed is None or friction is None:
-        return {"coulomb_force": jnp.zeros(()), "approach_drift": jnp.zeros(())}
-    size = jnp.sqrt(jnp.sum(rubbed.direction**2))
-    return {"coulomb_force": friction * total * size, "approach_drift": rubbed.drift(total)}
-
-
 def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
     response = response_of(experiment.body)
     sinks = response.creeps_far() and not experiment.load_controlled
@@ -178,22 +170,26 @@ def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array)
     return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
 
 
-def _fields(wake: Wake, symbols: Array, problem: Problem, solution: Solution) -> dict[str, Array]:
-    """All that a steady contact shows, scaled, by the names of the result."""
-    p, direction = solution.pressure, wake.direction
-    pushed, centre, leading = Observer.of(problem.gap, wake.ratio, wake.periodic).surface(p, direction)
+def _fields(
+    wake: Wake, symbols: Array, problem: Problem, solution: Solution, rubbed: RubbedWake | None
+) -> dict[str, Array]:
+    """Return the observables of a steady contact, scaled, by the names of the result."""
+    p, direction, none = solution.pressure, wake.direction, jnp.zeros(())
+    observer = Observer.of(problem.gap, wake.ratio, wake.periodic)
+    pushed, centre, leading = observer.surface(p, direction)
+    hysteresis = none
+    if wake.kernels.rates.size:
+        by_traction = None if rubbed is None else rubbed.displacement(p)
+        hysteresis = observer.hysteresis(p, by_traction, direction)
     return contact_outcome(problem, solution) | {
         "profile": problem.gap,
         "displacement": solution.displacement,
         "film_strain": wake.film_strain(symbols, p),
         "lateral_force": pushed,
-        "tangential_force": -jnp.sum(pushed * direction),
+        "hysteresis_force": hysteresis,
+        "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
+        "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
         "pressure_centre": centre,
         "leading_peak": leading,
-        "power": wake.lost_power(symbols, p),
+        "hysteresis_power": wake.lost_power(symbols, p),
     }
-
-
-def _result(grid: Grid, scale: Scale, velocity: Array, fields: dict[str, Array]) -> SteadySliding:
-    """The result in the user's units."""
-    return SteadySliding(grid=grid, velocity=velocity, **scale.to_si(**fields))

@@ -9,6 +9,7 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import is_concrete
+from jaxcontact.controls import check_friction
 from jaxcontact.grid import Grid
 from jaxcontact.history.moving import Shift
 
@@ -57,13 +58,11 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
 
 
 def check_rubbing(friction: Any, grid: Grid) -> Verdict:
-    """None, or a coefficient of friction; tangential responses are those of free space."""
+    """None, or a coefficient of friction as in ``shear``; tangential responses are those of free space."""
     if friction is None:
         return True
     _checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
-    shape = np.shape(friction)
-    _checks.require(shape == (), f"friction: expected a number, got shape {shape}")
-    return _checks.non_negative("friction", friction)
+    return check_friction(friction, grid.shape)
 
 
 def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:

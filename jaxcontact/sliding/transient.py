@@ -17,7 +17,7 @@ from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.sliding.observables import SlidingStep
-from jaxcontact.sliding.results import SlidingHistory
+from jaxcontact.sliding.results import SlidingHistory, with_totals
 from jaxcontact.sliding.track import (
     FARTHEST,
     as_array,
@@ -113,19 +113,20 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     motion, slid = plan.steps.memory, outcomes.more
     status = with_far_steps(history["status"], motion.shift, experiment.grid)
     status = with_returns(status, slid, jnp.max(jnp.abs(outcomes.approach)))
-    moves = jnp.sum(motion.direction[:, -1] ** 2, -1)
     in_si = plan.scale.to_si(
-        coulomb_force=outcomes.load * moves * (0.0 if friction is None else friction),
+        coulomb_force=slid.coulomb,
         lateral_force=slid.force,
-        tangential_force=-jnp.sum(slid.force * motion.direction[:, -1], -1),
+        hysteresis_force=slid.hysteresis,
         pressure_centre=slid.centre,
         leading_peak=slid.leading_peak,
-        power=slid.dissipated,
+        hysteresis_power=slid.dissipated,
         stored_energy=slid.stored,
         dropped=slid.dropped,
     )
     moving = over_times(velocity, experiment.times)
-    return SlidingHistory(**history | {"status": status, "velocity": moving} | in_si), plan.errors
+    rubs = jnp.zeros(()) if friction is None else friction
+    own = {"status": status, "velocity": moving, "friction": jnp.broadcast_to(rubs, experiment.grid.shape)}
+    return SlidingHistory(**history | own | with_totals(in_si, moving)), plan.errors
 
 
 def planned(experiment: Experiment, velocity: Array, friction: Array | None) -> Plan:

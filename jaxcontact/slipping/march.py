@@ -1,6 +1,16 @@
 """The march in time of a contact with friction: at each step the memory predicts, both contacts are solved.
 
-As ``history.march``, of which it takes what a normal contact says; the carry is explicit here, too.
+As ``history.march``, of which it takes what a normal contact says; the carry is explicit here, too. Every step inherits
+tractions, displacements and work from the steps before, also on an elastic body.
+
+Friction work. Where a cell slips the traction has the size of the bound b = mu p, against the slip s. Over a step the
+bound is taken as linear,
+
+    change of work per area = (b_before + b_after)/2 |s|,
+
+which is of second order in the step, never negative, and exact at constant pressure however long the step is. (The mean of
+the tractions themselves would not be: over a reversal of the slip it is zero.) In a step without length, where control and
+tangential control jump together, the pressure is taken to come first, so that the bound is b_after throughout.
 """
 
 from typing import Any, NamedTuple
@@ -10,11 +20,11 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, static
-from jaxcontact._status import Status
+from jaxcontact._status import Status, inherited, passed_on, to_next_row
 from jaxcontact.contact.friction import length
 from jaxcontact.contact.implicit import solve_partial_slip
 from jaxcontact.contact.partial_slip import Round, SlipProblem
-from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.history.march import contact_outcome, solved, status_of
 from jaxcontact.slipping.memory import TractionFields, TractionMemory
 
 
@@ -43,14 +53,16 @@ class ShearStep(NamedTuple):
 
 class ShearCarry(NamedTuple):
     """fields of the memory; traction (3, nx, ny) of q_x, q_y and p; rate (nx, ny): of the pressure; moved (2, nx, ny): the
-    tangential displacement; shift (2,) of the indenter; dissipated ()."""
+    tangential displacement; shift (2,) of the indenter; work (nx, ny): friction work per area; failed: as in
+    ``history.march.Carry``."""
 
     fields: TractionFields
     traction: Array
     rate: Array
     moved: Array
     shift: Array
-    dissipated: Array
+    work: Array
+    failed: Array
 
 
 class ShearOutcome(NamedTuple):
@@ -64,7 +76,8 @@ def start(setup: ShearSetup) -> ShearCarry:
     """No traction, no history."""
     zero, pair = jnp.zeros_like(setup.profile), jnp.zeros((2, *setup.profile.shape))
     fields = setup.memory.start(setup.profile.shape)
-    return ShearCarry(fields, jnp.zeros((3, *zero.shape)), zero, pair, jnp.zeros(2), jnp.zeros(()))
+    failed = jnp.zeros((), int)
+    return ShearCarry(fields, jnp.zeros((3, *zero.shape)), zero, pair, jnp.zeros(2), zero, failed)
 
 
 def advance(setup: ShearSetup, carry: ShearCarry, step: ShearStep) -> tuple[ShearCarry, ShearOutcome]:
@@ -94,14 +107,26 @@ def advance(setup: ShearSetup, carry: ShearCarry, step: ShearStep) -> tuple[Shea
     shift = carry.shift + jnp.where(
         jnp.any(p > 0.0) | (not setup.tangential_load_controlled), found.tangential.shift, 0.0
     )
-    dissipated = carry.dissipated - jnp.sum(q * slip)
-    carry = ShearCarry(fields, traction, rate, moved, shift, dissipated)
-    strain = memory.film_strain(fields, p, step.dt)
-    return carry, _outcome(setup, problem, found, carry, sunk, strain)
+    work = carry.work + _friction_work(setup.coefficient, carry.traction[2], p, slip, step.dt)
+    status = inherited(_status(setup, problem, found), carry.failed)
+    carry = ShearCarry(fields, traction, rate, moved, shift, work, passed_on(status))
+    numbers = {"film_strain": memory.film_strain(fields, p, step.dt), "status": status}
+    return carry, _outcome(setup, problem, found, carry, sunk, numbers)
+
+
+def _friction_work(coefficient: Array, before: Array, after: Array, slip: Array, dt: Array) -> Array:
+    """Return the friction work of a step per area, (nx, ny), from the pressures at its ends; see the module."""
+    mean = jnp.where(dt > 0.0, (before + after) / 2.0, after)
+    return coefficient * mean * length(slip)
 
 
 def _outcome(
-    setup: ShearSetup, problem: SlipProblem, found: Round, carry: ShearCarry, sunk: Array, strain: Array
+    setup: ShearSetup,
+    problem: SlipProblem,
+    found: Round,
+    carry: ShearCarry,
+    sunk: Array,
+    numbers: dict[str, Array],
 ) -> ShearOutcome:
     pressed, sheared = found.normal, found.tangential
     said = contact_outcome(problem.pressed(sheared.traction), pressed)
@@ -113,14 +138,12 @@ def _outcome(
         "slip": sheared.slip,
         "stick": sheared.stick,
     }
-    numbers = said | {
+    numbers |= said | {
         "iterations": found.taken,
         "error": jnp.maximum(pressed.error, sheared.error),
-        "film_strain": strain,
-        "status": _status(setup, problem, found),
         "tangential_load": _load(setup, problem, sheared.traction),
         "tangential_displacement": carry.shift,
-        "dissipated": carry.dissipated,
+        "dissipated": jnp.sum(carry.work),
     }
     return ShearOutcome(fields, numbers)
 
@@ -136,8 +159,9 @@ def _load(setup: ShearSetup, problem: SlipProblem, traction: Array) -> Array:
 def _status(setup: ShearSetup, problem: SlipProblem, found: Round) -> Array:
     """That of the normal contact, unless the tangential one has none, or was not found."""
     status = status_of(problem.pressed(found.tangential.traction), found.normal, setup.tolerance, setup.edges)
-    missed = (found.tangential.error > setup.tolerance) & (status != Status.NOT_CONVERGED)
-    status = jnp.where(missed, int(Status.NOT_CONVERGED), status)
+    tangential = found.tangential
+    met = solved(tangential.error, setup.tolerance, tangential.traction, tangential.slip, tangential.shift)
+    status = jnp.where(met, status, int(Status.NOT_CONVERGED))
     if not setup.tangential_load_controlled:
         return status
     asked = length(problem.tangential_target[:, None, None])[0, 0]
@@ -149,10 +173,13 @@ def _with_slip(outcome: ShearOutcome, slip: Array) -> ShearOutcome:
     return outcome._replace(fields=outcome.fields | {"slip": slip})
 
 
-def march(setup: ShearSetup, steps: ShearStep, *, all_fields: bool) -> tuple[ShearOutcome, dict[str, Any]]:
-    """From rest over steps whose leading axes are (nt, substeps): outcomes over time, and the fields of the last.
+def march(
+    setup: ShearSetup, steps: ShearStep, *, all_fields: bool
+) -> tuple[ShearOutcome, dict[str, Any], ShearCarry]:
+    """March from rest over steps whose leading axes are (nt, substeps).
 
-    all_fields: whether outcomes keep their fields.
+    all_fields: whether outcomes keep their fields. Returns the outcomes over time, the fields of the last one, and the last
+    carry.
     """
 
     def inner(state: tuple[ShearCarry, ShearOutcome], step: ShearStep) -> tuple[Any, None]:
@@ -161,11 +188,12 @@ def march(setup: ShearSetup, steps: ShearStep, *, all_fields: bool) -> tuple[She
 
     def outer(state: tuple[ShearCarry, ShearOutcome], row: ShearStep) -> tuple[Any, ShearOutcome]:
         fresh = _with_slip(state[1], jnp.zeros_like(state[1].fields["slip"]))
-        state = jax.lax.scan(inner, (state[0], fresh), row)[0]
+        begun = state[0]._replace(failed=to_next_row(state[0].failed))
+        state = jax.lax.scan(inner, (begun, fresh), row)[0]
         return state, state[1] if all_fields else state[1]._replace(fields={})
 
     first = start(setup)
     blank = jax.eval_shape(lambda: advance(setup, first, jax.tree.map(lambda a: a[0, 0], steps))[1])
     blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), blank)
-    (_, last), outcomes = jax.lax.scan(outer, (first, blank), steps)
-    return outcomes, last.fields
+    (carry, last), outcomes = jax.lax.scan(outer, (first, blank), steps)
+    return outcomes, last.fields, carry

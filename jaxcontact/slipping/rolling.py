@@ -14,9 +14,9 @@ from jaxcontact._checks import Verdict
 from jaxcontact._experiment import Experiment, reported
 from jaxcontact._pytree import as_float64, is_concrete
 from jaxcontact._status import Status
-from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
+from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_friction, check_tangential
 from jaxcontact.grid import Grid, check_free_along_x
-from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.history.march import contact_outcome, solved, status_of
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.indenters import Indenter
 from jaxcontact.kept_traces import Program
@@ -29,7 +29,6 @@ from jaxcontact.sliding.wake import wake_of
 from jaxcontact.slipping.results import SteadyRolling
 from jaxcontact.slipping.rolled import RolledSurface, creeping_surface, elastic_surface
 from jaxcontact.slipping.rolling_contact import Rolled, RollingContact
-from jaxcontact.slipping.shearing import check_friction
 
 
 def roll_steady(
@@ -87,7 +86,7 @@ def roll_steady(
     given = {"grid": grid, "tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), **given)
     check_free_along_x(grid, "roll_steady")
-    verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid)
+    verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid.shape)
     verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
     forced = isinstance(creepage, TangentialControl)
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
@@ -127,7 +126,7 @@ def _compiled(
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
     across = velocity.ndim > 0
-    surface, strain = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
+    surface, observed = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
     profile = experiment.indenter.profile(experiment.grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
     contact = RollingContact(
@@ -146,10 +145,14 @@ def _compiled(
     rolled = contact.rolled()
     numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
     numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
-    in_si = scale.to_si(**numbers, film_strain=strain(rolled.pressed.pressure), profile=profile)
-    power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
-    result = SteadyRolling(grid=experiment.grid, velocity=vector, power=power, **in_si)
-    return result, kernels.normal.errors()
+    in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile)
+    friction_power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
+    in_si |= {
+        "friction_power": friction_power,
+        "power": in_si["hysteresis_power"] + friction_power,
+        "hysteresis_force": in_si["hysteresis_power"] / speed,
+    }
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.normal.errors()
 
 
 _run = Program(_compiled, ("forced", "coupled"))
@@ -157,17 +160,26 @@ _run = Program(_compiled, ("forced", "coupled"))
 
 def _surface(
     experiment: Experiment, kernels: TractionKernels, velocity: Array, *, across: bool, coupled: bool
-) -> tuple[RolledSurface, Callable[[Array], Array]]:
-    """What moves under tractions, and the film's strain under a pressure; velocity in cells per second."""
+) -> tuple[RolledSurface, Callable[[Array], dict[str, Array]]]:
+    """Return the surface, and its film strain and power of hysteresis as a function of the pressure, scaled.
+
+    velocity: in cells per second.
+    """
     if not kernels.normal.rates.size:
         memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
         nothing = jnp.zeros(experiment.grid.shape)
         operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
-        return elastic_surface(kernels, operator), lambda p: memory.observe(fields, p, no_time).film_strain
+        return elastic_surface(kernels, operator), lambda p: {
+            "film_strain": memory.observe(fields, p, no_time).film_strain,
+            "hysteresis_power": no_time,
+        }
     wake = wake_of(experiment, kernels.normal, velocity, across=across)
     symbols = wake.symbols()
     surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
-    return surface, lambda p: wake.film_strain(symbols, p)
+    return surface, lambda p: {
+        "film_strain": wake.film_strain(symbols, p),
+        "hysteresis_power": wake.lost_power(symbols, p),
+    }
 
 
 def _numbers(
@@ -194,7 +206,8 @@ def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -
     status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
     fine = status == Status.FINE
     status = jnp.where(fine & ~rolled.steady, int(Status.NOT_STEADY), status)
-    status = jnp.where(fine & (sheared.error > tolerance), int(Status.NOT_CONVERGED), status)
+    met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
+    status = jnp.where(met, status, int(Status.NOT_CONVERGED))
     if not contact.tangential_load_controlled:
         return status
     asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)

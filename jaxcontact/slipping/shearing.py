@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from jaxcontact import _checks
-from jaxcontact._checks import Verdict
 from jaxcontact._experiment import Experiment, fine_steps, fine_values, reported
 from jaxcontact._pytree import as_float64
 from jaxcontact._scale import Scale
-from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_tangential
+from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_friction, check_tangential
 from jaxcontact.grid import Grid, check_free_along_x
 from jaxcontact.indenters import Indenter
 from jaxcontact.kept_traces import Program
@@ -87,19 +84,11 @@ def shear(
     )  # fmt: skip
     _checks.one_of("save", save, "all", "last")
     check_free_along_x(grid, "shear")
-    valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid)
+    valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid.shape)
     given = as_float64((tangential, friction))
     experiment = experiment.also(valid)
     result, errors = _run(experiment, *given, coupled=bool(coupled))
     return reported(result, errors, experiment)
-
-
-def check_friction(friction: Any, grid: Grid) -> Verdict:
-    """A number or a field of them, none negative."""
-    shape = np.shape(friction)
-    expected = f"a number or shape {tuple(grid.shape)}"
-    _checks.require(shape in ((), tuple(grid.shape)), f"friction: expected {expected}, got shape {shape}")
-    return _checks.non_negative("friction", friction)
 
 
 def _compiled(
@@ -110,9 +99,10 @@ def _compiled(
     scale = kernels.normal.scale
     setup = _setup(experiment, kernels, tangential, friction, coupled)
     steps = _steps(experiment, tangential, scale)
-    outcomes, last = march(setup, steps, all_fields=experiment.options.save == "all")
+    outcomes, last, carry = march(setup, steps, all_fields=experiment.options.save == "all")
     fields = outcomes.fields or last
-    in_si = scale.to_si(profile=setup.profile, **fields, **outcomes.numbers)
+    whole = {"profile": setup.profile, "friction_work": carry.work}
+    in_si = scale.to_si(**whole, **fields, **outcomes.numbers)
     history = ShearHistory(times=experiment.times, grid=experiment.grid, saved=None, **in_si)
     return history, kernels.normal.errors(experiment.duration)
 
