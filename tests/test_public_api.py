@@ -52,12 +52,16 @@ MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
-    " coulomb_force total_tangential_force gap peak_pressure contact_radius notes plot",
-    jc.ShearHistory: "traction slip stick sticking_share notes tangential_load tangential_displacement dissipated",
+    " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
+    " notes plot",
+    jc.SlidingHistory: "tangential_force hysteresis_force coulomb_force friction_coefficient pressure_centre power"
+    " hysteresis_power friction_power friction traction stored_energy dropped",
+    jc.ShearHistory: "traction slip stick sticking_share notes tangential_load tangential_displacement dissipated"
+    " friction_work",
     jc.InteriorFields: "depths stress displacement von_mises peak plot notes summary to_xarray",
     jc.Study: "folder cases failures notes notes_in_words done stacked",
     jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot gap peak_pressure"
-    " contact_radius sticking_share notes",
+    " contact_radius sticking_share notes hysteresis_power friction_power hysteresis_force",
     jc.ContactStatistics: "mean_pressure area_fraction corrected_fraction perimeter mean_gap",
     jc.PressureHistogram: "edges density",
     jc.ContactClusters: "labels areas count",

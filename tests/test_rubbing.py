@@ -30,7 +30,7 @@ def pressed(x, y):
     return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
 
 
-def sunk(x, y, p, direction):
+def sunk(x, y, p, direction, share=None):
     """G times the sinking of a half-space at (x, y) under the pressure p and the traction MU p along a direction.
 
     Boussinesq: (1 - nu)/(2 pi r); Cerruti: (1 - 2 nu)/(4 pi) x/r^2 (K. L. Johnson, Contact Mechanics, sections 3.2, 3.6).
@@ -42,8 +42,9 @@ def sunk(x, y, p, direction):
     d = float(GRID.spacing[0])
     places = np.stack(np.meshgrid(*(np.asarray(a) for a in GRID.axes()), indexing="ij"))[:, p > 0]
     dx, dy = x[..., None] - places[0], y[..., None] - places[1]
+    share = np.ones_like(p) if share is None else share
     friction = direction[0] * over_cell(dragged, dx, dy, d) + direction[1] * over_cell(dragged, dy, dx, d)
-    kernel = (1 - NU) * over_cell(pressed, dx, dy, d) + MU * (0.5 - NU) * friction
+    kernel = (1 - NU) * over_cell(pressed, dx, dy, d) + MU * (0.5 - NU) * friction * share[p > 0]
     return kernel @ p[p > 0] / (2 * np.pi)
 
 
@@ -60,7 +61,7 @@ def check_law(state, displacement, tolerance):
 @pytest.mark.slow
 @pytest.mark.parametrize("velocity", [SPEED, pytest.param((-3.0, 4.0), marks=pytest.mark.slow)], ids=str)
 def test_an_elastic_half_space_is_drawn_down_ahead_of_the_ball(velocity):
-    """So that the pressure falls behind, although no solid creeps; the force over the slopes then pushes forwards."""
+    """So that the pressure falls behind, although no solid creeps; a dynamometer measures Coulomb's law alone."""
     state = slid(jc.Elastic(1e6, NU), velocity)
     v = np.array([velocity, 0.0]) if np.ndim(velocity) == 0 else np.array(velocity)
     e = v / np.hypot(*v)
@@ -69,9 +70,16 @@ def test_an_elastic_half_space_is_drawn_down_ahead_of_the_ball(velocity):
     check_law(state, sunk(x, y, p, e) / 1e6, 1e-7)
     contact_radius = float(state.contact_radius)
     assert -0.2 * contact_radius < np.asarray(state.pressure_centre) @ e < -0.05 * contact_radius
-    assert float(state.coulomb_force) == pytest.approx(MU * LOAD, rel=1e-12)
-    assert float(state.total_tangential_force) == pytest.approx(
-        MU * LOAD + float(state.tangential_force), rel=1e-12
+    assert float(state.tangential_force) == float(state.coulomb_force) == pytest.approx(MU * LOAD, rel=1e-12)
+    assert float(state.friction_coefficient) == pytest.approx(MU, rel=1e-12)
+    assert (
+        float(state.power)
+        == float(state.friction_power)
+        == pytest.approx(MU * LOAD * np.hypot(*v), rel=1e-12)
+    )
+    assert float(state.hysteresis_force) == float(state.hysteresis_power) == 0.0
+    np.testing.assert_allclose(
+        np.sum(state.traction, (1, 2)) * float(GRID.cell_area), MU * LOAD * e, atol=1e-12
     )
 
 
@@ -89,6 +97,85 @@ def test_a_half_space_that_creeps_remembers_what_was_dragged():
     touching = p[:, N // 2] > 0
     assert np.max(np.abs(gap[touching])) < 1e-3 * float(state.approach)
     assert np.min(gap[~touching]) > -1e-3 * float(state.approach)
+    check_energy(state, SPEED)
+
+
+def check_energy(state, speed):
+    """Power lost in the dashpots, from their own state, is the work of the hysteresis force; with friction's, of the total."""
+    assert float(state.hysteresis_force) * speed == pytest.approx(float(state.hysteresis_power), rel=0.01)
+    over_slopes = -float(state.lateral_force[0]) * speed
+    assert abs(over_slopes - float(state.hysteresis_power)) > 0.1 * float(state.hysteresis_power)
+    assert float(state.tangential_force) * speed == pytest.approx(float(state.power), rel=1e-3)
+    assert float(state.friction_power) == pytest.approx(MU * float(state.load) * speed, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_friction_that_varies_over_the_contact():
+    """Friction on one half only: the law of contact under the traction there; a constant field is the number."""
+    number, field = slid(jc.Elastic(1e6, NU)), slid(jc.Elastic(1e6, NU), friction=np.full(GRID.shape, MU))
+    np.testing.assert_allclose(field.pressure, number.pressure, atol=1e-12 * float(np.max(number.pressure)))
+    assert float(field.power) == pytest.approx(float(number.power), rel=1e-12)
+    share = np.where(np.arange(N) < N // 2, 1.0, 0.0) * np.ones((N, 1))  # of the coefficient, where y < 0
+    half = slid(jc.Elastic(1e6, NU), friction=MU * share)
+    p = np.asarray(half.pressure)
+    x, y = np.broadcast_arrays(*(np.asarray(a) for a in GRID.coordinates()))
+    check_law(half, sunk(x, y, p, (1.0, 0.0), share) / 1e6, 1e-7)
+    np.testing.assert_allclose(half.traction[0], MU * share * p, rtol=1e-12)
+    assert float(half.coulomb_force) == pytest.approx(
+        MU * np.sum(share * p) * float(GRID.cell_area), rel=1e-12
+    )
+    assert np.max(np.abs(p - p[:, ::-1])) > 0.01 * np.max(p)
+
+
+@pytest.mark.slow
+def test_derivative_by_a_friction_that_varies():
+    """Along a random change of the field, against a difference; forward and reverse mode, steady state of an elastic body."""
+    mu, change = MU * np.ones(GRID.shape), np.random.default_rng(1).uniform(0.0, 1.0, GRID.shape)
+    centre = lambda s: slid(jc.Elastic(1e6, NU), friction=mu + s * change, tolerance=1e-11).pressure_centre[0]
+    difference = float(centre(1e-4) - centre(-1e-4)) / 2e-4
+    assert float(jax.grad(centre)(0.0)) == pytest.approx(difference, rel=1e-4)
+    assert float(jax.jvp(centre, (0.0,), (1.0,))[1]) == pytest.approx(difference, rel=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("save", ["all", "last"])
+def test_forces_of_a_slide_in_time(save):
+    """On an elastic body those of Coulomb at all times, with a number and with a field, and none at rest."""
+    body, times = jc.LayeredHalfSpace([], jc.Elastic(1e6, NU)), np.array([0.0, 0.1, 0.2])
+    velocity = np.array([[0.0, 0.0], [SPEED, 0.0], [0.0, -2.0 * SPEED]])
+    given = {"velocity": velocity, "grid": GRID, "save": save}
+    runs = [
+        jc.slide(body, jc.Sphere(RADIUS), jc.Load(LOAD), times, friction=mu, **given)
+        for mu in (MU, np.full(GRID.shape, MU))
+    ]
+    np.testing.assert_allclose(
+        runs[1].pressure, runs[0].pressure, atol=1e-12 * float(np.max(runs[0].pressure))
+    )
+    for run in runs:
+        np.testing.assert_allclose(run.tangential_force, MU * LOAD * np.array([0.0, 1.0, 1.0]), rtol=1e-12)
+        np.testing.assert_allclose(run.power, MU * LOAD * SPEED * np.array([0.0, 1.0, 2.0]), rtol=1e-12)
+        np.testing.assert_array_equal(run.hysteresis_force, 0.0)
+        force = np.sum(run.traction, (-2, -1)) * float(GRID.cell_area)
+        np.testing.assert_allclose(force[-1] if save == "all" else force, [0.0, -MU * LOAD], atol=1e-12)
+
+
+@pytest.mark.slow
+def test_stress_under_a_sliding_ball():
+    """sigma_xx at the surface within the contact is -p - pi/8 (4 + nu) mu p0 x/a for nu = 0.5, tension behind the ball.
+
+    K. L. Johnson, Contact Mechanics (1985), sections 3.4 and 7.1 (G. M. Hamilton, 1983).
+    """
+    body, grid = jc.LayeredHalfSpace([], jc.Elastic(1e6, 0.5)), jc.Grid.square(48, 1.4e-3)
+    state = jc.slide_steady(body, jc.Sphere(RADIUS), jc.Load(LOAD), velocity=1.0, grid=grid, friction=MU)
+    inside = jc.subsurface(body, grid, state.pressure, traction=state.traction, depths=[0.0])
+    a = (3 * LOAD * RADIUS * 0.5 / (8 * 1e6 / 2)) ** (1 / 3)
+    p0 = 1.5 * LOAD / (np.pi * a**2)
+    x, y = np.broadcast_arrays(*(np.asarray(axis) for axis in grid.coordinates()))
+    within = np.hypot(x, y) < 0.85 * a
+    exact = -p0 * np.sqrt(np.maximum(1 - (x**2 + y**2) / a**2, 0.0)) - np.pi / 8 * 4.5 * MU * p0 * x / a
+    found = np.asarray(inside.stress[0, 0, 0])
+    print(f"largest deviation {np.max(np.abs(found - exact)[within]) / p0:.2e} p0")
+    np.testing.assert_allclose(found[within], exact[within], atol=0.01 * p0)
 
 
 @pytest.mark.slow

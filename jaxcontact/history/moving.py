@@ -99,7 +99,8 @@ class Fields(NamedTuple):
     eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
     is the same; moved: (2,), share of the padded lengths
     since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
-    it lay.
+    it lay; dropped, overlaps: bound on the displacement that lost history would cause, and whether it may lie under the
+    contact; returned: the largest such bound so far while it did, ().
     """
 
     eta: Array
@@ -108,6 +109,9 @@ class Fields(NamedTuple):
     moved: Array
     lost: Array
     trail: Trail
+    dropped: Array
+    overlaps: Array
+    returned: Array
 
 
 @pytree
@@ -116,8 +120,8 @@ class MovingMemory(Memory):
 
     spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
     of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
-    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio:
-    dy/dx, ().
+    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; tails: lambda_k C_k [1/s] at offsets
+    along x, (K, nx); ratio: dy/dx, ().
     """
 
     spectra: Array
@@ -153,6 +157,9 @@ class MovingMemory(Memory):
             jnp.zeros(2),
             jnp.zeros(self.rates.size),
             Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
+            jnp.zeros(()),
+            jnp.zeros((), bool),
+            jnp.zeros(()),
         )
 
     def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
@@ -181,8 +188,16 @@ class MovingMemory(Memory):
         if self.rubbing is not None and self._varies:
             sheared = spectral.transform(self.rubbing.sheared(pressure), self._periodic)
             fields = fields._replace(sheared=sheared)
-        trail = with_losses(fields.trail, clearance(pressure, self.ratio))
-        return fields._replace(eta=fields.eta + new * self._source(motion, fields), trail=trail)
+        clear = clearance(pressure, self.ratio)
+        trail = with_losses(fields.trail, clear)
+        dropped, overlaps = dropped_share(self.tails, fields.lost, clear - trail.inside)
+        return fields._replace(
+            eta=fields.eta + new * self._source(motion, fields),
+            trail=trail,
+            dropped=dropped,
+            overlaps=overlaps,
+            returned=jnp.maximum(fields.returned, jnp.where(overlaps, dropped, 0.0)),
+        )
 
     @property
     def _varies(self) -> bool:
@@ -222,8 +237,7 @@ class MovingMemory(Memory):
             hysteresis = self.observer.hysteresis(pressure, by_traction, motion.direction)
         coulomb = jnp.zeros(()) if self.rubbing is None else self.rubbing.coulomb_force(pressure)
         forces = force, hysteresis, coulomb * jnp.sum(motion.direction**2)
-        clear = clearance(pressure, self.ratio) - fields.trail.inside
-        dropped = dropped_share(self.tails, fields.lost, clear)
+        dropped = fields.dropped, fields.overlaps, fields.returned
         return Observed(
             self._film_strain(fields, pressure), SlidingStep(*forces, *surface, stored, dissipated, *dropped)
         )

@@ -1,7 +1,8 @@
 """What contact and memory ask of an operator from pressure to displacement on a grid.
 
 An operator is linear in its leaves as well as in the pressure, so that ``change(p)``, with the tangents of the leaves in
-their place, is the tangent of ``operator(p)``; one that is not overrides ``tangent``. Padding, spectra and the shape of the grid are its own affair.
+their place, is the tangent of ``operator(p)``; one that is not overrides ``tangent``. Padding, spectra and the shape of
+the grid are its own affair.
 """
 
 from __future__ import annotations

@@ -27,8 +27,9 @@ from jaxcontact.operators.traction_kernels import scaled_coefficients
 class Rubbing:
     """The kernels of friction, and its coefficient.
 
-    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny); rates
-    lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; at_zero: the S_m at wavenumber zero, (M,)."""
+    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
+    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; at_zero: the S_m at wavenumber zero, (M,).
+    """
 
     coefficient: Array
     along: Array

@@ -47,11 +47,12 @@ WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says
 
 
 class SlidingStep(NamedTuple):
-    """What a step of sliding shows.
+    """The observables of one step of sliding.
 
-    force (2,): of the pressure on the indenter; hysteresis, coulomb: F_h and F_c against the motion, (); centre (2,): of the pressure; leading_peak: of the pressure ahead of the axis;
-    stored, dissipated: energy and power of the body; dropped: bound on the displacement in contact that
-    the lost history could still cause, (); overlaps: it may lie under the contact.
+    force (2,): of the pressure on the indenter; hysteresis, coulomb: F_h and F_c against the motion, (); centre (2,): of the
+    pressure; leading_peak: of the pressure ahead of the axis; stored, dissipated: energy and power of the body; dropped:
+    bound on the displacement in contact that the lost history could still cause, (); overlaps: it may lie under the
+    contact; returned: the largest such bound of all inner steps so far in which it did.
     """
 
     force: Array
@@ -63,6 +64,7 @@ class SlidingStep(NamedTuple):
     dissipated: Array
     dropped: Array
     overlaps: Array
+    returned: Array
 
 
 @pytree

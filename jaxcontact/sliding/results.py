@@ -80,7 +80,8 @@ class SlidingHistory(ContactHistory):
     def traction(self) -> Array:
         """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
 
-        Its shape is (nt, 2, nx, ny), or (2, nx, ny) of the last time where ``pressure`` is (nx, ny); ``subsurface`` takes it.
+        Its shape is (nt, 2, nx, ny), or (2, nx, ny) of the last time where ``pressure`` is (nx, ny), as ``subsurface``
+        takes it.
         """
         if not self._has_maps_over_time:
             return _traction(self.friction, self.pressure, self.velocity[..., -1, :])

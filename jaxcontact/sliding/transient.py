@@ -156,6 +156,12 @@ def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:
 
 
 def with_returns(status: Array, slid: SlidingStep, depth: Array) -> Array:
-    """The status, with the steps marked in which dropped history under the contact would show."""
-    back = slid.overlaps & (slid.dropped > DROPPED_LIMIT * depth)
-    return jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
+    """Return the status with the rows marked in which dropped history under the contact would show, and those after.
+
+    An inner step of a row counts: it is in the running maximum ``returned``.
+    """
+    limit, earlier = DROPPED_LIMIT * depth, jnp.append(0.0, slid.returned[:-1])
+    back = (slid.overlaps & (slid.dropped > limit)) | ((slid.returned > limit) & (slid.returned > earlier))
+    status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
+    after = (earlier > limit) & (status == Status.FINE)
+    return jnp.where(after, int(Status.INHERITED), status)

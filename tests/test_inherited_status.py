@@ -1,0 +1,86 @@
+"""A step that builds on a failed one is never reported as fine.
+
+The failure is forced: after a time without load comes a contact that needs more iterations than there are. Under a load that
+stays, the next steps go on from there until they converge, each by itself.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact._status import inherited, passed_on, to_next_row
+from jaxcontact.history.march import solved
+
+FINE, FAILED, INHERITED = jc.Status.FINE, jc.Status.NOT_CONVERGED, jc.Status.INHERITED
+MATERIALS = {
+    "elastic": jc.Elastic(1e9, 0.3),
+    "creeping": jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=1e9, nu=0.3),
+}
+BALL, GRID, TIMES = jc.Sphere(10e-3), jc.Grid.square(16, 9e-4), np.arange(10.0)
+LOAD = np.append(0.0, 5.0 * np.ones(9))
+FEW = 3  # iterations
+
+
+def indent(body, load, times, **options):
+    return jc.indent(body, BALL, load, times, **options)
+
+
+def slide(body, load, times, **options):
+    return jc.slide(body, BALL, load, times, velocity=1e-6, **options)
+
+
+def shear(body, load, times, **options):
+    to = jc.TangentialDisplacement((1e-8, 0.0))
+    return jc.shear(body, BALL, load, to, times, friction=0.3, coupled=False, **options)
+
+
+CASES = [  # verb, material, whether later steps inherit anything
+    pytest.param(indent, "elastic", False),
+    pytest.param(indent, "creeping", True),
+    pytest.param(shear, "elastic", True),
+    pytest.param(shear, "creeping", True, marks=pytest.mark.slow),
+    pytest.param(slide, "elastic", False, marks=pytest.mark.slow),
+    pytest.param(slide, "creeping", True, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(("verb", "material", "inherits"), CASES)
+def test_steps_after_a_failed_one(verb, material, inherits):
+    """Neither the same steps, nor, with substeps, a row in which an inner step failed, though its last one converged."""
+    body, given = jc.LayeredHalfSpace([], MATERIALS[material]), {"grid": GRID, "max_iterations": FEW}
+    status = np.asarray(verb(body, jc.Load(LOAD), TIMES, **given).status)
+    last = int(np.max(np.flatnonzero(status == FAILED)))
+    assert status[0] == FINE and status[1] == FAILED and last < 9, status
+    assert np.all(status[last + 1 :] == (INHERITED if inherits else FINE)), status
+
+    rows = verb(body, jc.Load([0.0, 0.0, 5.0, 5.0]), [0.0, 1.0, 1.0, 9.0], substeps=9, **given)
+    assert [*np.asarray(rows.status)] == ([0, 0, FAILED, INHERITED] if inherits else [0, 0, FINE, FINE])
+    assert np.all(np.asarray(rows.converged) == (np.asarray(rows.status) == FINE))
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_steps_after_a_load_that_friction_cannot_hold():
+    """The load before and after it is the same; what it moved and cost is not known."""
+    body = jc.LayeredHalfSpace([], MATERIALS["elastic"])
+    push = jc.TangentialLoad([[0.0, 0.0], [2.0, 0.0], [0.5, 0.0], [0.5, 0.0]])
+    history = jc.shear(body, BALL, jc.Load(5.0), push, TIMES[:4], friction=0.3, coupled=False, grid=GRID)
+    assert [*np.asarray(history.status)] == [FINE, jc.Status.SLIDES, INHERITED, INHERITED]
+
+
+def test_what_is_passed_on():
+    """A failure of the step itself comes first; few cells are reported, but are no failure that is passed on."""
+    own = lambda status, earlier: int(inherited(jnp.asarray(int(status)), jnp.asarray(int(earlier))))
+    assert own(FINE, FINE) == FINE and own(jc.Status.TOO_COARSE, FINE) == jc.Status.TOO_COARSE
+    assert own(FINE, INHERITED) == own(jc.Status.TOO_COARSE, INHERITED) == INHERITED
+    assert own(FAILED, INHERITED) == FAILED and own(FINE, jc.Status.AT_EDGE) == jc.Status.AT_EDGE
+    assert int(passed_on(jnp.asarray(int(jc.Status.TOO_COARSE)))) == FINE
+    assert [int(to_next_row(jnp.asarray(int(s)))) for s in (FINE, FAILED, INHERITED)] == [0, 9, 9]
+
+
+@pytest.mark.parametrize("error", [np.nan, np.inf, 1.0])
+def test_an_error_that_is_no_number_is_a_failure(error):
+    assert not solved(jnp.asarray(error), jnp.asarray(1e-8), jnp.zeros(3))
+    assert not solved(jnp.asarray(0.0), jnp.asarray(1e-8), jnp.array([0.0, np.nan]))
+    assert solved(jnp.asarray(0.0), jnp.asarray(1e-8), jnp.zeros(3))
