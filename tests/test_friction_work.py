@@ -5,6 +5,7 @@ import pytest
 
 import jaxcontact as jc
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*cells across")
 MU, STROKE = 0.3, 20e-3
 BODY, BALL, GRID = jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.5)), jc.Sphere(10e-3), jc.Grid.square(16, 9e-4)
 

@@ -36,7 +36,7 @@ def shear(body, load, times, **options):
 
 
 CASES = [  # verb, material, whether later steps inherit anything
-    pytest.param(indent, "elastic", False),
+    pytest.param(indent, "elastic", False, marks=pytest.mark.slow),
     pytest.param(indent, "creeping", True),
     pytest.param(shear, "elastic", True),
     pytest.param(shear, "creeping", True, marks=pytest.mark.slow),
@@ -55,8 +55,8 @@ def test_steps_after_a_failed_one(verb, material, inherits):
     assert status[0] == FINE and status[1] == FAILED and last < 9, status
     assert np.all(status[last + 1 :] == (INHERITED if inherits else FINE)), status
 
-    rows = verb(body, jc.Load([0.0, 0.0, 5.0, 5.0]), [0.0, 1.0, 1.0, 9.0], substeps=9, **given)
-    assert [*np.asarray(rows.status)] == ([0, 0, FAILED, INHERITED] if inherits else [0, 0, FINE, FINE])
+    rows = verb(body, jc.Load(5.0), [0.0, 1e-6], substeps=9, **given)
+    assert [*np.asarray(rows.status)] == ([FAILED, INHERITED] if inherits else [FINE, FINE])
     assert np.all(np.asarray(rows.converged) == (np.asarray(rows.status) == FINE))
 
 

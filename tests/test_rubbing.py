@@ -101,7 +101,7 @@ def test_a_half_space_that_creeps_remembers_what_was_dragged():
 
 
 def check_energy(state, speed):
-    """Power lost in the dashpots, from their own state, is the work of the hysteresis force; with friction's, of the total."""
+    """Power lost in the dashpots, from their own state, is the work of the hysteresis force; the total adds friction."""
     assert float(state.hysteresis_force) * speed == pytest.approx(float(state.hysteresis_power), rel=0.01)
     over_slopes = -float(state.lateral_force[0]) * speed
     assert abs(over_slopes - float(state.hysteresis_power)) > 0.1 * float(state.hysteresis_power)
@@ -129,7 +129,7 @@ def test_friction_that_varies_over_the_contact():
 
 @pytest.mark.slow
 def test_derivative_by_a_friction_that_varies():
-    """Along a random change of the field, against a difference; forward and reverse mode, steady state of an elastic body."""
+    """Along a random change of the field, in both modes, against a difference."""
     mu, change = MU * np.ones(GRID.shape), np.random.default_rng(1).uniform(0.0, 1.0, GRID.shape)
     centre = lambda s: slid(jc.Elastic(1e6, NU), friction=mu + s * change, tolerance=1e-11).pressure_centre[0]
     difference = float(centre(1e-4) - centre(-1e-4)) / 2e-4
