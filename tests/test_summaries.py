@@ -53,7 +53,7 @@ def test_what_is_sheared_shows_where_it_slips_and_its_loop(history):
     sheared = jc.ShearHistory(
         **vars(history), traction=np.stack([0.5 * p, none], 1), slip=np.stack([-1e-6 * back, none], 1),
         stick=(p > 0.0) & ~back, tangential_load=1e-3 * ways, tangential_displacement=1e-6 * ways,
-        dissipated=np.zeros(3),
+        dissipated=np.zeros(3), friction_work=none[-1],
     )  # fmt: skip
     assert re.search(r"tangential load x +1 mN +-4 mN +-4 mN\n", sheared.summary())
     assert re.search(r"tangential shift x +1 µm +-4 µm +-4 µm\n", sheared.summary())

@@ -200,7 +200,7 @@ CREEPAGE = {
 OVER_THE_BODY = "velocity of the indenter over the body [m/s]"
 SLIP_FRICTION = Key(COEFFICIENT, "coefficient of friction, or a file of one per cell (nx, ny)", required=True)
 SLIDE_FRICTION = Key(
-    NOT_NEGATIVE, "coefficient of friction, whose traction moves the pressure; none when absent"
+    COEFFICIENT, "coefficient of friction, or a file of one per cell (nx, ny); none when absent"
 )
 COUPLED = Key(FLAG, "whether shear moves the pressure, and pressure the surface sideways", default=True)
 
