@@ -193,6 +193,9 @@ def test_an_adhering_cylinder_is_driven_by_what_creeps(speed):
     assert bool(state.converged)
     force = float(state.tangential_load[0]) / WIDTH
     assert force == pytest.approx(adhering(contact, speed, creepage, 0.5), rel=0.02)
+    lost = contact.friction * contact.load * WIDTH * speed  # Hunter, whatever the traction: nu = 0.5
+    assert float(state.hysteresis_power) == pytest.approx(lost, rel=0.02)
+    assert float(state.power) == pytest.approx(lost + force * WIDTH * creepage * speed, rel=0.02)
 
 
 @pytest.mark.long
@@ -218,6 +221,10 @@ def test_without_friction_rolling_is_sliding():
     np.testing.assert_allclose(state.pressure, slid.pressure, atol=1e-6 * np.max(slid.pressure))
     assert float(state.approach) == pytest.approx(float(slid.approach), rel=1e-6)
     assert float(slid.pressure_centre[0]) > 1e-5
+    exact = hunter.of_load(20.0, 1e-3, RADIUS, J0, J1, TAU, 0.3)
+    resistance = exact.friction * 20.0 * WIDTH
+    assert float(state.hysteresis_force) == pytest.approx(resistance, rel=0.01)
+    assert float(state.power) == pytest.approx(resistance * 1e-3, rel=0.01)
 
 
 @pytest.mark.long
