@@ -230,17 +230,23 @@ class MovingMemory(Memory):
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
-        force, *surface = self.observer.surface(pressure, motion.direction)
-        hysteresis = jnp.zeros(())
+        force, centre, leading_peak = self.observer.surface(pressure, motion.direction)
+        hysteresis, coulomb = self._against_the_motion(fields, pressure, motion)
+        seen = SlidingStep(
+            force, hysteresis, coulomb, centre, leading_peak, stored, dissipated,
+            fields.dropped, fields.overlaps, fields.returned,
+        )  # fmt: skip
+        return Observed(self._film_strain(fields, pressure), seen)
+
+    def _against_the_motion(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Array, Array]:
+        """Return hysteresis force and Coulomb's against the motion, () each."""
+        hysteresis = coulomb = jnp.zeros(())
         if self.inherits:
             by_traction = self._by_traction(fields, motion, pressure.shape)
             hysteresis = self.observer.hysteresis(pressure, by_traction, motion.direction)
-        coulomb = jnp.zeros(()) if self.rubbing is None else self.rubbing.coulomb_force(pressure)
-        forces = force, hysteresis, coulomb * jnp.sum(motion.direction**2)
-        dropped = fields.dropped, fields.overlaps, fields.returned
-        return Observed(
-            self._film_strain(fields, pressure), SlidingStep(*forces, *surface, stored, dissipated, *dropped)
-        )
+        if self.rubbing is not None:
+            coulomb = self.rubbing.coulomb_force(pressure) * jnp.sum(motion.direction**2)
+        return hysteresis, coulomb
 
     def _film_strain(self, fields: Fields, pressure: Array) -> Array:
         film = self.kernels.film

@@ -62,7 +62,7 @@ class Rubbing:
         """
         if self.weights is None:
             return replace(operator, spectrum=operator.spectrum + kernel)
-        return Rubbed(operator, kernel, self.weights)
+        return Rubbed(operator, kernel, self.weights, operator.periodic)
 
     def spectra(self, shape: tuple[int, int]) -> Array:
         """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
@@ -89,13 +89,10 @@ class Rubbed(Operator):
     moving: Moving
     kernel: Array
     coefficient: Array
+    periodic: spectral.Periodic = static(default=spectral.FREE)
     transposed: bool = static(default=False)
 
     symmetric = False
-
-    @property
-    def periodic(self) -> spectral.Periodic:
-        return self.moving.periodic
 
     def __call__(self, pressure: Array) -> Array:
         return self.moving(pressure) + self._by_friction(self.kernel, self.coefficient, pressure)
@@ -113,7 +110,8 @@ class Rubbed(Operator):
         )
 
     def transpose(self) -> Rubbed:
-        return Rubbed(self.moving.transpose(), jnp.conj(self.kernel), self.coefficient, not self.transposed)
+        moving, kernel = self.moving.transpose(), jnp.conj(self.kernel)
+        return replace(self, moving=moving, kernel=kernel, transposed=not self.transposed)
 
     def preconditioner(self) -> Linear:
         return self.moving.preconditioner()
