@@ -224,7 +224,8 @@ def test_a_ready_made_case_runs(name, tmp_path, capfd):
         power = summary["tangential_load_x_N"] * summary["creepage_x_m_per_m"] * 10.0
         assert summary["power_W"] == pytest.approx(power, rel=1e-6)
     else:
-        assert summary["tangential_force_end_N"] > 0.0
+        assert summary["tangential_force_end_N"] > summary["coulomb_force_end_N"]
+        assert summary["friction_coefficient_end_N_per_N"] > 0.3
         assert summary["coulomb_force_end_N"] == pytest.approx(0.3 * summary["load_end_N"], rel=1e-6)
 
 

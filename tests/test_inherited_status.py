@@ -4,6 +4,7 @@ The failure is forced: after a time without load comes a contact that needs more
 stays, the next steps go on from there until they converge, each by itself.
 """
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,6 +12,9 @@ import pytest
 import jaxcontact as jc
 from jaxcontact._status import inherited, passed_on, to_next_row
 from jaxcontact.history.march import solved
+from jaxcontact.simulation import _begun, prepare, run_block
+from jaxcontact.sliding.observables import SlidingStep
+from jaxcontact.sliding.transient import with_returns
 
 FINE, FAILED, INHERITED = jc.Status.FINE, jc.Status.NOT_CONVERGED, jc.Status.INHERITED
 MATERIALS = {
@@ -67,6 +71,41 @@ def test_steps_after_a_load_that_friction_cannot_hold():
     push = jc.TangentialLoad([[0.0, 0.0], [2.0, 0.0], [0.5, 0.0], [0.5, 0.0]])
     history = jc.shear(body, BALL, jc.Load(5.0), push, TIMES[:4], friction=0.3, coupled=False, grid=GRID)
     assert [*np.asarray(history.status)] == [FINE, jc.Status.SLIDES, INHERITED, INHERITED]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
+    """In two blocks of five steps; the first step fails by itself, all others have a contact that moves little."""
+    body, load = jc.LayeredHalfSpace([], MATERIALS["creeping"]), jc.Load(5.0)
+    simulation = prepare(body, BALL, load, 1e-6 * TIMES, grid=GRID, max_iterations=FEW)
+    state, blocks, padding = _begun(simulation.plan)
+    assert int(padding) == 0 and len(blocks.dt) == 2
+    found = []
+    for index in range(2):
+        state = jax.tree.unflatten(jax.tree.structure(state), jax.device_get(jax.tree.leaves(state)))
+        steps = jax.tree.map(lambda a, i=index: a[i], blocks)
+        state, outcomes = run_block(simulation.plan.setup, state, steps)
+        found += np.asarray(outcomes.status).tolist()
+    assert found[0] == FAILED and found[4:] == 6 * [INHERITED]
+    given = {"grid": GRID, "max_iterations": FEW}
+    np.testing.assert_array_equal(jc.indent(body, BALL, load, 1e-6 * TIMES, **given).status, found)
+
+
+def test_history_that_came_back_within_a_row():
+    """An inner step between two times counts, through the largest bound so far; what follows inherits it."""
+    of = lambda *values: jnp.asarray(values)
+    step = SlidingStep(
+        *7 * (jnp.zeros(5),),
+        dropped=of(0.0, 0.0, 0.0, 3.0, 0.1),
+        overlaps=of(False, False, False, True, True),
+        returned=of(0.0, 0.0, 2.0, 3.0, 3.0),
+    )
+    back = jc.Status.CAME_BACK
+    status = with_returns(of(0, 0, 0, 0, 0), step, jnp.asarray(100.0))
+    assert status.tolist() == [FINE, FINE, back, back, INHERITED]
+    assert with_returns(of(0, 0, 0, 1, 0), step, jnp.asarray(100.0)).tolist() == [0, 0, back, 1, INHERITED]
+    assert with_returns(of(0, 0, 0, 0, 0), step, jnp.asarray(1000.0)).tolist() == 5 * [FINE]
 
 
 def test_what_is_passed_on():
