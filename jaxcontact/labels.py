@@ -25,7 +25,6 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "contact_radius": (TIME, "m", "radius of a circle of the smooth area, in plane strain half the width"),
     "converged": (TIME, "1", "whether the step can be trusted"),
     "friction_coefficient": (TIME, "1", "tangential force over normal load"),
-    "total_tangential_force": (TIME, "N", "tangential force and friction together, against the motion"),
     "sticking_share": (TIME, "1", "cells that stick over cells in contact"),
     "approach": (TIME, "m", "approach of the indenter from first touch"),
     "approach_drift": ((), "m", "sinking per e-fold of the distance slid"),
