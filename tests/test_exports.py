@@ -13,7 +13,11 @@ from jaxcontact.files import storage
 
 WORDS = {"notes"}  # in the attributes, see test_notes.py
 PLACES = {"peak"}  # the largest of the von Mises stresses, which are exported, and its place on the axes
-MAPS = {"gap", "von_mises"}  # follow from fields of the same size: not stored a second time beside these
+MAPS = {
+    "gap",
+    "von_mises",
+    "traction",
+}  # follow from fields of the same size: not stored a second time beside these
 
 
 def derived(kind):

@@ -64,6 +64,7 @@ def test_steps_after_a_failed_one(verb, material, inherits):
     assert np.all(np.asarray(rows.converged) == (np.asarray(rows.status) == FINE))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_steps_after_a_load_that_friction_cannot_hold():
     """The load before and after it is the same; what it moved and cost is not known."""
