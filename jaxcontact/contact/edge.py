@@ -10,10 +10,13 @@ parameters, since p = g = 0 for a cell that just enters contact. The area of con
 triangle between the centres of the cells, with two corrections for what v is at an edge on a grid:
 
 - Where a side of a triangle crosses the edge at the fraction t from the pressed cell, with v linear along the side, the
-  crossing is moved to t + b t (1 - t). b depends on the direction of the edge (``_bend``).
+  crossing is moved to t + BEND t (1 - t).
 - The level set lies OUTSIDE beyond the edge of the continuous contact, in parts of a cell. Its perimeter, measured on the
-  same triangles, times OUTSIDE is subtracted. So the correction follows however many patches there are, and vanishes
-  where there is no edge.
+  same triangles, times OUTSIDE is subtracted. The correction thus follows the patches of contact, however many, and
+  vanishes where there is no edge.
+
+Both constants depend on the direction of the edge. In plane strain c is that of a row of cells, and is brought to that of one
+cell by ROW.
 
 In a body with memory c p is only what the present pressure contributes. Under a constant contact in which the pressure
 relaxes, c p would vanish while the gap outside stays, and the level set would retreat to the pressed cells' centres. The
@@ -29,10 +32,11 @@ from collections.abc import Iterator
 import jax.numpy as jnp
 from jax import Array
 
-# From Hertz contacts of 1.5 to 40 cells radius at random places on the grid, see tests/test_contact_edge.py; on films between
-# a twentieth of a cell and three cells thick OUTSIDE is -0.02 to 0.16.
-OUTSIDE = 0.085
-BEND_ALONG_AXIS, BEND_OBLIQUE = 0.53, 0.2
+# Of edges along an axis of the grid, and of oblique ones; from Hertz contacts of 1.5 to 40 cells radius at random places on the
+# grid. On films between a twentieth of a cell and three cells thick the level set lies up to 0.06 of a cell elsewhere.
+BEND = 0.53, 0.2
+OUTSIDE = 0.14, 0.075
+ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
 
 
 def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tuple[bool, bool]) -> Array:
@@ -45,15 +49,15 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
 
     Differentiable, with derivative zero where nothing is in contact.
     """
+    if pressure.shape[1] == 1:  # plane strain
+        compliance, periodic = compliance / ROW, (periodic[0], True)
     own = compliance * pressure
     level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, jnp.max(own)))
-    if pressure.shape[1] == 1:
-        periodic = periodic[0], True  # plane strain
     for axis, wraps in enumerate(periodic):
         level = _padded(level, axis, wraps)[(slice(None),) * axis + (slice(1 if wraps else None, None),)]
     weights = jnp.outer(*(_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True)))
-    shares, lengths = zip(*(_share_and_length(*corners) for corners in _triangles(level)), strict=True)
-    return jnp.maximum(jnp.sum(weights * (sum(shares) / 4.0 - OUTSIDE / 2.0 * sum(lengths))), 0.0)
+    shares, rims = zip(*(_share_and_rim(*corners) for corners in _triangles(level)), strict=True)
+    return jnp.maximum(jnp.sum(weights * (sum(shares) / 4.0 - sum(rims) / 2.0)), 0.0)
 
 
 def _widths(n: int, wraps: bool) -> Array:
@@ -99,13 +103,14 @@ def _triangles(level: Array) -> Iterator[tuple[Array, Array, Array]]:
     yield from ((b, a, c), (d, a, c), (a, b, d), (c, b, d))
 
 
-def _share_and_length(right: Array, one: Array, other: Array) -> tuple[Array, Array]:
-    """Return the share of each triangle's area with values above zero, and the length of the edge in the triangle."""
+def _share_and_rim(right: Array, one: Array, other: Array) -> tuple[Array, Array]:
+    """Return the share of each triangle's area with values above zero, and OUTSIDE times the length of the edge in it."""
     high, low = jnp.maximum(jnp.maximum(right, one), other), jnp.minimum(jnp.minimum(right, one), other)
     middle = jnp.maximum(jnp.minimum(right, one), jnp.minimum(jnp.maximum(right, one), other))
     cut, most = (high > 0.0) & (low <= 0.0), middle > 0.0
     lone = jnp.where(most, low, high)  # the corner that is alone on its side of the edge
-    bend = jnp.where(most, -1.0, 1.0) * _bend(one - right, other - right)
+    aligned = _aligned(one - right, other - right)
+    bend = jnp.where(most, -1.0, 1.0) * _mixed(BEND, aligned)
 
     def crossing(value: Array) -> Array:
         t = lone / jnp.where(cut, lone - value, 1.0)
@@ -119,12 +124,16 @@ def _share_and_length(right: Array, one: Array, other: Array) -> tuple[Array, Ar
     square = jnp.where(at_right, first**2 + second**2, (first - second) ** 2 + second**2)
     runs = cut & (square > 0.0)
     length = jnp.where(runs, jnp.sqrt(jnp.where(runs, square, 1.0)), 0.0)
-    return area, length
+    return area, _mixed(OUTSIDE, aligned**2) * length
 
 
-def _bend(along: Array, across: Array) -> Array:
-    """Return b of the module from the differences of the level along both legs of a triangle."""
+def _aligned(along: Array, across: Array) -> Array:
+    """Return 1 for edges along an axis of the grid to 0 for edges at 45 degrees, from the differences of the level along
+    both legs of a triangle."""
     along, across = jnp.abs(along), jnp.abs(across)
     steep, gentle = jnp.maximum(along, across), jnp.minimum(along, across)
-    slant = gentle / jnp.where(steep > 0.0, steep, 1.0)
-    return BEND_OBLIQUE + (BEND_ALONG_AXIS - BEND_OBLIQUE) * (1.0 - slant) ** 3
+    return (1.0 - gentle / jnp.where(steep > 0.0, steep, 1.0)) ** 3
+
+
+def _mixed(values: tuple[float, float], aligned: Array) -> Array:
+    return values[1] + (values[0] - values[1]) * aligned

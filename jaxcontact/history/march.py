@@ -103,9 +103,7 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     return Carry(fields, pressure, rate), outcome
 
 
-def contact_outcome(
-    problem: Problem, solution: Solution, earlier: Array | None = None
-) -> dict[str, Array]:
+def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:
     """Return what a solved contact says by itself, scaled, by the names of a result.
 
     earlier: the displacement (nx, ny) left by earlier pressure; None without memory.
