@@ -11,8 +11,9 @@ linear in its leaves, so that dK p is the operator of the tangent. ``custom_line
 solve, so forward and reverse mode and their compositions all follow from this one rule.
 
 A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside: the derivative is
-that of the side on which it stays out. Without contact no derivative of the pressure is left; under a load of
-zero the approach follows the lowest point of the surface, less that of the profile: without history it has none. A derivative whose linear solve fails is nan.
+that of the side on which it stays out. Without contact no derivative of the pressure is left. Under a load of zero the
+approach follows the lowest point of the surface less that of the profile; without history its derivative is zero. A
+derivative whose linear solve fails is nan.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
