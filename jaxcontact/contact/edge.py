@@ -22,9 +22,9 @@ In a body with memory c p is only what the present pressure contributes. Under a
 relaxes, c p would vanish while the gap outside stays, and the level set would retreat to the pressed cells' centres. The
 compliance of a cell therefore includes earlier pressure (``memory_factor``).
 
-Where contact reaches the side of a grid that is not periodic, it ends with the last cell. A wall, such as the
-flank of a flat punch, has no gap that tells how far it is: there the edge lies close to the centres of the last pressed
-cells, up to half a cell inside the wall.
+Where contact reaches the side of a grid that is not periodic, it ends with the last cell. A wall, such as the flank of a
+flat punch, has no gap that tells how far it is: there the edge lies close to the centres of the last pressed cells, up to
+half a cell inside the wall.
 """
 
 from collections.abc import Iterator
@@ -32,8 +32,8 @@ from collections.abc import Iterator
 import jax.numpy as jnp
 from jax import Array
 
-# Of edges along an axis of the grid, and of oblique ones; from Hertz contacts of 1.5 to 40 cells radius at random places on the
-# grid. On films between a twentieth of a cell and three cells thick the level set lies up to 0.06 of a cell elsewhere.
+# Of edges along an axis of the grid, and of oblique ones; from Hertz contacts of 1.5 to 40 cells radius at random places
+# on the grid. On films between a twentieth of a cell and three cells thick the edge lies up to 0.07 of a cell elsewhere.
 BEND = 0.53, 0.2
 OUTSIDE = 0.14, 0.075
 ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
@@ -68,9 +68,9 @@ def _widths(n: int, wraps: bool) -> Array:
 def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, bool]) -> Array:
     """Return the local displacement by present and earlier pressure over that by the present pressure, (nx, ny), >= 1.
 
-    earlier, displacement: (nx, ny), left by earlier pressure and caused by the present pressure. The ratio is that of their
-    Laplacians, which are local, by least squares over 3 x 3 cells. It is J(t) p'/(J(0) p) for a contact that stays as it is on
-    a half-space, whatever the history of its load.
+    earlier, displacement: (nx, ny), left by earlier pressure and caused by the present pressure. The ratio is that of
+    their Laplacians, which are local, by least squares over 3 x 3 cells. On a half-space it is exact for a contact that
+    stays as it is, whatever the history of its load.
     """
     left, present = (_laplacian(field, periodic) for field in (earlier, displacement))
     common, square = _box_sum(left * present, periodic), _box_sum(present**2, periodic)
