@@ -15,8 +15,8 @@ triangle between the centres of the cells, with two corrections for what v is at
   same triangles, times OUTSIDE is subtracted. The correction thus follows the patches of contact, however many, and
   vanishes where there is no edge.
 
-Both constants depend on the direction of the edge. In plane strain c is that of a row of cells, and is brought to that of one
-cell by ROW.
+Both constants depend on the direction of the edge. In plane strain c is that of a row of cells, and is brought to that of
+one cell by ROW.
 
 In a body with memory c p is only what the present pressure contributes. Under a constant contact in which the pressure
 relaxes, c p would vanish while the gap outside stays, and the level set would retreat to the pressed cells' centres. The
