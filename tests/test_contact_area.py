@@ -35,7 +35,7 @@ def test_full_contact_is_the_whole_grid(shape, periodic):
     np.testing.assert_allclose(full, shape[0] * shape[1], rtol=1e-14)
 
 
-@pytest.mark.parametrize("shape", [(16, 16), (9, 1)])
+@pytest.mark.parametrize("shape", [(16, 16), pytest.param((9, 1), marks=pytest.mark.slow)])
 def test_without_contact_the_area_and_its_derivatives_are_zero(shape):
     area = lambda p, g, c: contact_cells(p, g, c, FREE)
     value, slopes = jax.value_and_grad(area, (0, 1, 2))(jnp.zeros(shape), jnp.ones(shape), 0.3)
@@ -257,7 +257,7 @@ def test_a_ball_pressed_and_withdrawn_on_a_half_space_that_creeps():
 # no load ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("indenter", [jc.Sphere(5e-3), jc.Cone(1.4)])
+@pytest.mark.parametrize("indenter", [jc.Sphere(5e-3), pytest.param(jc.Cone(1.4), marks=pytest.mark.slow)])
 def test_the_approach_at_first_touch_is_zero_with_zero_gradient(indenter):
     """Its lowest point lies between the centres of cells on an even grid."""
     grid, body = jc.Grid.square(8, 80e-6), jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.3))
@@ -266,9 +266,9 @@ def test_the_approach_at_first_touch_is_zero_with_zero_gradient(indenter):
         turned = jax.tree.map(lambda leaf: leaf * scale, indenter)
         return jc.indent(body, turned, jc.Load(jnp.array([0.0, 1e-3])), [0.0, 1.0], grid=grid).approach
 
-    first, loaded = approach(1.0)
+    (first, loaded), (slope, _) = jax.jvp(approach, (1.0,), (1.0,))
     assert float(first) == 0.0 and float(loaded) > 0.0
-    assert jax.jacfwd(approach)(1.0)[0] == 0.0
+    assert float(slope) == 0.0
 
 
 def test_first_touch_of_sampled_heights_is_at_the_highest_of_them():
