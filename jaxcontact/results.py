@@ -100,10 +100,10 @@ class ContactHistory(Readable):
     returned, stacked over time; approach [m], load [N], contact_area [m^2] (a count of cells, derivative
     zero), smooth_area [m^2], film_strain, iterations, error, status: (nt,).
 
-    smooth_area is the area within the contact's edge, which is found below the cell from the pressure inside and the gap
-    outside (``contact.edge``): it moves with load and materials, and is differentiable. On 128 x 128 cells the radius of
-    a round contact on a film, thick or thin, creeping or not, is within 0.1 %, and its slope, that of the discrete problem,
-    within 7 % (10 % on a film ten times as stiff as its base).
+    smooth_area is the area of contact from the pressure inside and the gap outside its edge (``contact.edge``), for any
+    number of patches. It is continuous in load and material parameters, and differentiable. The radius of a Hertz contact
+    of at least 5 cells across is right to 0.04 of a cell, and d smooth_area/d log(load) to 0.3 % in the mean over places on
+    the grid, with a root mean square error of 0.4/(cells across).
 
     film_strain is the film's shortening over its thickness at its deepest point (as on a rigid base; 0
     without a film). Above 0.2 the linear theory is stretched.

@@ -12,7 +12,7 @@ PAPER = "paper"
 DESCRIBED = "described in the paper"
 BIAS = "the paper's kernel is 0.16 to 0.19 % too stiff for the film"
 GRID = "discretisation at N = 256"
-CELLS = "the area is a count of cells"
+CELLS = "the edge is found to a few hundredths of a cell"
 COARSE = "a quarter of a cell at 0 s"
 OFF_AXIS = "no cell centre on the axis at even N"
 

@@ -11,8 +11,9 @@ linear in its leaves, so that dK p is the operator of the tangent. ``custom_line
 solve, so forward and reverse mode and their compositions all follow from this one rule.
 
 A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside: the derivative is
-that of the side on which it stays out. Without contact no derivative of the pressure is left; under a load of
-zero the approach goes with the place of first touch. A derivative whose linear solve fails is nan.
+that of the side on which it stays out. Without contact no derivative of the pressure is left. Under a load of zero the
+approach follows the lowest point of the surface less that of the profile; without history its derivative is zero. A
+derivative whose linear solve fails is nan.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
@@ -144,7 +145,7 @@ def _under_load(
 ) -> tuple[Array, Array]:
     """Return the tangents of the free pressures, whose sum changes by ``target``, and of the approach.
 
-    The change of the sum scales the free pressures. Without contact the approach moves with the place of first touch;
+    The change of the sum scales the free pressures. Without contact the approach is that of first touch;
     where the law prescribes the pressure of every cell in contact it is not determined, and its tangent is nan.
     """
     free = jnp.where(mask, p, 0.0)
@@ -155,10 +156,15 @@ def _under_load(
     # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
     back = problem.operator.transpose()(free)
     d_approach = jnp.sum(back * dp + free * forcing) * over_total
-    without = change.gap.ravel()[jnp.argmin(problem.gap)]
+    without = _first_touch(problem, change)
     if problem.law.prescribes:
         without = jnp.where(jnp.any(problem.law.touching(p)), jnp.nan, without)
     return dp, jnp.where(total > 0.0, d_approach, without)
+
+
+def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem) -> Array:
+    """Return the tangent of the approach at a load of zero (``normal.approach_of``), zero without history."""
+    return change.gap.ravel()[jnp.argmin(problem.gap)] - change.lowest
 
 
 @jax.custom_jvp
@@ -276,7 +282,7 @@ def _multipliers(space: _SlipSpace, change: SlipProblem, p: Array, moved: Array)
     if space.problem.tangential_load_controlled:
         shift = space.free.push(jnp.sum(space.free.along(moved[:2]), (1, 2)))
     if space.problem.load_controlled:
-        first_touch = change.gap.ravel()[jnp.argmin(space.problem.gap)]
+        first_touch = _first_touch(space.problem, change)
         approach = jnp.where(jnp.any(p > 0.0), masked_mean(moved[2], p > 0.0), first_touch)
     return shift, approach
 

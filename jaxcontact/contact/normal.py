@@ -89,11 +89,13 @@ def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
 def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array:
     """Return the approach: as given, or the one at which the gap is zero in the mean over the free cells in contact.
 
-    It is that of first touch where there is no contact.
+    Where there is no contact it is that of first touch: the indenter's lowest point, which may lie between centres of
+    cells, meets the lowest point of the surface. This is the lowest sampled point of u + gap less that of the profile,
+    zero without history.
     """
     if not problem.load_controlled:
         return problem.target
-    return _zero_gap(problem, pressure, displacement, jnp.min(displacement + problem.gap))
+    return _zero_gap(problem, pressure, displacement, jnp.min(displacement + problem.gap) - problem.lowest)
 
 
 def _zero_gap(problem: Problem, pressure: Array, displacement: Array, otherwise: Array) -> Array:

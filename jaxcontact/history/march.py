@@ -14,7 +14,7 @@ from jax import Array
 
 from jaxcontact._pytree import pytree, static
 from jaxcontact._status import Status, first_of, inherited, passed_on, to_next_row
-from jaxcontact.contact.edge import contact_cells
+from jaxcontact.contact.edge import contact_cells, memory_factor
 from jaxcontact.contact.implicit import KEPT, solve_contact
 from jaxcontact.contact.law import UNILATERAL, ContactLaw
 from jaxcontact.contact.normal import Problem, Solution
@@ -106,21 +106,27 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
         film_strain=observed.film_strain,
         status=status,
         more=observed.more,
-        **contact_outcome(problem, solution),
+        **contact_outcome(problem, solution, earlier),
     )
     return Carry(fields, pressure, rate, passed_on(status)), outcome
 
 
-def contact_outcome(problem: Problem, solution: Solution) -> dict[str, Array]:
-    """What a solved contact says by itself, scaled, by the names of a result."""
-    p, operator = solution.pressure, problem.operator
-    gap = problem.gap + solution.displacement - solution.approach
+def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:
+    """Return what a solved contact says by itself, scaled, by the names of a result.
+
+    earlier: the displacement (nx, ny) left by earlier pressure; None without memory.
+    """
+    p, u, operator = solution.pressure, solution.displacement, problem.operator
+    gap = problem.gap + u - solution.approach
+    compliance = operator.held_compliance()
+    if earlier is not None:
+        compliance = compliance * memory_factor(earlier, u, operator.periodic)
     return {
         "pressure": p,
         "approach": solution.approach,
         "load": jnp.sum(p),
         "contact_area": jnp.sum(problem.law.touching(p)).astype(float),
-        "smooth_area": contact_cells(p, gap, operator.held_compliance(), operator.periodic),
+        "smooth_area": contact_cells(p, gap, compliance, operator.periodic),
         "iterations": solution.iterations,
         "error": solution.error,
     }

@@ -129,7 +129,7 @@ def _outcome(
     numbers: dict[str, Array],
 ) -> ShearOutcome:
     pressed, sheared = found.normal, found.tangential
-    said = contact_outcome(problem.pressed(sheared.traction), pressed)
+    said = contact_outcome(problem.pressed(sheared.traction), pressed, sunk)
     earlier = sunk + (problem.operator.sunk(sheared.traction) if setup.coupled else 0.0)
     fields = {
         "pressure": said.pop("pressure"),
