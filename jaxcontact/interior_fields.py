@@ -30,7 +30,7 @@ from jaxcontact.response.interior_coefficients import (
     summed,
 )
 from jaxcontact.response.interior_time import Lags, lags_before_the_last
-from jaxcontact.response.rational import creeps
+from jaxcontact.response.band import creeps
 from jaxcontact.response.stack import solids, spectra
 from jaxcontact.summaries import interior_summary
 

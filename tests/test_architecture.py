@@ -56,6 +56,7 @@ LAYERS = {
     "response.volume": 3,
     "response.layer": 0,
     "response.stack": 4,
+    "response.band": 5,
     "response.rational": 7,
     "response.wavevector": 5,
     "response.tangential_coefficients": 3,
