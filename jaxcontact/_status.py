@@ -26,6 +26,8 @@ class Status(IntEnum):
     NOT_STEADY = 6
     OUT_OF_RANGE = 7
     SLIDES = 8
+    NOT_FINITE = 9
+    NOT_RESOLVED = 10
 
     @property
     def message(self) -> str:
@@ -43,6 +45,8 @@ MESSAGES = {
     Status.NOT_STEADY: "no steady state: the body flows without limit, or rolling had not settled after 20 grid lengths",
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say), which jit or vmap kept from sight",
     Status.SLIDES: "friction cannot hold the tangential load: a smaller one, or a given displacement",
+    Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
+    Status.NOT_RESOLVED: "the body's response is off by more than 1 %: kernels with more nodes, or a shorter time",
 }
 
 

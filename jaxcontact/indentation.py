@@ -189,4 +189,6 @@ def _superposed(experiment: Experiment) -> Plan:
     table: Any = rows(body, indenter, when.ravel(), quasi_elastic=True)
     table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
     memory = DirectMemory(images, jnp.zeros(when.size))
-    return experiment.plan(memory, table, images.scale, Errors(jnp.zeros(()), images.image_error))
+    return experiment.plan(
+        memory, table, images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
+    )

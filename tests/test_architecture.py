@@ -66,7 +66,7 @@ LAYERS = {
     "response.interior": 5,
     "response.interior_time": 8,
     "response.interior_coefficients": 9,
-    "response.ladder": 5,
+    "response.ladder": 6,
     "response.layered": 8,
     "response.body": 9,
     "indenters": 10,

@@ -39,6 +39,8 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.NOT_STEADY: "experiment",
     Status.OUT_OF_RANGE: "experiment",
     Status.SLIDES: "control.tangential_load",
+    Status.NOT_FINITE: "experiment",
+    Status.NOT_RESOLVED: "experiment",
 }
 
 

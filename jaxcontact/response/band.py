@@ -20,8 +20,8 @@ from jaxcontact.response.stack import solids, spectra
 MARGIN = 2.0  # by how much the rates reach beyond those of the solids,
 SAMPLED = 10.0  # and the frequencies beyond the rates
 SOFT = 3.0  # compliance that a layer finds in its surroundings, over that of the softest other solid
-REACH = 1e6  # by how much the rates reach below those of the solids where there is no slowest one,
-MORE_RATES, MORE_SHAPES = 1.5, 3.5  # how many times as many rates and shapes there are then,
+REACH = 1e4  # by how much the rates reach below those of the solids where there is no slowest one,
+MORE_RATES, MORE_SHAPES = 1.5, 2.5  # how many times as many rates and shapes there are then,
 HORIZON = 0.05  # and the latest time over the longest 1/rate
 ROUNDING = 8.0  # steps of the rounding in a factor of two
 
@@ -85,16 +85,20 @@ def _has_no_slowest(body: LayeredHalfSpace) -> Array:
     return jnp.any((jnp.cumsum(~flowing[:-1]) > 0) & flowing[1:])
 
 
+def horizon(body: LayeredHalfSpace) -> Array:
+    """Return the latest time for which an expansion is made [s], () inf where the rates have a lower bound."""
+    return jnp.where(_has_no_slowest(body), HORIZON * REACH / band(body)[0], jnp.inf)
+
+
 def window(body: LayeredHalfSpace, count: int) -> Window:
     """Return ``count`` rates for a rounded body, and what goes with them."""
-    endless = _has_no_slowest(body)
-    low, high = band(body)
+    (low, high), last = band(body), horizon(body)
+    endless = jnp.isfinite(last)
     low = jnp.where(endless, low / REACH, low)
-    horizon = jnp.where(endless, HORIZON / low, jnp.inf)
     lowest = jnp.where(endless, low * SAMPLED, low / SAMPLED)
-    latest = jnp.where(endless, horizon, SAMPLED / low)
+    latest = jnp.where(endless, last, SAMPLED / low)
     period = -1j / spread(lowest, high * SAMPLED, 2 * count)
-    return Window(spread(low, high, count), period, spread(1.0 / (high * SAMPLED), latest, count), horizon)
+    return Window(spread(low, high, count), period, spread(1.0 / (high * SAMPLED), latest, count), last)
 
 
 def spread(low: Array, high: Array, count: int) -> Array:
