@@ -18,6 +18,7 @@ from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._scale import Scale
+from jaxcontact._status import Status
 from jaxcontact.controls import Control, Load, check_control
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.history import march as marching

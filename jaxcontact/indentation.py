@@ -145,7 +145,7 @@ def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
         history = _solved(*given, grid=grid, **options)
         if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
             break
-        grid = Grid.square(grid.shape[0], WIDER * float(grid.width[0]))
+        grid = replace(grid, spacing=tuple(WIDER * float(d) for d in grid.spacing))
     told = replace(history.diagnostics, widenings=jnp.asarray(widened))
     return replace(history, diagnostics=told)
 

@@ -70,7 +70,7 @@ LAYERS = {
     "response.layered": 8,
     "response.body": 9,
     "indenters": 10,
-    "predicted_contact": 11,
+    "predicted_contact": 9.5,
     # traction -> displacement on a grid
     "operators.spectral": 0,
     "operators.base": 0,
