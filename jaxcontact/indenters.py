@@ -22,6 +22,7 @@ from jaxcontact.materials import Elastic
 from jaxcontact.predicted_contact import Outline, predicted
 from jaxcontact.response.half_space import HalfSpace
 
+ENDS = 1.3  # half-width at the sharp ends of a roller over that between them, about
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
 
 
@@ -153,7 +154,7 @@ class Cone(Indenter):
         def hertz(A: float, value: float, loaded: bool) -> float:
             return math.sqrt(value * A * slope / math.pi) if loaded else 2.0 * value * slope / math.pi
 
-        return Outline(lambda a: a / slope, hertz, float(self.compliance()))
+        return Outline(lambda a: a / slope, hertz, float(self.compliance()), pointed=True)
 
 
 @pytree
@@ -193,8 +194,8 @@ class Cylinder(Indenter):
         return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()), length)
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """Estimate the half-width of the line contact; half its length is known."""
-        return super().half_widths(body, control, times)[0], float(self.length) / 2.0
+        """Estimate the half-width of the line contact, with room for its wider ends; half its length is known."""
+        return ENDS * super().half_widths(body, control, times)[0], float(self.length) / 2.0
 
 
 @pytree
