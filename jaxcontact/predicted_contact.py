@@ -11,8 +11,7 @@ and a follows from one condition, that the ball of radius R touches in the middl
     u(0) - u(a) = a^2/(2 R),
 
 with p0 = 3 W/(2 pi a^2), or at a given approach u(0). On a half-space both are exact (Hertz). Any other round profile
-takes the place of a^2/(2 R). Under a cone the pressure is p0 arcosh(a/r), p0 = W/(pi a^2), with g = (1 - cos z)/z^2 (I. N.
-Sneddon, Int. J. Eng. Sci. 3 (1965) 47). Under a roller the pressure is p0 sqrt(1 - x^2/b^2), of the transform pi p0 b J_1(z)/z, and
+takes the place of a^2/(2 R). Under a roller the pressure is p0 sqrt(1 - x^2/b^2), of the transform pi p0 b J_1(z)/z, and
 
     u(x) = p0 b int A(z/b, t) g(z) cos(z x/b) dz,      g(z) = J_1(z)/z^2,
 
@@ -65,14 +64,13 @@ class Outline:
 
     depth: of the profile at a radius, or at a half-width, both [m]; hertz: the radius [m] on a half-space of a compliance
     [1/Pa] under a load [N], or at an approach [m], given as (compliance, value, loaded); compliance: of the indenter
-    [1/Pa]; length: of a roller [m], None for a round indenter; pointed: whether it is a cone.
+    [1/Pa]; length: of a roller [m], None for a round indenter.
     """
 
     depth: Callable[[float], float]
     hertz: Callable[[float, float, bool], float]
     compliance: float
     length: float | None = None
-    pointed: bool = False
 
 
 def predicted(body: LayeredHalfSpace, outline: Outline, control: Control, times: np.ndarray) -> Predicted:
@@ -101,14 +99,14 @@ def _at(response: Response, outline: Outline, loaded: bool, value: float, t: flo
         compliance = np.interp(np.log(Z / a), np.log(alpha), A)
         if outline.length is not None:
             return _line(compliance, LONGEST * a / outline.length)
-        return _round(compliance, outline.pointed)
+        return _round(compliance)
 
     def peak(a: float) -> float:
         if not loaded:
             return value / (a * surface(a)[0])
         if outline.length is not None:
             return 2.0 * value / (np.pi * a * outline.length)
-        return (1.0 if outline.pointed else 1.5) * value / (np.pi * a**2)
+        return 1.5 * value / (np.pi * a**2)
 
     def too_small(a: float) -> bool:
         middle, edge = surface(a)
@@ -132,13 +130,12 @@ def _strain_per_pressure(response: Response, a: float, t: float) -> float:
     return float(response.film_creep().creep(t)) * a / h * _round(shape)[0]
 
 
-def _round(A: np.ndarray, pointed: bool = False) -> tuple[float, float]:
+def _round(A: np.ndarray) -> tuple[float, float]:
     """The integrals of A g and of A g J_0(z) over z, A at ``Z``."""
     from scipy.special import j0
 
     with np.errstate(all="ignore"):
-        blunt = np.where(Z < TURN, 1.0 / 3.0, (np.sin(Z) - Z * np.cos(Z)) / Z**3)
-    g = 2.0 * (np.sin(Z / 2.0) / Z) ** 2 if pointed else blunt
+        g = np.where(Z < TURN, 1.0 / 3.0, (np.sin(Z) - Z * np.cos(Z)) / Z**3)
     return float(np.sum(A * g * WEIGHTS)), float(np.sum(A * g * j0(Z) * WEIGHTS))
 
 
