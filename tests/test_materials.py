@@ -138,6 +138,31 @@ def test_rates_of_relaxation_over_fifteen_decades():
     np.testing.assert_allclose(ours, exact, rtol=ROUND_OFF)
 
 
+@pytest.mark.parametrize("fluidity", [0.0, 1e-300, 1e-200, 1e-100, 1e-40])
+def test_the_slowest_rate_is_proportional_to_the_fluidity(fluidity):
+    """Exactly zero without one, and its own to 1e-12 however small: 500 random spectra of one to six terms.
+
+    To first order rho = fluidity/(J0 + 1/c + sum J), from the roots of total rho = fluidity + ... of the module.
+    """
+    rng = np.random.default_rng(0)
+    extra = jnp.asarray(10 ** rng.uniform(-12, 0, 64))
+    rates_of = jax.jit(
+        lambda J, tau: relaxation_modes(jc.Prony(1e-9, J, tau, fluidity=fluidity).spectrum(), extra)[0]
+    )
+    slope = jax.jit(
+        jax.jacfwd(
+            lambda f, J, tau: relaxation_modes(jc.Prony(1e-9, J, tau, fluidity=f).spectrum(), extra)[0]
+        )
+    )
+    for n in range(500):
+        terms = 1 + n % 6
+        J, tau = 10 ** rng.uniform(-10, -8, terms), 10 ** rng.uniform(-2, 3, terms)
+        exact = 1.0 / (1e-9 + np.asarray(extra) + np.sum(J))
+        np.testing.assert_allclose(rates_of(J, tau)[:, 0], fluidity * exact, rtol=ROUND_OFF, atol=0.0)
+        if n < 12:
+            np.testing.assert_allclose(slope(fluidity, J, tau)[:, 0], exact, rtol=ROUND_OFF)
+
+
 @pytest.mark.parametrize("name", MATERIALS)
 def test_scaled_materials_are_stiffer_and_keep_their_times_and_poissons_ratio(name):
     material, t = MATERIALS[name], jnp.array([0.0, 0.3, 50.0])
