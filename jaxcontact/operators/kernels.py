@@ -114,7 +114,8 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Two are good to 4e-7 of the
             displacement for a film a tenth as stiff as its substrate and to 3e-4 for one as stiff; take
             more for a stiffer film (``separation_error`` says how good they are). Of several layers, or on a substrate
-            that creeps, each stands for 12 rates spread over the times of the materials, and 4 shapes.
+            that creeps, each stands for 12 rates spread over the times of the materials, and 4 shapes; for 18 and 10
+            where a layer that does not flow lies over one that may, whose response has a latest time, ``horizon``.
 
     Returns:
         ``Kernels``.
