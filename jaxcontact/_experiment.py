@@ -18,6 +18,7 @@ from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._scale import Scale
+from jaxcontact._status import Status
 from jaxcontact.controls import Control, Load, check_control
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.history import march as marching
@@ -32,6 +33,7 @@ from jaxcontact.response.stack import solids
 from jaxcontact.results import ContactStep, marked
 
 Save = str | Callable[[ContactStep], Any]
+LARGEST_ERROR = 1e-2  # of the response: beyond it a step is not fine
 LOOSEST = 1e-2  # tolerance
 
 
@@ -247,7 +249,7 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
-    return marked(replace(result, diagnostics=told), experiment.valid)
+    return marked(replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid)
 
 
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
@@ -255,3 +257,18 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     result = finished(result, errors, experiment)
     announce(result, stacklevel=3)
     return result
+
+
+def _doubted(result: Any, errors: Errors) -> Array:
+    """Return the status, with the steps marked that are known to be off; a steady state lasts as long as its grid passes."""
+    if hasattr(result, "times"):
+        return doubted(result.status, result.times - result.times[0], errors)
+    speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
+    width = jnp.max(jnp.stack(result.grid.width))
+    return doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+
+
+def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
+    """Return the status, with those marked that are fine but for a response known to be off by more than 1 %."""
+    off = (jnp.maximum(errors.separation, errors.images) > LARGEST_ERROR) | (elapsed > errors.horizon)
+    return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

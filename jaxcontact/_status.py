@@ -27,6 +27,8 @@ class Status(IntEnum):
     OUT_OF_RANGE = 7
     SLIDES = 8
     INHERITED = 9
+    NOT_FINITE = 10
+    NOT_RESOLVED = 11
 
     @property
     def message(self) -> str:
@@ -45,6 +47,8 @@ MESSAGES = {
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say), which jit or vmap kept from sight",
     Status.SLIDES: "friction cannot hold the tangential load: a smaller one, or a given displacement",
     Status.INHERITED: "an earlier step failed (see its own status), and this step builds on its result",
+    Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
+    Status.NOT_RESOLVED: "the body's response is off by more than 1 %: kernels with more nodes, or a shorter time",
 }
 
 

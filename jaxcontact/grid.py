@@ -70,10 +70,11 @@ class Grid:
 
     @classmethod
     def around(cls, body: Any, indenter: Any, control: Any, times: Any, n: int = 256) -> Grid:
-        """An n x n grid wide enough for the contact at all times (concrete values only).
+        """Choose an n x n grid wide enough for the contact at all times (concrete values only).
 
-        Takes the indenter's estimate of its largest contact radius and leaves a margin of 30 %;
-        should the contact reach the edge all the same, the result's status says so.
+        Takes the indenter's estimate of the largest half-widths of its contact and leaves a margin of 30 %, along x
+        and along y: the cells under a long roller are rectangles. Should the contact reach the edge all the same, the
+        result's status says so.
         """
         given = (
             ("body", body, "substrate"),
@@ -87,17 +88,19 @@ class Grid:
                 f" got {type(value).__name__}",
             )
         try:
-            radius = float(indenter.estimated_radius(body, control, np.asarray(times, dtype=float)))
+            half = np.asarray(indenter.half_widths(body, control, np.asarray(times, dtype=float)))
         except (jax.errors.ConcretizationTypeError, jax.errors.TracerArrayConversionError):
             raise ValueError(
                 "Grid.around: expected values that are known, got some that jit, vmap or grad trace;"
                 " choose the grid outside, wide enough for all of them"
             ) from None
-        if not np.isfinite(radius) or radius <= 0.0:
+        if not np.all(np.isfinite(half) & (half > 0.0)):
             raise ValueError(
-                f"Grid.around: expected a load or an approach > 0 at some time, got a contact of {radius} m"
+                f"Grid.around: expected a load or an approach > 0 at some time, got a contact of {half.min()} m"
             )
-        return cls.square(n, 2.0 * MARGIN * radius)
+        across, along = (2.0 * MARGIN * float(width) for width in half)
+        cls.square(n, across)  # for the check of n
+        return cls(shape=(n, n), spacing=(across / n, along / n))
 
     @property
     def width(self) -> tuple[Any, Any]:

@@ -145,7 +145,7 @@ def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
         history = _solved(*given, grid=grid, **options)
         if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
             break
-        grid = Grid.square(grid.shape[0], WIDER * float(grid.width[0]))
+        grid = replace(grid, spacing=tuple(WIDER * float(d) for d in grid.spacing))
     told = replace(history.diagnostics, widenings=jnp.asarray(widened))
     return replace(history, diagnostics=told)
 
@@ -189,4 +189,6 @@ def _superposed(experiment: Experiment) -> Plan:
     table: Any = rows(body, indenter, when.ravel(), quasi_elastic=True)
     table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
     memory = DirectMemory(images, jnp.zeros(when.size))
-    return experiment.plan(memory, table, images.scale, Errors(jnp.zeros(()), images.image_error))
+    return experiment.plan(
+        memory, table, images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
+    )

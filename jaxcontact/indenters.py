@@ -15,13 +15,15 @@ from jax import Array
 from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import is_concrete, pytree
-from jaxcontact.controls import Control, Load
+from jaxcontact.controls import Control
 from jaxcontact.grid import Grid
-from jaxcontact.layers import LayeredHalfSpace, at_its_thickest, check_material, checked_body
+from jaxcontact.layers import LayeredHalfSpace, at_its_thickest, check_material
 from jaxcontact.materials import Elastic
-from jaxcontact.response.body import bulge_creep, response_of
+from jaxcontact.predicted_contact import Outline, predicted
 from jaxcontact.response.half_space import HalfSpace
 
+POINTED = 1.25  # radius under a cone over the estimate by Hertz's pressure: 1.30 on a half-space, 1.21 on a bed of springs
+ENDS = 1.3  # half-width at the sharp ends of a roller over that between them, about
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
 
 
@@ -43,8 +45,17 @@ class Indenter(abc.ABC):
         """Whether sizes are in their range; ValueError for values or shapes that cannot be."""
 
     @abc.abstractmethod
+    def outline(self) -> Outline:
+        """The part of it that an estimate of the contact needs; concrete values only."""
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""
+        radius = predicted(at_its_thickest(body), self.outline(), control, times).radius
+        return radius, radius
+
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
-        """About the largest contact radius [m] over the history, for choosing a grid."""
+        """Estimate the largest radius of the contact over the history [m]; of a long one half its length."""
+        return max(self.half_widths(body, control, times))
 
     def compliance(self) -> Array:
         """(1 - nu)/G of the indenter [1/Pa], zero when rigid."""
@@ -70,10 +81,6 @@ def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
     return valid & check_material("indenter", indenter.material)
 
 
-def _duration(times: np.ndarray) -> float:
-    return float(times[-1] - times[0])
-
-
 @pytree
 class Sphere(Indenter):
     """A ball, as a paraboloid: profile (x^2 + y^2)/(2 R).
@@ -96,38 +103,13 @@ class Sphere(Indenter):
     def check(self, grid: Grid) -> Verdict:
         return _checks.positive("sphere radius [m]", self.radius)
 
-    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
-        """(a_s^4 + a_f^4)^(1/4) of the ball on the substrate (Hertz) and on the film alone.
+    def outline(self) -> Outline:
+        R = float(self.radius)
 
-        The film alone is a half-space, or thin, whichever gives the smaller contact. Thin, it is a bed of springs,
-        a^4 = 4 R W springs/pi, or moves aside, a^6 = 96 R W bulge/pi (``bulge_creep``; the limit nu = 1/2 of a bonded film,
-        p ~ (a^2 - r^2)^2, W = pi G a^6/(32 R h^3)), whichever gives the larger one.
+        def hertz(A: float, value: float, loaded: bool) -> float:
+            return (3.0 * value * R * A / 8.0) ** (1.0 / 3.0) if loaded else math.sqrt(R * value)
 
-        At an approach d it is a^2 = (1 + m) R d, where compliance goes as the power m of the wavenumber: m = 0 on a
-        half-space, 1 on springs and 3 on what moves aside alone; 1 is taken at least.
-        """
-        R, value = float(self.radius), max(float(np.max(np.asarray(control.value))), 0.0)
-        solid, t = checked_body(at_its_thickest(body))[0], _duration(times)
-        response, own = response_of(solid), float(self.compliance())
-        springs, bulge = float(response.springs(t)), float(bulge_creep(solid, t))
-        wide, narrow = float(response.wide(t)), float(response.narrow(t))
-        if not isinstance(control, Load):
-            m = _power(math.sqrt(2.0 * R * value), springs, bulge, narrow, wide + own)
-            return math.sqrt((1.0 + m) * R * value)
-        on_half_space = lambda A: (3.0 * value * R * (A + own) / 8.0) ** (1.0 / 3.0)
-        hertz, thick = on_half_space(wide), on_half_space(narrow)
-        bed, aside = 4.0 * R * value * springs / np.pi, 96.0 * R * value * bulge / np.pi
-        thin = max(bed**0.25, aside ** (1.0 / 6.0))
-        return max((hertz**4 + min(thin, thick) ** 4) ** 0.25, thick if thick < hertz else 0.0)
-
-
-def _power(radius: float, springs: float, bulge: float, narrow: float, below: float) -> float:
-    """m at the wavenumber of a contact of that radius [m], 1 at least; a film as thick as that does not move aside."""
-    alpha = 4.0 / radius if radius > 0.0 else 0.0
-    spring, aside = springs * alpha, bulge * alpha**3
-    aside = min(aside, narrow**2 / aside) if aside > 0.0 else 0.0
-    whole = spring + aside + below
-    return max(1.0, (spring + 3.0 * aside) / whole) if whole > 0.0 else 1.0
+        return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()))
 
 
 @pytree
@@ -167,14 +149,18 @@ class Cone(Indenter):
             "cone pi/2 - half-angle [rad]", 0.5 * math.pi - self.half_angle
         )
 
-    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
-        """That on a half-space as soft as the softer of film and substrate."""
-        value, slope = max(float(np.max(np.asarray(control.value))), 0.0), math.tan(float(self.half_angle))
-        if not isinstance(control, Load):
-            return value * slope
-        response, t = response_of(checked_body(body)[0]), _duration(times)
-        softest = max(float(response.wide(t)), float(response.narrow(t))) + float(self.compliance())
-        return math.sqrt(value * softest * slope / math.pi)
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Estimate the radius by Hertz's pressure, corrected for that of a cone, which is higher in the middle."""
+        radius = POINTED * super().half_widths(body, control, times)[0]
+        return radius, radius
+
+    def outline(self) -> Outline:
+        slope = math.tan(float(self.half_angle))
+
+        def hertz(A: float, value: float, loaded: bool) -> float:
+            return math.sqrt(value * A * slope / math.pi) if loaded else 2.0 * value * slope / math.pi
+
+        return Outline(lambda a: a / slope, hertz, float(self.compliance()))
 
 
 @pytree
@@ -205,14 +191,17 @@ class Cylinder(Indenter):
             valid = valid & _spans(self.length, grid.width[1])
         return valid & _covers_a_cell("cylinder length [m]", self.length, self.profile(grid), grid)
 
-    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
-        """Half the length, or the half-width of the line contact on the softer of film and substrate."""
-        value = float(np.max(np.asarray(control.value)))
-        width = np.sqrt(2.0 * float(self.radius) * max(value, 0.0))
-        if isinstance(control, Load):
-            A = response_of(checked_body(body)[0]).narrow(_duration(times)) + self.compliance()
-            width = np.sqrt(2.0 * value / float(self.length) * float(self.radius) * float(A) / np.pi)
-        return max(float(width), float(self.length) / 2.0)
+    def outline(self) -> Outline:
+        R, length = float(self.radius), float(self.length)
+
+        def hertz(A: float, value: float, loaded: bool) -> float:
+            return math.sqrt(2.0 * value / length * R * A / math.pi) if loaded else math.sqrt(R * value)
+
+        return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()), length)
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Estimate the half-width of the line contact, with room for its wider ends; half its length is known."""
+        return ENDS * super().half_widths(body, control, times)[0], float(self.length) / 2.0
 
 
 @pytree
@@ -238,9 +227,12 @@ class FlatPunch(Indenter):
         valid = _checks.positive("punch radius [m]", self.radius)
         return valid & _covers_a_cell("punch radius [m]", self.radius, self.profile(grid), grid)
 
-    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
         """The punch's own radius."""
-        return float(self.radius)
+        return float(self.radius), float(self.radius)
+
+    def outline(self) -> Outline:
+        raise NotImplementedError("the contact of a flat punch is known")
 
 
 @pytree
@@ -274,7 +266,7 @@ class HeightField(Indenter):
         )
         return _checks.finite("heights [m]", self.heights)
 
-    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+    def outline(self) -> Outline:
         raise ValueError(
             "Grid.around: a HeightField comes with its own grid; expected Grid(shape=heights.shape, spacing=(dx, dy))"
         )

@@ -19,6 +19,7 @@ from jaxcontact.layers import LayeredHalfSpace, checked_body
 from jaxcontact.notes import Note, brief
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum
+from jaxcontact.response.band import creeps
 from jaxcontact.response.interior import poisson_at
 from jaxcontact.response.interior_coefficients import (
     OF_DISPLACEMENTS,
@@ -30,7 +31,6 @@ from jaxcontact.response.interior_coefficients import (
     summed,
 )
 from jaxcontact.response.interior_time import Lags, lags_before_the_last
-from jaxcontact.response.rational import creeps
 from jaxcontact.response.stack import solids, spectra
 from jaxcontact.summaries import interior_summary
 

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxcontact._experiment import Experiment, Plan
+from jaxcontact._experiment import Experiment, Plan, doubted
 from jaxcontact._pytree import pytree
 from jaxcontact.history import march as marching
 from jaxcontact.indentation import planned
@@ -67,7 +67,10 @@ class Simulation:
 
     def _block(self, first: int, outcomes: marching.Outcome, carry: list[np.ndarray]) -> FinishedBlock:
         """The fine steps of a block, of which ``first`` is the first, in SI units."""
-        bad = np.flatnonzero(outcomes.status)
+        elapsed = self.experiment.times[first : first + outcomes.status.size] - self.experiment.times[0]
+        status = np.asarray(doubted(outcomes.status, elapsed, self.plan.errors))
+        outcomes = outcomes._replace(status=status)
+        bad = np.flatnonzero(status)
         count = int(bad[0]) if bad.size else outcomes.status.size
         fine = jax.tree.map(lambda a: a[:count], outcomes)
         times = self.experiment.times[first : first + count]

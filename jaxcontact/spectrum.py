@@ -26,6 +26,7 @@ from jaxcontact._exponential import mean_decay
 from jaxcontact._pytree import pytree
 
 HALVINGS = 100  # of an interval between rates: a root is known to 1e-30 of it
+SLOW = 1e-3  # of the least retardation rate: below it the rate of a flow is computed from its own equation
 
 
 @pytree
@@ -99,7 +100,10 @@ def _roots(spectrum: Spectrum, total: Array) -> Array:
         weights = jnp.append(spectrum.fluidity, weights)
     if rates.shape[0] == 0:
         return jnp.zeros((*total.shape[:-1], 0))
-    rho = _halved(*jax.lax.stop_gradient((rates, weights, total)))
+    held = jax.lax.stop_gradient((rates, weights, total))
+    rho = _halved(*held)
+    if spectrum.fluidity is not None:
+        rho = rho.at[..., 0].set(_slowest(*held, rho[..., 0]))
     for _ in range(2):
         rho = _newton(rates, weights, total, rho)
     return rho
@@ -127,6 +131,21 @@ def _halved(rates: Array, weights: Array, total: Array) -> Array:
 
     low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, high))
     return (low + high) / 2.0
+
+
+def _slowest(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
+    """Refine the lowest root of a material that may flow, (...), where it lies far below the retardation rates.
+
+    The root is proportional to the fluidity w_0, which belongs to the rate r_0 = 0, in
+
+        rho = w_0/(total + sum_{i > 0} w_i/(r_i - rho)),
+
+    and this keeps its relative accuracy: it is exactly zero without a fluidity. Halving alone leaves 1e-30 of r_1.
+    """
+    slow = rho < SLOW * jnp.min(rates[1:], initial=jnp.inf)
+    gaps = rates[1:] - jnp.where(slow, rho, 0.0)[..., None]
+    own = weights[0] / (total[..., 0] + jnp.sum(weights[1:] / jnp.where(gaps > 0.0, gaps, jnp.inf), -1))
+    return jnp.where(slow, own, rho)
 
 
 def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:

@@ -9,6 +9,7 @@ from tolerances import FEW_PARTS, TWICE
 
 import jaxcontact as jc
 from jaxcontact import indentation
+from jaxcontact.indenters import ENDS
 from jaxcontact.response.body import bulge_creep
 from jaxcontact.response.volume import film_shape
 
@@ -57,6 +58,69 @@ def test_a_grid_around_a_film_of_any_thickness_holds_its_contact_and_not_much_mo
         assert int(solved.status[0]) == 0, (nu, h)
         assert 1.1 * radius < float(grid.width[0]) / 2.0 < TWICE * radius, (nu, h)
     assert thinnest < 0.011 and thickest > 9.0
+
+
+FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
+MELT = jc.Maxwell(1e9, 1e11)
+INDENTERS = {
+    "ball": jc.Sphere(5e-3, STEEL),
+    "cone": jc.Cone(np.radians(85.0), STEEL),
+    "roller": jc.Cylinder(5e-3, 2e-3, STEEL),
+    "punch": jc.FlatPunch(5e-4, STEEL),
+}
+BODIES = {
+    "half-space": (jc.LayeredHalfSpace([], jc.Elastic(1e9)), [0.0]),
+    "the paper's film": (jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL), [0.0, 600.0, 7200.0]),
+    "thick film": (jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e8), 1e-3)], STEEL), [0.0]),
+    "film that keeps its volume": (
+        jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e7, 0.49), 2e-5)], STEEL),
+        [0.0],
+    ),
+    "stiff coating": (jc.LayeredHalfSpace([jc.Layer(jc.Elastic(8e10), 2e-5)], jc.Elastic(1e9)), [0.0]),
+    "layer on a melt": (jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9), 1e-4)], MELT), [0.0, 100.0, 2000.0]),
+}
+
+
+def half_widths(name, indenter, control):
+    body, times = BODIES[name]
+    return INDENTERS[indenter].half_widths(body, control, np.array(times))
+
+
+def test_the_contact_of_a_cone_and_of_a_roller_is_foretold():
+    """Against Sneddon's cone, Hertz's line contact, and both on a bed of springs as soft as the film after two hours."""
+    slope, W = np.tan(np.radians(85.0)), 5.0
+    compliance = 0.7e-9 + float(INDENTERS["cone"].compliance())
+    springs = float(FILM.creep(7200.0)) * 0.4 / 1.4 * 150e-9
+    load, approach = jc.Load(W), jc.Approach(1e-6)
+    exact = {
+        ("half-space", "cone", load): np.sqrt(W * compliance * slope / np.pi),
+        ("half-space", "cone", approach): 2e-6 * slope / np.pi,
+        ("half-space", "roller", load): np.sqrt(2.0 * W / 2e-3 * 5e-3 * compliance / np.pi),
+        ("the paper's film", "cone", load): (3.0 * W * springs * slope / np.pi) ** (1.0 / 3.0),
+        ("the paper's film", "roller", load): (1.5 * W / 2e-3 * 5e-3 * springs) ** (1.0 / 3.0),
+    }
+    for (name, indenter, control), radius in exact.items():
+        room = ENDS if indenter == "roller" else 1.0
+        assert half_widths(name, indenter, control)[0] == pytest.approx(room * radius, rel=0.05), (
+            name,
+            indenter,
+        )
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("control", [jc.Load(5.0), jc.Approach(1e-6)], ids=["load", "approach"])
+@pytest.mark.parametrize("indenter", INDENTERS)
+@pytest.mark.parametrize("name", BODIES)
+def test_every_contact_fits_its_grid_and_fills_a_good_part_of_it(name, indenter, control):
+    """Solved on 32 x 32 cells: never at the edge, and more than a tenth of the width along x and along y."""
+    body, times = BODIES[name]
+    grid = AROUND(body, INDENTERS[indenter], control, times, n=32)
+    solved = jc.indent(body, INDENTERS[indenter], control, times, grid=grid, tolerance=1e-6)
+    assert jc.Status.AT_EDGE not in np.asarray(solved.status).tolist()
+    touches = np.any(np.asarray(solved.pressure) > 0.0, 0)
+    for axis in (0, 1):
+        assert np.mean(np.any(touches, axis)) > 0.1
 
 
 @pytest.mark.parametrize("control", [jc.Load(2.0), jc.Approach(1e-6)], ids=["load", "approach"])

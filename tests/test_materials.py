@@ -138,6 +138,26 @@ def test_rates_of_relaxation_over_fifteen_decades():
     np.testing.assert_allclose(ours, exact, rtol=ROUND_OFF)
 
 
+@pytest.mark.parametrize(("most", "count"), [(2, 40), pytest.param(6, 500, marks=pytest.mark.slow)])
+def test_the_slowest_rate_is_proportional_to_the_fluidity(most, count):
+    """Exactly zero without one, and good to 1e-12 however small; spectra of one term to ``most``, also the slope.
+
+    To first order rho = fluidity/(J0 + 1/c + sum J).
+    """
+    rng = np.random.default_rng(0)
+    extra = jnp.asarray(10 ** rng.uniform(-12, 0, 64))
+    spectrum = lambda J, tau, fluidity: jc.Prony(1e-9, J, tau, fluidity=fluidity).spectrum()
+    slowest = jax.jit(lambda *given: relaxation_modes(spectrum(*given), extra)[0][:, 0])
+    slope = jax.jit(jax.jacfwd(slowest, 2))
+    for n in range(count):
+        terms, fluidity = 1 + n % most, [0.0, 1e-300, 1e-200, 1e-100, 1e-40][n % 5]
+        J, tau = 10 ** rng.uniform(-10, -8, terms), 10 ** rng.uniform(-2, 3, terms)
+        exact = 1.0 / (1e-9 + np.asarray(extra) + np.sum(J))
+        np.testing.assert_allclose(slowest(J, tau, fluidity), fluidity * exact, rtol=ROUND_OFF, atol=0.0)
+        if terms == most:
+            np.testing.assert_allclose(slope(J, tau, fluidity), exact, rtol=ROUND_OFF)
+
+
 @pytest.mark.parametrize("name", MATERIALS)
 def test_scaled_materials_are_stiffer_and_keep_their_times_and_poissons_ratio(name):
     material, t = MATERIALS[name], jnp.array([0.0, 0.3, 50.0])

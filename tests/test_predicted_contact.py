@@ -16,7 +16,7 @@ CONTROLS = {"load": jc.Load(20.0), "approach": jc.Approach(4e-6)}
 def agrees(film, h, control, times):
     """The prediction beside a solve on 32 x 32 cells around it."""
     body = jc.LayeredHalfSpace([jc.Layer(film, h)], STEEL)
-    found = predicted(body, BALL, control, times)
+    found = predicted(body, BALL.outline(), control, times)
     grid = jc.Grid.square(n=32, width=2.8 * found.radius)
     kernels = jc.kernels(body, BALL, grid, nodes=6)  # some films are far stiffer than the steel
     solved = jc.indent(body, BALL, control, times, grid=grid, save="last", kernels=kernels)
@@ -46,15 +46,15 @@ def test_a_film_that_creeps_fourfold(name):
 def test_a_half_space_is_that_of_hertz():
     """a^3 = 3 W R/(4 E*) and a^2 = R approach; no film, no strain."""
     body, W, modulus = jc.LayeredHalfSpace([], STEEL), 20.0, 210e9 / (2.0 * (1.0 - 0.3**2))
-    loaded = predicted(body, BALL, jc.Load(W), np.zeros(1))
+    loaded = predicted(body, BALL.outline(), jc.Load(W), np.zeros(1))
     assert loaded.radius == pytest.approx((3.0 * W * 5e-3 / (4.0 * modulus)) ** (1.0 / 3.0), rel=QUADRATURE)
-    moved = predicted(body, BALL, jc.Approach(1e-6), np.zeros(1))
+    moved = predicted(body, BALL.outline(), jc.Approach(1e-6), np.zeros(1))
     assert moved.radius == pytest.approx((5e-3 * 1e-6) ** 0.5, rel=QUADRATURE)
     assert loaded.film_strain == moved.film_strain == 0.0
 
 
 def test_nothing_presses_nothing_down():
     film = jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(G=1e6, eta=1e7, nu=0.3), 1e-5)], STEEL)
-    assert predicted(film, BALL, jc.Load(0.0), np.zeros(1)).film_strain == 0.0
-    at_once = predicted(film, jc.Sphere(5e-3), jc.Load(1.0), np.array([0.0]))
+    assert predicted(film, BALL.outline(), jc.Load(0.0), np.zeros(1)).film_strain == 0.0
+    at_once = predicted(film, jc.Sphere(5e-3).outline(), jc.Load(1.0), np.array([0.0]))
     assert at_once.film_strain == 0.0 < at_once.radius  # of a film that is rigid at first, on steel

@@ -235,7 +235,10 @@ def test_sums_of_products_are_as_good_as_they_say(name, bound):
 
 def product(body, wavenumber, t):
     """``sum_of_products`` in jax."""
-    response = separate(body, wavenumber)
+    return sum_of_products_in_jax(separate(body, wavenumber), t)
+
+
+def sum_of_products_in_jax(response, t):
     z = response.rates * t
     growth = jnp.where(z == 0.0, t, -jnp.expm1(-z) / jnp.where(z == 0.0, 1.0, response.rates))
     return response.terms[0] + growth @ response.mix.T @ response.terms[1:]
@@ -292,3 +295,122 @@ def test_a_run_on_the_recursion_is_the_run_on_the_closed_form(body, ball, monkey
     recursed = run(kernels=jax.jit(gridded.build)(body, ball, grid))
     np.testing.assert_allclose(recursed.approach, closed.approach, rtol=1e-6)
     np.testing.assert_allclose(recursed.film_strain, closed.film_strain, rtol=1e-6)
+
+
+def inverted(transform, t):
+    """The inverse Laplace transform of F(s) [complex array -> array] at t by de Hoog's accelerated Fourier series.
+
+    F. R. de Hoog, J. H. Knight, A. N. Stokes, SIAM J. Sci. Stat. Comput. 3 (1982) 357; by epsilon's algorithm.
+    """
+    half, terms = 2.0 * t, 24
+    shift = -np.log(1e-10) / (2.0 * half)
+    s = shift + 1j * np.pi * np.arange(2 * terms + 1) / half
+    a = np.array([transform(one) for one in s])
+    series = a * np.exp(1j * np.pi * t / half * np.arange(s.size))[:, None]
+    series[0] /= 2.0
+    table = [np.zeros((s.size + 1, a.shape[1]), complex), np.cumsum(series, 0)]
+    for _ in range(2 * terms):
+        step = table[-1][1:] - table[-1][:-1]
+        table.append(table[-2][1:-1] + 1.0 / np.where(step == 0.0, 1e-300, step))
+    return np.exp(shift * t) / half * table[-1][0].real
+
+
+def exactly(body, alpha, t):
+    """alpha N(alpha, t) by the conditions at all interfaces at complex frequencies and de Hoog's inversion."""
+    solids = [*(layer.material for layer in body.layers), body.substrate]
+    thicknesses = np.broadcast_to([layer.thickness for layer in body.layers], (alpha.size, len(body.layers)))
+
+    def transform(s):
+        moduli = [complex(1.0 / (s * solid.laplace_compliance(s))) for solid in solids]
+        poissons = [complex(solid.nu_at(1.0 / G)) for solid, G in zip(solids, moduli, strict=True)]
+        each = np.broadcast_to(moduli, (alpha.size, len(solids)))
+        found = surface_response(each, np.broadcast_to(poissons, each.shape), thicknesses, alpha, 0.0 * alpha)
+        return found[:, 2, 2] * alpha / s
+
+    return inverted(transform, t)
+
+
+def random_body(rng):
+    """One to three layers of one to six terms, with and without flow, some with a bulk modulus, on any substrate."""
+
+    def material(creeps):
+        volume = (
+            {"bulk_modulus": 10 ** rng.uniform(9, 10)}
+            if rng.random() < 0.3
+            else {"nu": rng.uniform(0.1, 0.499)}
+        )
+        stiffness = 10 ** rng.uniform(7.5, 10.5)
+        if not creeps:
+            return jc.Elastic(stiffness, **volume)
+        terms = rng.integers(1, 7)
+        fluidity = rng.choice([0.0, 0.0, 10 ** rng.uniform(-3, 0), 1e-200]) / stiffness
+        J, tau = 10 ** rng.uniform(-1, 1, terms) / stiffness, np.sort(10 ** rng.uniform(-1, 2, terms))
+        return jc.Prony(1.0 / stiffness, J, tau, fluidity=fluidity, **volume)
+
+    count = rng.choice([1, 1, 1, 2, 3])
+    layers = [jc.Layer(material(True), 10 ** rng.uniform(-6, -4)) for _ in range(count)]
+    return jc.LayeredHalfSpace(tuple(layers), material(rng.random() < 0.3))
+
+
+@pytest.mark.parametrize(
+    "count", [pytest.param(3, marks=pytest.mark.slow), pytest.param(40, marks=pytest.mark.long)]
+)
+def test_random_bodies_against_interface_conditions_and_de_hoogs_inversion(count):
+    rng = np.random.default_rng(22)
+    for _ in range(count):
+        body = random_body(rng)
+        alpha, t = np.array([0.01, 0.3, 3.0]) / float(body.layers[0].thickness), 10 ** rng.uniform(-1, 3)
+        found = response_of(body).step(alpha, t, t)
+        np.testing.assert_allclose(found, exactly(body, alpha, t), rtol=1e-6)
+
+
+ON_MELT = {
+    "on a melt": jc.LayeredHalfSpace((jc.Layer(jc.Elastic(1e9), 1e-4),), jc.Maxwell(1e9, 1e11)),
+    "over a fluid layer": jc.LayeredHalfSpace(
+        (jc.Layer(jc.Elastic(1e9), 1e-4), jc.Layer(jc.Maxwell(1e9, 1e10), 1e-4)), STEEL
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ON_MELT)
+def test_an_elastic_layer_over_what_flows_is_within_a_thousandth(name):
+    """Up to a thousand relaxation times, at all wavenumbers from a thousandth of 1/h, against de Hoog's inversion."""
+    body = ON_MELT[name]
+    alpha = np.geomspace(1e-3, 10.0, 9) / 1e-4
+    found = response_of(body).separate(2)
+    known = np.asarray(response_of(body).wavenumbers())
+    near = np.abs(np.log(known[1:, None] / alpha)).argmin(0) + 1
+    assert float(found.horizon) > 1e4 and float(found.error) < 1e-3
+    for t in (1.0, 100.0, 1e4):
+        sums = sum_of_products(found, np.array([[t]]))[0, near]
+        np.testing.assert_allclose(sums, exactly(body, known[near], t), rtol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "body",
+    [
+        jc.LayeredHalfSpace(
+            (jc.Layer(FILM, 5e-6), jc.Layer(jc.StandardLinearSolid(1e9, 1e9, 3e11, 0.45), 1e-5)), STEEL
+        ),
+        jc.LayeredHalfSpace((jc.Layer(FILM, 5e-6),), jc.Maxwell(80e9, 1e13)),
+    ],
+    ids=["two layers creep", "layer and substrate creep"],
+)
+def test_derivatives_of_the_expansion_at_small_steps(body):
+    """Both modes and central differences at steps of 1e-4 and 1e-5 in the logarithms of all parameters."""
+    leaves, structure = jax.tree.flatten(body)
+    alpha, t = np.geomspace(1e-4, 30.0, 160) / 5e-6, np.array([10.0, 300.0, 3000.0])[:, None]
+
+    def mean(logs):
+        moved = jax.tree.unflatten(structure, [a * jnp.exp(q) for a, q in zip(leaves, logs, strict=True)])
+        response = separate(moved, alpha, 24, 8)
+        return jnp.mean(jnp.log(sum_of_products_in_jax(response, t)))
+
+    zero, value = jnp.zeros(len(leaves)), jax.jit(mean)
+    reverse, forward = jax.jit(jax.grad(mean))(zero), jax.jit(jax.jacfwd(mean))(zero)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-8, atol=1e-12)
+    for small in (1e-4, 1e-5):
+        central = [float(value(small * e) - value(-small * e)) / (2.0 * small) for e in np.eye(len(leaves))]
+        np.testing.assert_allclose(reverse, central, atol=3e-8)

@@ -92,3 +92,37 @@ def test_the_lateral_force_of_a_steady_indenter_has_a_slope_at_rest():
     slope, h = float(jax.grad(f)(0.0)), 1e-3
     assert slope == pytest.approx(float(f(h) - f(-h)) / (2 * h), rel=1e-3)
     assert slope < 0.0
+
+
+TOO_SOFT = jc.LayeredHalfSpace([], jc.Elastic(1e-309, 0.3))  # J is not finite
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("verb", ["indent", "slide", "slide_steady", "shear", "roll_steady"])
+def test_a_response_that_is_not_finite_has_a_status_of_its_own_in_every_verb(verb):
+    given, times = (TOO_SOFT, BALL, jc.Load(20.0)), np.array([0.0])
+    result = {
+        "indent": lambda: jc.indent(*given, times, grid=GRID),
+        "slide": lambda: jc.slide(*given, times, velocity=1.0, grid=GRID),
+        "slide_steady": lambda: jc.slide_steady(*given, velocity=1.0, grid=GRID),
+        "shear": lambda: jc.shear(
+            *given, jc.TangentialLoad((1.0, 0.0)), times, friction=0.3, grid=GRID, coupled=False
+        ),
+        "roll_steady": lambda: jc.roll_steady(
+            *given, velocity=1.0, creepage=(1e-3, 0.0), friction=0.3, grid=GRID, coupled=False
+        ),
+    }[verb]()
+    assert np.atleast_1d(result.status).tolist() == [jc.Status.NOT_FINITE]
+    assert "not finite" in jc.Status.NOT_FINITE.message
+
+
+@pytest.mark.parametrize(
+    ("separation", "horizon", "status"), [(2e-2, np.inf, 11), (1e-3, 0.5, 11), (1e-3, 2.0, 0)]
+)
+def test_a_response_known_to_be_off_by_more_than_a_hundredth_is_not_fine(separation, horizon, status):
+    from jaxcontact._experiment import doubted
+    from jaxcontact.operators.kernels import Errors
+
+    errors = Errors(np.asarray(separation), np.asarray(1e-6), np.asarray(horizon))
+    assert np.asarray(doubted(np.array([0, 1]), np.array([1.0, 1.0]), errors)).tolist() == [status, 1]

@@ -40,6 +40,8 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.OUT_OF_RANGE: "experiment",
     Status.SLIDES: "control.tangential_load",
     Status.INHERITED: "solver",
+    Status.NOT_FINITE: "experiment",
+    Status.NOT_RESOLVED: "experiment",
 }
 
 

@@ -89,7 +89,7 @@ def foretold_strain(case: Case) -> float | None:
     alone = len(layer_tables(case.tables)) == 1
     if not (alone and isinstance(case.indenter, Sphere) and case.kind in PRESSED):
         return None
-    return predicted(case.body, case.indenter, case.control, case.times).film_strain
+    return predicted(case.body, case.indenter.outline(), case.control, case.times).film_strain
 
 
 def describe(case: Case) -> str:
@@ -129,7 +129,10 @@ def _grid_advice(case: Case) -> Iterator[str]:
     """Of a ball: the contact at the first loaded time, in cells, and the largest, against the grid."""
     if not isinstance(case.indenter, Sphere):
         return
-    first, largest = first_radius(case), predicted(case.body, case.indenter, case.control, case.times).radius
+    first, largest = (
+        first_radius(case),
+        predicted(case.body, case.indenter.outline(), case.control, case.times).radius,
+    )
     dx = max(float(spacing) for spacing in case.grid.spacing)
     width = min(float(width) for width in case.grid.width)
     if 2.0 * first / dx < FEW_CELLS:

@@ -146,7 +146,8 @@ def plane_strain(field: Array) -> bool:
 def status_of(
     problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
 ) -> Array:
-    """Return the status of a contact by itself: not converged, then contact at the grid's edge, then too few cells.
+    """Return the status of a contact by itself, the first that holds of: a response that is not finite, no convergence,
+    contact at the grid's edge, too few cells in it.
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
@@ -159,7 +160,13 @@ def status_of(
         some = some | pressed
         met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * problem.target)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
-    return first_of((~met, Status.NOT_CONVERGED), (edge, Status.AT_EDGE), (coarse, Status.TOO_COARSE))
+    finite = jnp.isfinite(problem.operator.held_compliance())
+    return first_of(
+        (~finite, Status.NOT_FINITE),
+        (~met, Status.NOT_CONVERGED),
+        (edge, Status.AT_EDGE),
+        (coarse, Status.TOO_COARSE),
+    )
 
 
 def march(setup: Setup, carry: Carry, steps: Steps, kept: Keep) -> tuple[Carry, Outcome, Outcome]:

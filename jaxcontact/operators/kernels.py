@@ -30,10 +30,12 @@ MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
 
 class Errors(NamedTuple):
-    """Relative errors of the response on a grid: of shared rates, and of images, () each."""
+    """Relative errors of the response on a grid: of shared rates, and of images, () each; horizon: the latest
+    time for which they hold [s], ()."""
 
     separation: Array
     images: Array
+    horizon: Array
 
 
 @pytree
@@ -50,7 +52,8 @@ class Kernels:
     """What a body, an indenter and a grid come to; made by ``jaxcontact.kernels``, taken as ``kernels=``.
 
     family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
-    separation_error: relative error of sharing the rates between wavenumbers, (); image_errors: relative errors of the
+    separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
+    most bodies; image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``.
     """
@@ -61,6 +64,7 @@ class Kernels:
     film: Film | None
     scale: Scale
     separation_error: Array
+    horizon: Array
     image_errors: Array
     at_zero: Array
     grid: Grid
@@ -85,8 +89,8 @@ class Kernels:
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """What a run of a duration [s] on them is told to be off by."""
         times, errors = self.image_errors.T
-        within = times <= jnp.maximum(duration, jnp.min(times))
-        return Errors(self.separation_error, jnp.max(jnp.where(within, errors, 0.0)))
+        within = times <= jnp.maximum(jnp.minimum(duration, self.horizon), jnp.min(times))
+        return Errors(self.separation_error, jnp.max(jnp.where(within, errors, 0.0)), self.horizon)
 
 
 @pytree
@@ -110,7 +114,8 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Two are good to 4e-7 of the
             displacement for a film a tenth as stiff as its substrate and to 3e-4 for one as stiff; take
             more for a stiffer film (``separation_error`` says how good they are). Of several layers, or on a substrate
-            that creeps, each stands for 12 rates spread over the times of the materials, and 4 shapes.
+            that creeps, each stands for 12 rates spread over the times of the materials, and 4 shapes; for 18 and 10
+            where a layer that does not flow lies over one that may, whose response has a latest time, ``horizon``.
 
     Returns:
         ``Kernels``.
@@ -201,7 +206,10 @@ def assembled(
         weights = jnp.append(response.film_creep().instantaneous / scale.compliance, mix[0])
         film = Film(coefficients[1] * scale.length / layer.thickness, weights)
     at_zero = separable.terms[1:, 0]
-    return Kernels(family, separable.rates, mix, film, scale, separable.error, errors, at_zero, grid, nodes)
+    horizon = jnp.asarray(separable.horizon)
+    return Kernels(
+        family, separable.rates, mix, film, scale, separable.error, horizon, errors, at_zero, grid, nodes
+    )
 
 
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:

@@ -26,13 +26,15 @@ class Separable:
     rates: lambda_k [1/s], (K,), zero for a flow without limit; terms: C_0 and M shapes S_m, (M + 1, n); mix:
     (M, K). The first shape is that of the film on a rigid base (of a half-space: a number), with the fluidities of
     ``Response.film_creep`` in mix[0]. error: the largest relative error of the
-    sum of products, over wavenumbers and times, ().
+    sum of products, over wavenumbers and over times up to the horizon, (); horizon: the latest time for which it is made
+    [s], () inf without one.
     """
 
     rates: Array
     terms: Array
     mix: Array
     error: Array
+    horizon: Array | float = float("inf")
 
 
 class Response(abc.ABC):

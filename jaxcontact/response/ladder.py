@@ -13,6 +13,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.response.band import horizon, may_have_no_slowest
 from jaxcontact.response.images import Images, Ladder, fit_images, fit_wavenumbers, image_depths
 from jaxcontact.response.stack import solids, surface_compliance
 from jaxcontact.response.volume import nu_at_first
@@ -29,10 +30,11 @@ STEPS, LARGEST = (
 
 
 class Solids(NamedTuple):
-    """The solids from the top to the half-space: compliances at first [1/Pa] and Poisson's ratios, (layers + 1,);
-    thicknesses [m], (layers,)."""
+    """The solids from the top to the half-space: compliances at first and in the end [1/Pa], Poisson's ratios,
+    (layers + 1,); thicknesses [m], (layers,). In the end is the horizon of ``response.band`` or, without one, at first."""
 
     compliances: Array
+    final: Array
     poissons: Array
     thicknesses: Array
 
@@ -43,7 +45,12 @@ def solids_of(body: LayeredHalfSpace) -> Solids:
     first = jnp.stack([solid.spectrum().instantaneous for solid in each])
     poissons = jnp.stack([nu_at_first(solid) for solid in each])
     thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
-    return jax.lax.stop_gradient(Solids(first, poissons, thicknesses))
+    final = first
+    if may_have_no_slowest(body):
+        last = horizon(body)
+        late = jnp.stack([solid.creep(jnp.where(jnp.isfinite(last), last, 0.0)) for solid in each])
+        final = jnp.where(jnp.isfinite(last), late, first)
+    return jax.lax.stop_gradient(Solids(first, final, poissons, thicknesses))
 
 
 @jax.jit  # of every check, where each operation would be a program of its own
@@ -85,7 +92,7 @@ def _rounded(solids: Solids) -> Solids:
     rounded = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
     poissons = jnp.minimum(jnp.round(STEPS * solids.poissons) / STEPS, LARGEST)
     soft = jnp.maximum(solids.compliances, jnp.max(solids.compliances) / STIFFEST)
-    return Solids(rounded(soft), poissons, rounded(solids.thicknesses))
+    return Solids(rounded(soft), rounded(soft), poissons, rounded(solids.thicknesses))
 
 
 def _reach(solids: Solids) -> tuple[Array, Array]:
@@ -94,7 +101,7 @@ def _reach(solids: Solids) -> tuple[Array, Array]:
     Of thickness t, R times as stiff as a solid below them: t R^(1/3) and t R; over a layer of thickness d, whose
     springs give way first, (R t^3 d)^(1/4), or (R t^3 d^3)^(1/6) if they are incompressible, and (R t d)^(1/2).
     """
-    j, d = jnp.maximum(solids.compliances, jnp.max(solids.compliances) / STIFFEST), solids.thicknesses
+    j, d = jnp.maximum(solids.final, jnp.max(solids.final) / STIFFEST), solids.thicknesses
     ratio = j[1:] / jax.lax.cummin(j[:-1])
     t, d = jnp.cumsum(d), jnp.append(d[1:], jnp.inf)
     on_layer = jnp.maximum((ratio * t**3 * d) ** 0.25, (ratio * t**3 * d**3) ** (1.0 / 6.0))

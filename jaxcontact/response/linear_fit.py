@@ -30,6 +30,13 @@ class Decomposition(NamedTuple):
             jnp.where(kept, 1.0 / jnp.where(kept, self.values, 1.0), 0.0) * (target @ self.left) @ self.right
         )
 
+    def normal(self, target: Array, cutoff: float) -> Array:
+        """The x (m,) with matrix^T matrix x = target (m,), less what ``truncated`` leaves out."""
+        kept = self.values > cutoff * self.values[0]
+        return (
+            jnp.where(kept, 1.0 / jnp.where(kept, self.values, 1.0), 0.0) ** 2 * (self.right @ target)
+        ) @ self.right
+
     def damped(self, target: Array, damping: float) -> Array:
         """The x (..., m) for least |matrix x - target|^2 + damping^2 |x|^2, targets (..., n)."""
         return self.values / (self.values**2 + damping**2) * (target @ self.left) @ self.right

@@ -23,18 +23,26 @@ response off: so it is fitted to a second body besides, in which each solid's cl
 (then 1e-6).
 
 Largest error relative to the response, over all wavenumbers and from a tenth of the shortest to ten times
-the longest of the times 1/lambda_k, for 24 rates and 8 shapes, 32 and 12, and 48 and 20:
+the longest of the times 1/lambda_k, for 24 rates and 8 shapes:
 
-    the paper's film as three equal layers       2e-7    9e-10   2e-12
-    it with a bulk modulus, as one layer         2e-7    6e-9    1e-11
-    rubber of 7 decades on glass                 7e-7    2e-7    5e-9
-    three different films on steel               7e-6    4e-7    3e-10
-    the paper's film on a Maxwell half-space     2e-6    2e-8    8e-12
+    the paper's film as three equal layers          2e-7
+    it with a bulk modulus, as one layer            2e-7
+    rubber of 7 decades on glass, two layers        3e-7
+    the paper's film on a Maxwell half-space        2e-8
+    three Maxwell layers on a Maxwell half-space    7e-6
     coating on rubber, 80 times to 80 000 times
-    as stiff as it                               6e-3    6e-4    7e-6
-    solid on a fluid layer on steel              9e-2    8e-2    8e-2
+    as stiff as it                                  6e-3
 
-The last has no slowest rate: the longer the wave, the slower it sinks.
+A layer that does not flow over a solid that does has no slowest rate: the longer the wave, the slower it sinks
+(``response.band``). With 36 rates and 20 shapes, up to the horizon:
+
+    elastic layer on a Maxwell half-space           4e-5
+    it 100 times as stiff, or as soft               9e-5
+    elastic layer on a fluid layer on steel         2e-6
+    standard solid on a Burgers half-space          2e-4
+
+Choices are made for rounded parameters, so that values are smooth: central differences with steps of 1e-5 agree with
+derivatives to 1e-9, and both modes to round-off.
 """
 
 from typing import NamedTuple
@@ -45,7 +53,15 @@ from jax import Array
 
 from jaxcontact._pytree import replace
 from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.materials import Material
+from jaxcontact.response.band import (
+    MORE_RATES,
+    MORE_SHAPES,
+    creeps,
+    flows,
+    may_have_no_slowest,
+    rounded,
+    window,
+)
 from jaxcontact.response.base import Separable
 from jaxcontact.response.linear_fit import decomposed
 from jaxcontact.response.separable import products
@@ -53,134 +69,144 @@ from jaxcontact.response.stack import Spectra, compliances, scaled_response, sol
 from jaxcontact.response.volume import film_compliance, film_creep, film_shape
 
 DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
-MARGIN = 2.0  # by how much the rates reach beyond those of the solids,
-SAMPLED = 10.0  # and the frequencies beyond the rates
-SOFT = 3.0  # compliance that a layer finds in its surroundings, over that of the softest other solid
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body,
 SHARE = 0.1  # and its weight in the combination
 CUTOFF = 1e-12  # of singular values
+STRIDE = 4  # every which wavenumber may be picked, and is one at which the error is measured
 
 
 def separate(
     body: LayeredHalfSpace, wavenumber: Array, rates: int = DEFAULT_RATES, shapes: int = DEFAULT_SHAPES
 ) -> Separable:
-    """The separable form of a body with at least one layer at the wavenumbers >= 0, (n,) [rad/m].
+    """Expand the response of a body with at least one layer at the wavenumbers >= 0, (n,) [rad/m].
 
-    rates: number of common rates besides those of the top layer's material; shapes: number of shapes besides
-    the top layer's own; both static. Rates, picked wavenumbers and weights carry no derivative, all else does.
+    rates: number of common rates besides those of the top layer's material; shapes: number of shapes besides the top
+    layer's own; both static, and more of them where the rates have no lower bound (``response.band``). Rates, picked
+    wavenumbers and weights carry no derivative, all else does.
     """
     top = body.sublayers()[0]
+    wavenumber = jnp.asarray(wavenumber, float)
     own = film_shape(top.material, wavenumber * top.thickness)
     if not any(creeps(solid) for solid in solids(body)):
         start = scaled_response(body, wavenumber, spectra(body).instantaneous)
         return Separable(jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), jnp.zeros(()))
-    low, high = band(jax.lax.stop_gradient(body))
-    samples = _sampled(body, wavenumber, own, low / SAMPLED, high * SAMPLED, 2 * rates)
-    both = jnp.concatenate([samples.rest, SHARE * samples.second])
-    picked = pivots(both, shapes)
-    terms = least_squares(both[:, picked], both) / samples.scale
-    common, fluidities = _rates(body, _spread(low, high, rates))
-    unit = jnp.where(common > 0.0, common, low)
-    basis = _as_real(samples.weights * unit / (1.0 / samples.period[:, None] + common))
-    mix = least_squares(basis, samples.rest[:, picked]) * unit[:, None]
+    if may_have_no_slowest(body):
+        rates, shapes = int(MORE_RATES * rates), int(MORE_SHAPES * shapes)
+    rough = rounded(body)
+    chosen = window(rough, rates)
+    alike = wavenumber * jax.lax.stop_gradient(jnp.asarray(top.thickness)) / rough.layers[0].thickness
+    expected, samples = _sampled(rough, alike, chosen.period), _sampled(body, wavenumber, chosen.period)
+    weights = _weights(expected)
+    picked = STRIDE * picks(expected.rest[:, ::STRIDE], weights[:, ::STRIDE], shapes)
+    few = samples.rest[:, picked]
+    terms = jax.vmap(combination, (None, 1, 1), 1)(few, samples.rest, weights)
+    common, fluidities = _rates(body, chosen.rates)
+    unit = jnp.where(common > 0.0, common, chosen.rates[0])
+    basis = as_real(unit / (1.0 / chosen.period[:, None] + common))
+    first = slice(len(basis))
+    mix = jax.vmap(combination, (None, 1, 1), 1)(basis, few[first], weights[first, picked])
     result = Separable(
         rates=common,
         terms=jnp.concatenate([jnp.stack([samples.start, own]), terms]),
-        mix=jnp.concatenate([fluidities[None], mix.T]),
+        mix=jnp.concatenate([fluidities[None], (mix * unit[:, None]).T]),
         error=jnp.zeros(()),
+        horizon=chosen.horizon,
     )
-    times = _spread(1.0 / (high * SAMPLED), SAMPLED / low, rates)[:, None]
-    return replace(result, error=_error(body, wavenumber, result, times))
-
-
-def creeps(solid: Material) -> bool:
-    spectrum = solid.spectrum()
-    return spectrum.rates.size > 0 or spectrum.fluidity is not None
-
-
-def flows(solid: Material) -> bool:
-    return solid.spectrum().fluidity is not None
-
-
-def band(body: LayeredHalfSpace) -> tuple[Array, Array]:
-    """Lowest and highest common rate [1/s] for the body's solids, () each.
-
-    The poles of a stack lie where some moduli s/h(s) are positive and others negative, between the
-    retardation and the relaxation rates of its solids. Only a fluid, whose retardation takes for ever, is
-    held by the springs around it, and by that of its volume.
-    """
-    each = spectra(body)
-    first, total = each.instantaneous, each.instantaneous + jnp.sum(each.amplitudes, -1)
-    volume = [1.0 / solid.bulk_modulus for solid in solids(body) if solid.bulk_modulus is not None]
-    softest = jnp.max(jnp.concatenate([total, jnp.asarray(volume, float)]))
-    slowest = each.fluidity / (total + SOFT * softest)
-    stiff = jnp.where(first > 0.0, first, jnp.min(jnp.where(first > 0.0, first, 1e-3 * total)) / SOFT)
-    given = each.fluidity + jnp.sum(each.amplitudes * each.rates, -1)
-    fastest = jnp.max(each.rates, -1, initial=0.0) + given / stiff
-    rates = jnp.concatenate([each.rates.ravel(), slowest, fastest])
-    high = jnp.max(rates)
-    low = jnp.min(jnp.where(rates > 0.0, rates, jnp.inf))
-    moves = high > 0.0
-    return jnp.where(moves, low, 1.0) / MARGIN, jnp.where(moves, high, 1.0) * MARGIN
-
-
-def _spread(low: Array, high: Array, count: int) -> Array:
-    """Points evenly spaced in their logarithm, (count,)."""
-    return low * (high / low) ** jnp.linspace(0.0, 1.0, count)
+    return replace(result, error=_error(body, wavenumber, result, chosen.times[:, None]))
 
 
 class Samples(NamedTuple):
-    """The rest R of the module's formula, weighted to be about one where it is as large as the response.
+    """The rest R of the module's formula at frequencies, [1/Pa].
 
-    period: 1/s [s], (s,) imaginary; start: C_0 [1/Pa], (n,); rest: (2 s, n), real parts above imaginary ones;
-    second: of the second body, (s, n); weights of the frequencies, (s, 1); scale: of the wavenumbers, (n,).
+    start: C_0, (n,); rest: of the body at all frequencies, real parts above imaginary ones, and below them that of
+    the second body at every other, (r, n); response: of the body, complex, (s, n).
     """
 
-    period: Array
     start: Array
     rest: Array
-    second: Array
-    weights: Array
-    scale: Array
+    response: Array
 
 
-def _sampled(
-    body: LayeredHalfSpace, wavenumber: Array, own: Array, lowest: Array, highest: Array, count: int
-) -> Samples:
-    """Both bodies at frequencies between the two, the second one at every other."""
-    period = -1j / _spread(lowest, highest, count)
-    j = _sampled_compliances(spectra(body), period, 1.0 / highest)
+def _sampled(body: LayeredHalfSpace, wavenumber: Array, period: Array) -> Samples:
+    """Compute both bodies at the frequencies s = 1/period, (s,)."""
+    j = _sampled_compliances(spectra(body), period)
     response = scaled_response(body, wavenumber, j[..., None])
+    top = body.sublayers()[0]
+    own, film = film_shape(top.material, wavenumber * top.thickness), film_compliance(top.material, j[0])
     start, response = jnp.real(response[0]), response[1:]
-    film = film_compliance(body.sublayers()[0].material, j[0])
     rest = response - start - own * (film[1:] - film[0])[:, None]
-    weights, scale = _weights(response[:count])
-    second = _as_real(weights[::2] * rest[count:]) * scale
-    return Samples(period, start, _as_real(weights * rest[:count]) * scale, second, weights, scale)
+    count = period.size
+    return Samples(start, jnp.concatenate([as_real(rest[:count]), as_real(rest[count:])]), response[:count])
 
 
-def _sampled_compliances(spectra: Spectra, period: Array, shortest: Array) -> Array:
+def _sampled_compliances(spectra: Spectra, period: Array) -> Array:
     """Compliances [1/Pa] at t = 0, at 1/s = period, and of the second body, (layers + 1, 1 + 3/2 period.size).
 
-    A solid that is rigid at first is taken as it is at 1/s = shortest.
+    A solid that is rigid at first is taken as it is at the highest frequency.
     """
     first = spectra.instantaneous
-    first = jnp.where(first > 0.0, first, compliances(spectra, shortest))
+    first = jnp.where(first > 0.0, first, compliances(spectra, jnp.min(jnp.abs(period))))
     speeds = CLOCKS ** jnp.linspace(-0.5, 0.5, first.size)
     second = spectra._replace(rates=spectra.rates * speeds[:, None], fluidity=spectra.fluidity * speeds)
     each = [first[:, None], compliances(spectra, period), compliances(second, period[::2])]
     return jnp.concatenate(each, 1)
 
 
-def _weights(response: Array) -> tuple[Array, Array]:
-    """Weights of frequencies, (s, 1), and wavenumbers, (n,), whose product is about 1/|response|, (s, n)."""
-    size = jnp.abs(jax.lax.stop_gradient(response))
-    weights = jnp.exp(-jnp.mean(jnp.log(size / size[-1]), -1, keepdims=True))
-    return weights, 1.0 / jnp.max(weights * size, 0)
+def _weights(samples: Samples) -> Array:
+    """Return weights that make each row of ``Samples.rest`` relative to the response, (r, n), without derivative."""
+    relative = 1.0 / jnp.abs(jax.lax.stop_gradient(samples.response))
+    second = SHARE * relative[::2]
+    return jnp.concatenate([relative, relative, second, second])
 
 
-def _as_real(values: Array) -> Array:
+def as_real(values: Array) -> Array:
     return jnp.concatenate([jnp.real(values), jnp.imag(values)])
+
+
+def picks(matrix: Array, weights: Array, count: int) -> Array:
+    """Return the indices of columns of a matrix (r, n) that stand for all, (count,), greedily.
+
+    Next comes the column that those before represent worst, each column with its own weights, (r, n).
+    """
+    matrix, weights = jax.lax.stop_gradient((matrix, weights))
+
+    def take(state: tuple[Array, Array], m: Array) -> tuple[tuple[Array, Array], Array]:
+        rest, bases = state  # (r, n) and, for each column, orthonormal directions, (count, r, n)
+        best = jnp.argmax(jnp.sum(rest**2, 0))
+        direction = weights * matrix[:, best, None]
+        direction = direction / jnp.sqrt(jnp.maximum(jnp.sum(direction**2, 0), jnp.finfo(float).tiny))
+        for _ in range(2):  # once more against round-off
+            direction = direction - jnp.einsum(
+                "krn,kn->rn", bases, jnp.einsum("krn,rn->kn", bases, direction)
+            )
+        size = jnp.sqrt(jnp.sum(direction**2, 0))
+        direction = jnp.where(size > CUTOFF, direction / jnp.where(size > CUTOFF, size, 1.0), 0.0)
+        rest = rest - direction * jnp.sum(direction * rest, 0)
+        return (rest, bases.at[m].set(direction)), best
+
+    start = (weights * matrix, jnp.zeros((count, *matrix.shape)))
+    return jax.lax.scan(take, start, jnp.arange(count))[1]
+
+
+def combination(matrix: Array, target: Array, weights: Array) -> Array:
+    """Return the x (m,) for least sum of (weights (matrix x - target))^2, matrix (r, m), target and weights (r,).
+
+    The decomposition carries no derivative: two steps of refinement give those by the target and by the matrix times x,
+    and a last one, whose value is zero, that by the matrix in the normal equations, so that first derivatives are those of
+    the solution whatever its residual.
+    """
+    matrix, target = weights[:, None] * matrix, weights * target
+    held = jax.lax.stop_gradient(matrix)
+    size = jnp.sqrt(jnp.sum(held**2, 0))
+    size = jnp.where(size > 0.0, size, 1.0)
+    matrix, held = matrix / size, held / size
+    singular = decomposed(held)
+    x = singular.truncated(target, CUTOFF)
+    for _ in range(2):
+        x = x + singular.truncated(target - matrix @ x, CUTOFF)
+    residual = jax.lax.stop_gradient(target - matrix @ x)
+    x = x + singular.normal((matrix - held).T @ residual, CUTOFF)
+    return x / size
 
 
 def pivots(matrix: Array, count: int) -> Array:
@@ -219,5 +245,5 @@ def _rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
 def _error(body: LayeredHalfSpace, wavenumber: Array, response: Separable, times: Array) -> Array:
     """Largest relative deviation from ``step`` at the times, (t, 1), and every fourth wavenumber."""
     body, response = jax.lax.stop_gradient((body, response))
-    separable = products(response, response.terms[:, ::4], times)
-    return jnp.max(jnp.abs(separable / step(body, wavenumber[::4], times) - 1.0))
+    separable = products(response, response.terms[:, ::STRIDE], times)
+    return jnp.max(jnp.abs(separable / step(body, wavenumber[::STRIDE], times) - 1.0))

@@ -61,11 +61,12 @@ def separate_bands(
 def _band(rho: Array, nodes: int) -> tuple[Array, Array]:
     """Common rates lambda_m, (nodes,), and lambda_m times the share l_m of each, (nodes, *rho.shape).
 
-    A material that may flow but has no fluidity has a band of zeros: it is kept as the one rate zero with
-    rho itself, so that the derivative with respect to the fluidity is there.
+    A material that may flow but has no fluidity, or one too small for its rates to be normal numbers, has a band of
+    zeros: it is kept as the one rate zero with rho itself, so that the derivative with respect to the fluidity is there.
     """
-    still = jnp.max(rho) == 0.0
-    log_rho = jnp.log(jnp.where(still, 1.0, rho))
+    least = float(np.finfo(float).tiny)
+    still = jnp.max(rho) <= least
+    log_rho = jnp.log(jnp.where(still, 1.0, jnp.maximum(rho, least)))
     low, high = jnp.min(log_rho), jnp.max(log_rho)
     middle, half = (low + high) / 2.0, jnp.maximum((high - low) / 2.0, 1e-6)
     points = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)

@@ -15,8 +15,9 @@ from jaxcontact._exponential import phi1
 from jaxcontact._pytree import pytree
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.materials import Material
+from jaxcontact.response.band import band, creeps, flows
 from jaxcontact.response.half_space import own_creep
-from jaxcontact.response.rational import band, creeps, flows, least_squares, pivots
+from jaxcontact.response.rational import least_squares, pivots
 from jaxcontact.response.stack import all_steps, solids
 from jaxcontact.response.tangential_images import fit_wavenumbers
 from jaxcontact.response.volume import nu_at_first, surface_creep
