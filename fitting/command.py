@@ -221,7 +221,7 @@ def _indented(options: argparse.Namespace, indenter: Any) -> Any:
     data = flags.read(read_indentation, options.file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
     with flags.about(options.file):
-        data = data.in_contact(depth, indenter).only(*(options.segment or ()))
+        data = data.in_contact(depth, indenter, options.layer is not None).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 
 

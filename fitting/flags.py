@@ -27,7 +27,7 @@ FLAGS = (
     (r"\b(start|segment|curve|stress)=", r"--\1"),
     (r"\bspring_constant=", "--spring-constant"),
     (r"\bper_decade(?=: expected)", "--resample"),
-    (r"(data\.)?in_contact\(\)", "--in-contact"),
+    (r"(data\.)?in_contact\((film=True)?\)", "--in-contact"),
 )
 
 

@@ -182,11 +182,12 @@ def fit_indentation(
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     volume = Volume.of(nu, bulk_modulus)
+    film = any(given is not None for given in (layer, layers, substrate, grid))
     press = prepare(
-        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion
+        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion, film
     )
     evidence.check(level, int(press.kept.sum()), press.space.free.size)
-    if all(given is None for given in (layer, layers, substrate, grid)):
+    if not film:
         return _gather(half_space_search.search(press, rise), level, started)
     _check_layered(press, rise)
     return _gather(layered_search.search(press, Coating.of(layer, layers, substrate), grid), level, started)
