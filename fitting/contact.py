@@ -143,7 +143,7 @@ class Rise(NamedTuple):
 
     def summed(self, point: float, highest: float = POWERS[-1]) -> "Law":
         """y = b + sum_i c_i (x - point)^p_i, c_i >= 0, of least squares, p_i up to ``highest`` p."""
-        return self._fit(point, POWERS[POWERS <= highest] * self.power)
+        return self._fit(point, POWERS[highest >= POWERS] * self.power)
 
     @property
     def _range(self) -> float:
