@@ -202,6 +202,7 @@ FITTING_LAYERS = {
     "files.columns": 4,
     "files.mending": 5,
     "files.onset": 5,
+    "files.constancy": 5,
     "readers": 6,
     "indentation": 6,
     "flags": 7,
