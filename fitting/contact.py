@@ -93,7 +93,7 @@ def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:
     return inward, -1 if load[deepest] < 0 else 1
 
 
-class Law(NamedTuple):
+class Rising(NamedTuple):
     """residual (n,): of a fitted law, over the range of the load; offset: the load before contact."""
 
     residual: np.ndarray
@@ -137,11 +137,11 @@ class Rise(NamedTuple):
         variance = max(squares / n * together, noise(self.y / self._range) ** 2, ROUGH**2)
         return squares + WORSE * variance
 
-    def single(self, point: float) -> "Law":
+    def single(self, point: float) -> "Rising":
         """y = b + c (x - point)^p, c >= 0, of least squares."""
         return self._fit(point, np.array([self.power]))
 
-    def summed(self, point: float, highest: float = POWERS[-1]) -> "Law":
+    def summed(self, point: float, highest: float = POWERS[-1]) -> "Rising":
         """y = b + sum_i c_i (x - point)^p_i, c_i >= 0, of least squares, p_i up to ``highest`` p."""
         return self._fit(point, POWERS[highest >= POWERS] * self.power)
 
@@ -158,7 +158,7 @@ class Rise(NamedTuple):
         mean = lambda values: np.add.reduceat(values, begins) / np.diff(np.append(begins, values.size))
         return self._replace(x=mean(self.x), y=mean(self.y))
 
-    def _best(self, law: Callable[[float], "Law"]) -> float:
+    def _best(self, law: Callable[[float], "Rising"]) -> float:
         """The depth of least squares: the best of a scan, then a minimum between its neighbours."""
         trial = np.linspace(self.x.min(), self.x[-1], SCAN)
         best = int(np.argmin([law(point).squares for point in trial]))
@@ -168,7 +168,7 @@ class Rise(NamedTuple):
         found = scipy.optimize.minimize_scalar(error, bounds=(0.0, 1.0), method="bounded")
         return float(low + found.x * (high - low))
 
-    def _fit(self, point: float, powers: np.ndarray) -> "Law":
+    def _fit(self, point: float, powers: np.ndarray) -> "Rising":
         past, y = np.maximum(self.x - point, 0.0) / (np.ptp(self.x) or 1.0), self.y / self._range
         laws = past[:, None] ** powers
         means, mid = laws.mean(0), y.mean()
@@ -178,7 +178,7 @@ class Rise(NamedTuple):
             c = np.maximum(A.T @ b / square, 0.0) if square > 0 else np.zeros(1)
         else:
             c = scipy.optimize.nnls(A, b)[0]
-        return Law(b - A @ c, float(mid - means @ c) * self._range)
+        return Rising(b - A @ c, float(mid - means @ c) * self._range)
 
 
 def tip_depth(

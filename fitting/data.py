@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.clock import since_load
 from fitting.contact import FirstTouch, find_contact
 from fitting.curve_picture import draw
 from fitting.in_words import described
@@ -66,9 +67,11 @@ class CreepData:
         nu: Poisson's ratio of a tensile test, for "D" only.
         sigma: (n,) standard deviations of J or strain, if they are known; ``fit_creep`` takes them.
         scatter: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
+        start: of J, when the load began on the clock of t [s], from which t counts in the result; 0 if it does already.
+            None is for times that can count from the load alone, by their spacing (``fitting/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: anything else, with what was expected and what came; late times without a start.
 
     Example:
         >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
@@ -85,10 +88,16 @@ class CreepData:
     nu: float | None = None
     sigma: np.ndarray | None = None
     scatter: np.ndarray | None = None
+    start: float | None = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
         put("t", times(self.t))
+        if self.J is not None:
+            put("t", since_load(self.t, self.start))
+            put("start", 0.0)
+        elif self.start is not None:
+            raise ValueError(f"start: goes with J, as the stress has times of its own; got {self.start!r}")
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         _check_convention(self.convention, self.nu)

@@ -99,10 +99,10 @@ def read_creep(
     taken = onset.shift(table.path, taken, start)
     fields: dict[str, Any] = {"convention": convention, "nu": nu}
     if "J" in taken.values:
+        onset.check_clock(table.path, taken, start)
         taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
         taken = mending.check_times(table.path, mending.ordered(taken))
-        fields["J"] = taken.values["J"]
-        onset.check_clock(table.path, taken.values["t"], start)
+        fields |= {"J": taken.values["J"], "start": 0.0}
         onset.check_course(table.path, taken.values["t"], fields["J"])
     else:
         taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))

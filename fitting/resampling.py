@@ -69,7 +69,7 @@ def _creep(data: CreepData, per_decade: float) -> CreepData:
         stress = bins.mean(data.t), bins.value(stress[1])
     return CreepData(
         t=bins.mean(data.t), **{"strain" if data.J is None else "J": bins.value(values)}, stress=stress,
-        convention=data.convention, nu=data.nu, notes=(*data.notes, bins.note(rho)),
+        convention=data.convention, nu=data.nu, notes=(*data.notes, bins.note(rho)), start=data.start,
         **{"sigma" if known else "scatter": error},
     )  # fmt: skip
 

@@ -146,6 +146,7 @@ LAYERS = {
 }
 FITTING_LAYERS = {
     "units": 0,
+    "clock": 0,
     "weights": 0,
     "correlation": -2,
     "verdict": -1,

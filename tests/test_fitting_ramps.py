@@ -81,3 +81,67 @@ def test_a_stress_measured_from_the_first_step_of_its_ramp_on_rises_from_zero(tm
     data = fitting.read_creep(write(tmp_path / "ramp.csv", t=t, stress=RATE * t, strain=ramp_strain(t)))
     fit = fitting.fit_creep(data, "Maxwell", weights="relative")
     assert fit.values["G"] == pytest.approx(G, rel=1e-6) and fit.values["eta"] == pytest.approx(ETA, rel=1e-6)
+
+
+def late(begin, n=60):
+    """(t, J) of a Maxwell material over 400 s on a clock that shows ``begin`` when the load begins."""
+    t = np.linspace(0.0, 400.0, n)
+    return begin + t, 1.0 / G + t / ETA
+
+
+@pytest.mark.parametrize("n", [40, 60, 200])
+def test_a_clock_that_began_before_the_load_is_asked_about(tmp_path, n):
+    """Read as time since the load, 31 s too many, it makes G 1e5 for 1.14e5; either start is right for some test."""
+    t, J = late(31.0, n)
+    path = write(tmp_path / "late.csv", t=t, J=J)
+    for call in (lambda: fitting.read_creep(path), lambda: fitting.CreepData(t=t, J=J)):
+        with pytest.raises(
+            ValueError, match=r"start=31 if the load began with it, start=0 if t counts from the load"
+        ):
+            call()
+    for data in (fitting.read_creep(path, start=31.0), fitting.CreepData(t=t, J=J, start=31.0)):
+        assert data.t[0] == 0.0 and data.start == 0.0
+        fit = fitting.fit_creep(data, "Maxwell", weights="relative")
+        assert fit.values["G"] == pytest.approx(G, rel=1e-6) and fit.values["eta"] == pytest.approx(
+            ETA, rel=1e-6
+        )
+    counted = fitting.CreepData(t=t, J=1.0 / G + t / ETA, start=0.0)
+    assert fitting.fit_creep(counted, "Maxwell", weights="relative").values["G"] == pytest.approx(G, rel=1e-6)
+
+
+def test_a_relaxation_with_a_late_clock_is_asked_about(tmp_path):
+    t = 31.0 + np.linspace(0.0, 400.0, 60)
+    modulus = G * np.exp(-(t - 31.0) * G / ETA)
+    with pytest.raises(ValueError, match="start=31"):
+        fitting.RelaxationData(t=t, modulus=modulus)
+    data = fitting.RelaxationData(t=t, modulus=modulus, start=31.0)
+    np.testing.assert_allclose(data.t, t - 31.0)
+
+
+@pytest.mark.parametrize(
+    "t",
+    [
+        np.geomspace(0.1, 1e4, 50), np.geomspace(1.0, 1e3, 200), np.linspace(0.0, 400.0, 60), np.linspace(5.0, 400.0, 80),
+        np.linspace(7.0, 400.0, 80), np.arange(2, 60.0), np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]), np.array([10.0, 15.0, 30.0, 60.0, 120.0]),
+        np.append(0.0, np.linspace(31.0, 431.0, 60)),
+    ],
+    ids=["decades", "dense decades", "from zero", "one spacing", "a little more", "one missing", "1 2 5", "by hand", "zero and late"],
+)  # fmt: skip
+def test_times_that_count_from_the_load_are_taken(t):
+    np.testing.assert_array_equal(fitting.CreepData(t=t, J=1.0 / G + t / ETA).t, t)
+
+
+@pytest.mark.parametrize("begin", [0.5, 12.0, 3600.0])
+def test_logarithmic_times_on_a_clock_that_runs_are_asked_about(begin):
+    t = np.geomspace(0.01, 400.0, 60)
+    with pytest.raises(ValueError, match="start="):
+        fitting.CreepData(t=begin + t, J=1.0 / G + t / ETA)
+    assert fitting.CreepData(t=begin + t, J=1.0 / G + t / ETA, start=begin).t[0] == pytest.approx(0.01)
+
+
+def test_a_window_of_a_clock_that_counts_from_the_load_is_none_of_a_late_one(tmp_path):
+    t = np.linspace(0.0, 400.0, 81)
+    path = write(tmp_path / "creep.csv", t=t, J=1.0 / G + t / ETA)
+    data = fitting.read_creep(path, window=(100.0, None))
+    assert data.t[0] == 100.0
+    assert fitting.resample(data, 20).t[0] >= 100.0

@@ -2,27 +2,16 @@
 
 import numpy as np
 
+from fitting.clock import counts_from_zero
 from fitting.files.columns import Series
 from fitting.segments import noise, smooth
 
 ZERO = 0.01  # share of the largest stress below which there is none
 NOTHING = 1e-6  # share of it that is zero for sure
 JUMP = 0.1  # share of the largest stress by which it changes from sample to sample in a jump
-LATE = 5.0  # spacings of the samples by which the first may be late if the clock starts with the load
 FALL = 0.2  # share of its largest by which a creep curve may fall
 SURE = 3.0  # standard deviations of the noise by which it then falls for sure
 LEAST = 5  # samples below which nothing is judged
-ALIKE = 0.3  # by which a spacing may differ from one that grows with time
-
-
-def counts_from_zero(t: np.ndarray) -> bool:
-    """Whether the clock seems to start with the load: an early first sample, or spacing that grows."""
-    different = np.unique(t[np.isfinite(t)])
-    if different.size < 3 or different[0] <= LATE * (different[1] - different[0]):
-        return True
-    middle = different.size // 2
-    grown = (different[middle + 1] - different[middle]) / (different[1] - different[0])
-    return bool(abs(grown / (different[middle] / different[0]) - 1) < ALIKE and grown > 1 + ALIKE)
 
 
 def shift(path: str, series: Series, start: float | None) -> Series:
@@ -43,16 +32,22 @@ def shift(path: str, series: Series, start: float | None) -> Series:
     return later.say(f"the load begins at {start:g} s of the file's clock, t counts from there{note}")
 
 
-def check_clock(path: str, t: np.ndarray, start: float | None) -> None:
-    """J(t) is a function of the time since the load, which the clock of a long test need not count.
+def check_clock(path: str, series: Series, start: float | None) -> None:
+    """Whether t counts from the load, of which J(t) and G(t) are functions: the clock of a long test need not.
+
+    Args:
+        path: for messages.
+        series: all rows of the file, before a window is taken.
+        start: of the load, as the caller says.
 
     Raises:
-        ValueError: no start is given, and the clock seems to run from before it.
+        ValueError: no start is given, and the clock may run from before the load; it names both ways on.
     """
-    if start is None and not counts_from_zero(t):
+    t = np.unique(series.values["t"][np.isfinite(series.values["t"])])
+    if start is None and series.columns["t"].name != "step time" and not counts_from_zero(t):
         raise ValueError(
-            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start= [s], "
-            "0 if it does"
+            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start={t[0]:g} if the load "
+            "began with it, start=0 if t counts from the load"
         )
 
 
