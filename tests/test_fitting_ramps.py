@@ -118,15 +118,20 @@ def test_a_relaxation_with_a_late_clock_is_asked_about(tmp_path):
     np.testing.assert_allclose(data.t, t - 31.0)
 
 
-@pytest.mark.parametrize(
-    "t",
-    [
-        np.geomspace(0.1, 1e4, 50), np.geomspace(1.0, 1e3, 200), np.linspace(0.0, 400.0, 60), np.linspace(5.0, 400.0, 80),
-        np.linspace(7.0, 400.0, 80), np.arange(2, 60.0), np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]), np.array([10.0, 15.0, 30.0, 60.0, 120.0]),
-        np.append(0.0, np.linspace(31.0, 431.0, 60)),
-    ],
-    ids=["decades", "dense decades", "from zero", "one spacing", "a little more", "one missing", "1 2 5", "by hand", "zero and late"],
-)  # fmt: skip
+FROM_THE_LOAD = {
+    "decades": np.geomspace(0.1, 1e4, 50),
+    "dense decades": np.geomspace(1.0, 1e3, 200),
+    "from zero": np.linspace(0.0, 400.0, 60),
+    "one spacing": np.linspace(5.0, 400.0, 80),
+    "a little more": np.linspace(7.0, 400.0, 80),
+    "one missing": np.arange(2, 60.0),
+    "1 2 5": np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]),
+    "by hand": np.array([10.0, 15.0, 30.0, 60.0, 120.0]),
+    "zero and late": np.append(0.0, np.linspace(31.0, 431.0, 60)),
+}
+
+
+@pytest.mark.parametrize("t", FROM_THE_LOAD.values(), ids=FROM_THE_LOAD)
 def test_times_that_count_from_the_load_are_taken(t):
     np.testing.assert_array_equal(fitting.CreepData(t=t, J=1.0 / G + t / ETA).t, t)
 
