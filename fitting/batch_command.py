@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from fitting import batch_page, flags, output
 from fitting.creep import CreepFit, fit_creep
+from fitting.shell_words import in_flags
 
 RESULTS = ("summary.json", "table.csv", "report.html")
 
@@ -55,7 +56,7 @@ def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
         data, given = flags.crept(options, file)
         found = fit_creep(data, options.model, **given, **flags.known(options))
     except ValueError as error:
-        return FileFit(file, folder, None, flags.in_flags(str(error)))
+        return FileFit(file, folder, None, in_flags(str(error)))
     output.leave(found, options.directory / folder, {"file": file})
     return FileFit(file, folder, found, None)
 

@@ -268,6 +268,7 @@ class IndentationData:
         """
         if not segments:
             return self
+        segments = tuple(name.lower() if isinstance(name, str) else name for name in segments)
         for name in segments:
             if name not in SEGMENTS:
                 raise ValueError(f"segment: expected one of {', '.join(SEGMENTS)}; got {name!r}")

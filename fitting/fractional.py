@@ -28,7 +28,7 @@ from fitting import creep_search, history, padding
 from fitting.data import CreepData
 from fitting.nonlinear import Best, Objective
 from fitting.result import Estimate, Landscape
-from fitting.structure import Structure, Volume, resolve
+from fitting.structure import Structure, Volume, by_name, resolve
 from fitting.uncertainty import covariance, log_covariance
 from jaxcontact.fractional import power
 
@@ -103,7 +103,7 @@ class Law(Structure):
 
 def creep_structure(model: type | str) -> Structure:
     """Of a classical material or a fractional one, given itself or its name."""
-    law = LAWS.get(model) if isinstance(model, str) else model
+    law = by_name(model, LAWS.values()) if isinstance(model, str) else model
     if law not in LAWS.values():
         return resolve(model, also=tuple(LAWS))
     assert isinstance(law, type)

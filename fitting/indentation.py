@@ -184,6 +184,7 @@ def fit_indentation(
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     volume = Volume.of(nu, bulk_modulus)
+    control = control.lower() if isinstance(control, str) else control
     film = any(given is not None for given in (layer, layers, substrate, grid))
     press = prepare(
         data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion, film

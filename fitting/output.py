@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from fitting.shell_words import in_flags
+
 RESULTS = ("summary.json", "curve.csv", "fit.png")
 
 
@@ -36,7 +38,7 @@ def check_directory(options: argparse.Namespace, names: Sequence[str] = RESULTS)
 
 def finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
     """Print and write."""
-    print(found.summary())
+    print(in_flags(found.summary()))
     leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
     print(f"in {options.directory}: summary.json, curve.csv, fit.png")
     return 0

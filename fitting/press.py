@@ -190,7 +190,7 @@ def _space(
 
 def _nuisance(name: str, value: float | str, size: float) -> tuple[float, float]:
     """Bounds of a nuisance: equal where it is known."""
-    if value == "fit":
+    if isinstance(value, str) and value.lower() == "fit":
         return (0.0 if name == "machine_compliance" else -1.0), 1.0
     if isinstance(value, str) or not np.isfinite(value):
         raise ValueError(f'{name}: expected a number or "fit", got {value!r}')

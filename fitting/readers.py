@@ -293,7 +293,7 @@ def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
     if "stress" in taken.values:
         if stress is not None:
             raise ValueError(
-                f"{table.path}: stress: the file has a column of it, expected None, got {stress!r}"
+                f"{table.path}: stress: the file has a column of it, expected none beside it, got {stress!r}"
             )
         return taken
     value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)
