@@ -43,6 +43,8 @@ FLAGS = (
         "export times, load and depth as text",
     ),
     (r"\bjc\.", ""),
+    (r"\bgot None\b", "got none"),
+    (r"\bgot \{('[^}]*)\}", lambda found: "got " + re.sub(r"'(\w+)': '?([^',]*)'?", r"\1=\2", found[1])),
 )
 
 
