@@ -157,7 +157,7 @@ FITTING_LAYERS = {
     "axis_units": -1,
     "student": -3,
     "search_coordinates": 0,
-    "minimising": 1,
+    "minimising": 2,
     "in_words": -3,
     "fit_picture": 1,
     "structure": 0,
