@@ -149,7 +149,9 @@ def test_recovery_is_worth_its_time():
     sd = bounds(FILM, t, weights="absolute", hold=7200.0)
     np.testing.assert_allclose([100 * sd["eta1"], 100 * sd["G2"]], [3.9, 0.6], atol=0.06)
     found = fitting.design(FILM)
-    assert found.experiments[0].share < 1.0 and found.experiments[0].duration < 2e4
+    held = min(test.duration for test in found.experiments if test.share == 1.0)
+    # strain left in recovery is known to 1 % of that under load, not of itself
+    assert found.experiments[0].share < 1.0 and found.experiments[0].duration < 0.75 * held
 
 
 def test_one_parameter_may_be_enough():
