@@ -129,7 +129,7 @@ def test_a_film_pressed_from_first_contact_on():
     each load: its load is steeper than Hertz's, which is no late contact, and few cells are in its first contacts."""
     R, h, G, nu, n = 5e-6, 1e-6, 2e4, 0.45, 30
     body = abel.Layered(G, nu, h, 1e9, 0.3, 0.0)
-    radii = np.linspace(0.05, 1.0, n) * 1.78e-6
+    radii = np.linspace(0.05, 1.0, n) * 1.5e-6
     contacts = [abel.solve_radius(a, body, R) for a in radii]
     load, exact = (np.array([0.0, *(getattr(one, key) for one in contacts)]) for key in ("load", "approach"))
     assert 1.0 < np.sqrt(R * exact[-1]) / h < 1.2
