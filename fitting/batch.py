@@ -43,6 +43,7 @@ class BatchFit(NamedTuple):
 def fit_creep_batch(
     t: Any, J: Any, model: type | str = jc.Burgers, *, weights: str, intervals: bool = False,
     fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
+    start: float | None = None,
 ) -> BatchFit:  # fmt: skip
     """Fit many curves on one time grid at once; the same fit as ``fit_creep`` of each.
 
@@ -55,6 +56,7 @@ def fit_creep_batch(
         fixed: as in ``fit_creep``, for all curves.
         bounds: likewise.
         level: of the intervals.
+        start: as of ``CreepData``.
 
     Returns:
         Values, intervals and residual correlations.
@@ -70,7 +72,7 @@ def fit_creep_batch(
     """
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
-    curves = [CreepData(t=t, J=row) for row in np.atleast_2d(np.asarray(J, dtype=float))]
+    curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     scaled = [
         creep_search.scale(curve, choose_weights(curve.t, curve.response, weights, None)[0], structure, table)
         for curve in curves

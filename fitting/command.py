@@ -180,12 +180,12 @@ def _indentation(options: argparse.Namespace) -> int:
     extra: dict[str, Any] = {"adhesion": options.adhesion}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
-        extra[name] = text if text == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
+        extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
     if options.layer is not None:
         substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
         extra |= {"layer": options.layer, "substrate": substrate}
     nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
-    driven = "load" if options.control == "depth" else "depth"
+    driven = "load" if options.control.lower() == "depth" else "depth"
     has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
     with flags.about(options.file):
         found = fit_indentation(
@@ -206,7 +206,7 @@ def _indenter(options: argparse.Namespace) -> Any:
         return (jc.FlatPunch if options.punch else jc.Sphere)(options.radius, solid)
     if options.radius is not None or options.punch:
         raise ValueError("--cone: expected no --radius and no --punch beside it")
-    if options.cone == "berkovich":
+    if options.cone.lower() == "berkovich":
         return jc.Cone.berkovich(solid)
     return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
 
@@ -221,7 +221,7 @@ def _indented(options: argparse.Namespace, indenter: Any) -> Any:
     data = flags.read(read_indentation, options.file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
     with flags.about(options.file):
-        data = data.in_contact(depth, indenter).only(*(options.segment or ()))
+        data = data.in_contact(depth, indenter, options.layer is not None).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.clock import since_load
 from fitting.contact import FirstTouch, find_contact
 from fitting.curve_picture import draw
 from fitting.in_words import described
@@ -66,9 +67,11 @@ class CreepData:
         nu: Poisson's ratio of a tensile test, for "D" only.
         sigma: (n,) standard deviations of J or strain, if they are known; ``fit_creep`` takes them.
         scatter: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
+        start: of J, when the load began on the clock of t [s], from which t counts in the result; 0 if it does already.
+            None is for times that can count from the load alone, by their spacing (``fitting/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: anything else, with what was expected and what came; late times without a start.
 
     Example:
         >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
@@ -85,10 +88,16 @@ class CreepData:
     nu: float | None = None
     sigma: np.ndarray | None = None
     scatter: np.ndarray | None = None
+    start: float | None = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
         put("t", times(self.t))
+        if self.J is not None:
+            put("t", since_load(self.t, self.start))
+            put("start", 0.0)
+        elif self.start is not None:
+            raise ValueError(f"start: goes with J, as the stress has times of its own; got {self.start!r}")
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         _check_convention(self.convention, self.nu)
@@ -183,6 +192,7 @@ class IndentationData:
         scatter_depth, scatter_load: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
         whole: (3, m): time, load and depth of the curve that this one was taken from, with the same zeros;
             None if nothing was left out. ``plot`` shows it.
+        cut: whether the curve begins at first contact because ``in_contact`` cut it there.
 
     Raises:
         ValueError: anything else, with what was expected and what came.
@@ -205,6 +215,7 @@ class IndentationData:
     sigma_load: np.ndarray | None = None
     scatter_depth: np.ndarray | None = None
     scatter_load: np.ndarray | None = None
+    cut: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", times(self.t))
@@ -257,6 +268,7 @@ class IndentationData:
         """
         if not segments:
             return self
+        segments = tuple(name.lower() if isinstance(name, str) else name for name in segments)
         for name in segments:
             if name not in SEGMENTS:
                 raise ValueError(f"segment: expected one of {', '.join(SEGMENTS)}; got {name!r}")
@@ -283,15 +295,19 @@ class IndentationData:
         keep = (self.t >= low) & (self.t <= high)
         return self._take(keep, f"{begin} to {end} s taken: {keep.sum()} of {keep.size} points")
 
-    def in_contact(self, depth: float | None = None, indenter: Any = None) -> "IndentationData":
+    def in_contact(
+        self, depth: float | None = None, indenter: Any = None, film: bool = False
+    ) -> "IndentationData":
         """The curve from first contact on, with time, load and depth counted from there.
 
-        FirstTouch, the zero of the load and the signs come from ``fitting.contact``. The first point is the
-        contact itself, (0, 0, 0), between two samples. The curve ends where a retract has unloaded it.
+        The first contact, the zero of the load and the signs come from ``fitting.contact``. The first point is the
+        contact itself, (0, 0, 0), between two samples. The curve ends where a retract has unloaded it. A curve that
+        was cut at contact before, or that begins in contact, stays as it is.
 
         Args:
             depth: of first contact [m] as measured, where it is known.
             indenter: as of ``fit_indentation``, for the law of the first load; None: a ball.
+            film: whether a film is to be fitted, on which the load rises more steeply than on a half-space.
 
         Returns:
             The points, with notes on what was taken; the same data if they begin in contact.
@@ -308,8 +324,10 @@ class IndentationData:
         if depth is not None and not self.depth.min() <= depth < self.depth.max():
             limits = f"{self.depth.min():g} to {self.depth.max():g} m"
             raise ValueError(f"depth: expected a contact within the curve, {limits}; got {depth!r}")
+        if self.cut and depth is None:
+            return self
         power = 1.5 if indenter is None else probe_of(indenter).power
-        found = find_contact(self.t, self.load, self.depth, depth, power)
+        found = find_contact(self.t, self.load, self.depth, depth, power, film)
         if not found.before:
             return dataclasses.replace(
                 self, notes=(*self.notes, "the curve begins in contact: all points taken")
@@ -332,7 +350,7 @@ class IndentationData:
                   (("load", found.load_sign), ("depth", found.depth_sign)) if sign < 0]  # fmt: skip
         notes += [f"{t.size - last} points after the contact left out"] if last < t.size else []
         return IndentationData(
-            t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=again(self.marks),
+            t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=again(self.marks), cut=True,
             **{name: again(getattr(self, name)) for name in DEVIATIONS},
             whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
@@ -348,7 +366,7 @@ class IndentationData:
             raise ValueError(f"expected at least 5 points, got: {note}")
         some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *DEVIATIONS)}
         fields = {name: None if y is None else y[keep] for name, y in some.items()}
-        return IndentationData(**fields, notes=(*self.notes, note), whole=self.whole_curve())
+        return IndentationData(**fields, notes=(*self.notes, note), whole=self.whole_curve(), cut=self.cut)
 
     def plot(self) -> Any:
         """Load and depth over time, what was left out in grey.

@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,23 +11,9 @@ from tqdm import tqdm
 from fitting.fractional import LAWS
 from fitting.readers import read_creep
 from fitting.resampling import resample
+from fitting.shell_words import in_flags
 from fitting.structure import CLASSICAL
 from fitting.weights import KINDS
-
-# what the readers and fits call an option, and its flag
-FLAGS = (
-    (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
-    (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
-    (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
-    (r"\bunits=", "--unit"),
-    (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
-    (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
-    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
-    (r"\b(start|segment|curve|stress)=", r"--\1"),
-    (r"\bspring_constant=", "--spring-constant"),
-    (r"\bper_decade(?=: expected)", "--resample"),
-    (r"(data\.)?in_contact\(\)", "--in-contact"),
-)
 
 
 def add_segment(parser: Any, what: str) -> None:
@@ -115,13 +100,6 @@ def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **g
         raise ValueError(in_flags(str(error))) from error
 
 
-def in_flags(message: str) -> str:
-    """A message of the readers and fits with the flag for each option that it names."""
-    for pattern, flag in FLAGS:
-        message = re.sub(pattern, flag, message)
-    return message
-
-
 @contextlib.contextmanager
 def about(file: str) -> Iterator[None]:
     """Errors within name the file, and speak of flags; a terminal says meanwhile what is fitted."""
@@ -148,8 +126,9 @@ def number(flag: str, text: str) -> float:
 def weighting(options: argparse.Namespace, has_sigma: bool, usual: str = "estimated") -> dict[str, Any]:
     """Weights or sigma, and the level; the standard deviations of a file go before the usual weights."""
     level = {"level": options.level}
-    if options.weights in KINDS:
-        return level | {"weights": None if has_sigma and options.weights == usual else options.weights}
+    if options.weights.lower() in KINDS:
+        kind = options.weights.lower()
+        return level | {"weights": None if has_sigma and kind == usual else kind}
     return level | {"weights": None, "sigma": number("--weights", options.weights)}
 
 

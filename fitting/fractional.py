@@ -1,8 +1,14 @@
 """Fractional laws fitted to a creep curve: in log G, log V and alpha.
 
-Under a stress history the strain of a law is that of its cut (``jaxcontact.fractional``), as ``history.py`` has it of any
-retardation times. The modes that are faster than any gap of the data are there too, as one fast retardation time: a
-springpot has no strain at the very instant of a step.
+After a step of stress the strain is the law's own J(t), up to alpha = 1, where a springpot is a dashpot. Under a stress
+history, linear between its knots, that of a power law is a sum of powers of the times since each knot: with the jumps
+and slopes of the stress, and p_a(t) = t^a/Gamma(1 + a),
+
+    strain = stress/G + 1/V sum_i (jump_i p_alpha(t - t_i) + slope_i (p_(1+alpha)(t - t_(i-1)) - p_(1+alpha)(t - t_i))).
+
+The strain of a Kelvin-Voigt law, or under a history of many knots, is that of its cut (``jaxcontact.fractional``), as
+``history.py`` has it of any retardation times, up to alpha = 0.98. The modes that are faster than any gap of the data are
+there too, as one fast retardation time: a springpot has no strain at the very instant of a step.
 """
 
 import dataclasses
@@ -22,14 +28,16 @@ from fitting import creep_search, history, padding
 from fitting.data import CreepData
 from fitting.nonlinear import Best, Objective
 from fitting.result import Estimate, Landscape
-from fitting.structure import Structure, Volume, resolve
+from fitting.structure import Structure, Volume, by_name, resolve
 from fitting.uncertainty import covariance, log_covariance
 
 LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
 EXACT = 1e-8  # of the cut that is fitted
 CUT = 1e-5  # of the one that is handed out
 EDGE = 16.0  # e-folds beyond what the data show, where log G and log V end
-ORDERS = (0.02, 0.98)  # where alpha ends
+ORDERS = (0.02, 0.98)  # where alpha of a cut ends
+MOST = 4_000_000  # samples times knots for which the sum of powers is taken
+OFF = 60  # times at which two laws are compared
 FAST = 40.0  # rate of the modes that no gap of the data resolves, times the shortest of them
 STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, share of the spring
 
@@ -67,7 +75,22 @@ class Law(Structure):
 
     def material(self, values: dict[str, Any], volume: Volume) -> jc.Prony:
         """Its cut, for the solver."""
-        return self.model(**values, **volume.keyword).prony(*self.span, CUT)
+        law = self.model(**values, **volume.keyword)
+        if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
+            return law.prony(*self.span, CUT)
+        element = jc.Prony(
+            J0=0.0,
+            J=np.array([1.0 / law.G]),
+            tau=np.array([(law.V / law.G) ** (1.0 / law.alpha)]),
+            **volume.keyword,
+        )
+        lower = dataclasses.replace(law, alpha=ORDERS[1]).prony(*self.span, CUT)
+        return min((element, lower), key=lambda material: self._off(law, material))
+
+    def _off(self, law: Any, material: jc.Prony) -> float:
+        """The largest relative difference of J(t) within the span."""
+        t = np.geomspace(*self.span, OFF)
+        return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
 
     @property
     def notes(self) -> list[str]:
@@ -79,7 +102,7 @@ class Law(Structure):
 
 def creep_structure(model: type | str) -> Structure:
     """Of a classical material or a fractional one, given itself or its name."""
-    law = LAWS.get(model) if isinstance(model, str) else model
+    law = by_name(model, LAWS.values()) if isinstance(model, str) else model
     if law not in LAWS.values():
         return resolve(model, also=tuple(LAWS))
     assert isinstance(law, type)
@@ -90,10 +113,8 @@ def creep_structure(model: type | str) -> Structure:
 def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """Bounds of the parameters with those of alpha below 1; ValueError where nothing is left."""
     low, high = table["alpha"]
-    if low >= 1.0 or (low == high and not ORDERS[0] <= low <= ORDERS[1]):
-        raise ValueError(
-            f"alpha: expected between 0 and 1, and {ORDERS[0]} to {ORDERS[1]} if fixed, got {low:g}"
-        )
+    if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
+        raise ValueError(f"alpha: expected between 0 and 1, and {ORDERS[0]} to 1 if fixed, got {low:g}")
     return table | {"alpha": (low, min(high, 1.0))}
 
 
@@ -147,9 +168,13 @@ class Crept:
         """Of the coordinates (m, 2)."""
         size, lapse = -math.log(self.compliance), math.log(self.duration)
         V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
-        whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": ORDERS}
+        whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], self.highest(law.model))}
         rows = [_within(whole[name], name, table[name]) for name in law.where]
         return np.array(rows)
+
+    def highest(self, model: type) -> float:
+        """Order at which the search for alpha ends."""
+        return 1.0 if has_own_strain(model, self.basis) else ORDERS[1]
 
     def starts(self, law: Law) -> list[np.ndarray]:
         """Coordinates from pairs of alpha and of the share that a spring has in the largest response."""
@@ -205,7 +230,7 @@ def _hidden(law: Law, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """Parameters (m,) that the edge of alpha, where a law is all but a spring or a dashpot, keeps from being known:
     V where the interval of alpha ends there, G too where its best does."""
     alpha = law.where["alpha"]
-    found = bool(np.isin(theta[alpha], ORDERS))
+    found = bool(np.isin(theta[alpha], ORDERS))  # at alpha = 1 a law is a classical one, with a viscosity V
     reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
     return np.array([{"V": reached, "G": found, "alpha": False}[name] for name in law.where])
 
@@ -226,11 +251,39 @@ def _residual(
     *spring, log_V, alpha = theta
     given = {"G": jnp.exp(spring[0]) * compliance} if spring else {}
     law = model(**given, V=jnp.exp(log_V - alpha * lapse) * compliance, alpha=alpha)
+    return weight * (_strain(law, basis, decades) - y)
+
+
+def has_own_strain(model: type, basis: Any) -> bool:
+    """Whether the strain is found without a cut, for every alpha up to 1."""
+    if isinstance(basis, history.Step):
+        return True
+    return model is not jc.FractionalKelvinVoigt and basis.pick.size * basis.gap.size <= MOST
+
+
+def _strain(law: Any, basis: Any, decades: int) -> Array:
+    """Strain (n,) under the scaled stress."""
+    if isinstance(basis, history.Step):
+        return law.creep(basis.t)
+    if has_own_strain(type(law), basis):
+        return law.creep(0.0) * basis.stress[basis.pick] + _powers(basis, law.alpha) / law.V
     shortest = 10.0**-decades
     cut, at_once = law.prony(shortest, 1.0, EXACT), law.creep(0.0)
     rates = jnp.append(1.0 / cut.tau, FAST / shortest)
     parts = jnp.concatenate([jnp.stack([at_once]), cut.J, jnp.stack([cut.J0 - at_once, cut.fluidity])])
-    return weight * (history.columns(basis, rates) @ parts - y)
+    return history.columns(basis, rates) @ parts
+
+
+def _powers(basis: history.History, alpha: Array) -> Array:
+    """Strain (n,) of a springpot of V = 1 under a history: the sum of the module's formula."""
+    power = lambda t, order: jc.Springpot(V=1.0, alpha=order).creep(t)
+    times = jnp.cumsum(basis.gap)
+    jump = basis.stress - basis.start - basis.slope * basis.gap
+    since = times[basis.pick][:, None] - times
+    ramps = power(jnp.maximum(since + basis.gap, 0.0), 1.0 + alpha) - power(
+        jnp.maximum(since, 0.0), 1.0 + alpha
+    )
+    return power(jnp.maximum(since, 0.0), alpha) @ jump + ramps @ basis.slope
 
 
 @functools.partial(jax.jit, static_argnames=("model", "decades"))

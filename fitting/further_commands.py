@@ -58,7 +58,7 @@ def _design(options: argparse.Namespace) -> int:
 
 def carry(options: argparse.Namespace) -> int:
     """Fit the creep curve, print its summary and the result, and write both."""
-    output.check_directory(options)
+    output.check_directory(options, (*output.RESULTS, "propagated.csv"))
     times = np.array([flags.number("--times", text) for text in options.times.split(",")])
     if not np.all(np.isfinite(times) & (times >= 0)):
         raise ValueError(f"--times: expected finite times >= 0 s, got {options.times}")

@@ -158,8 +158,10 @@ def fit_indentation(
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
         substrate: the known material under it, elastic or not.
-        grid: ``jc.Grid`` for the film; else one is chosen so that what discretisation does to the
-            parameters is below a fifth of their standard errors or a thousandth of themselves.
+        grid: ``jc.Grid`` for the film, square, or the number of its cells along a side, n x n cells as wide as the
+            contact needs; else both are chosen so that what discretisation does to the parameters is below a fifth
+            of their standard errors or a thousandth of themselves. Samples at which the contact is fewer than 4
+            cells across are not fitted, and a note says how many.
         level: of the intervals.
 
     Returns:
@@ -167,7 +169,7 @@ def fit_indentation(
 
     Raises:
         ValueError: bad values, too few points in contact, a load that falls under load control, or a film
-            whose contact does not fit the grid.
+            whose contact does not fit the given grid.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -182,11 +184,13 @@ def fit_indentation(
     table = limits(structure, fixed, bounds)
     nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
     volume = Volume.of(nu, bulk_modulus)
+    control = control.lower() if isinstance(control, str) else control
+    film = any(given is not None for given in (layer, layers, substrate, grid))
     press = prepare(
-        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion
+        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion, film
     )
     evidence.check(level, int(press.kept.sum()), press.space.free.size)
-    if all(given is None for given in (layer, layers, substrate, grid)):
+    if not film:
         return _gather(half_space_search.search(press, rise), level, started)
     _check_layered(press, rise)
     return _gather(layered_search.search(press, Coating.of(layer, layers, substrate), grid), level, started)

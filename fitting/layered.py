@@ -144,7 +144,7 @@ def divided(knots: np.ndarray, fine: int) -> np.ndarray:
 
 
 def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
-    """Scaled depth (or load) at the samples (n,), status and contact radius [m] of the march."""
+    """Scaled depth (or load) at the samples (n,), status and contact radius [m] at the times of the march (m,)."""
     c = point.compliances()
     material = jc.Prony(
         J0=c.spring * film.unit, J=c.retarded * film.unit, tau=film.duration / c.rates,
@@ -166,9 +166,9 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
 
 @Program
 def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
-    """Weighted residuals (n,), the worst status, and the largest contact radius [m]."""
+    """Weighted residuals (n,), and status and contact radius [m] at the times of the march (m,)."""
     found, status, radius = respond(point, film)
-    return film.weights * (found + film.correction - film.response), jnp.max(status), jnp.max(radius)
+    return film.weights * (found + film.correction - film.response), status, radius
 
 
 @Program

@@ -6,6 +6,9 @@ under the measured load. The grid is as wide as the contact of that start needs.
 time steps do to the parameters is measured, by a run with more cells and steps at the optimum,
 added to the model as a correction, and refined until what remains is small beside the noise, or
 a thousandth of the parameters, which no test knows its radius and thickness to.
+
+A contact that grows from nothing is first a few cells wide, and its load then depends on where the cells lie. Samples
+at such times are in the history of the load, but they are not fitted.
 """
 
 import dataclasses
@@ -30,6 +33,9 @@ FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # where the grid is given
 MARGIN = 1.2  # grid over contact
 WIDER = 1.3
 LEAST = 1e-8  # scaled flow, or branch of a series: at none the decay rates of the film have no slope
+ACROSS = 4.0  # cells across the contact of a sample that is fitted; the solver gives up below 3
+LEAST_POINTS = 5  # that are fitted
+LEAST_GIVEN = 16  # cells of a grid that is given as their number
 SMALL = 0.2  # bias over standard error that is small
 PER_MILLE = 1e-3  # bias of the logarithm of a parameter that is
 Scene = Callable[[Mesh], FilmTest]
@@ -44,20 +50,24 @@ def search(press: Press, coating: Coating, grid: Any) -> Found:
         )
     if press.space.structure.model is jc.KelvinVoigt:
         raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
+    _check_grid(grid)
     press = press._replace(space=dataclasses.replace(press.space, least=LEAST))
-    scene = functools.partial(layered.scene, press, coating)
     theta, radius = _start(press, coating)
-    chosen, runs = grid is None, np.zeros(2, int)
-    mesh = Mesh(CELLS, 2.0 * MARGIN * radius) if chosen else Mesh(grid.shape[0], float(grid.width[0]))
+    chosen, runs = not isinstance(grid, jc.Grid), np.zeros(2, int)
+    cells = CELLS if grid is None else grid if chosen else grid.shape[0]
+    mesh = Mesh(cells, 2.0 * MARGIN * radius if chosen else float(grid.width[0]))
+    finer, order = (FINER, LEFT) if grid is None else (FINER_GIVEN, LEFT_GIVEN)
+    fitted = press.kept
     while True:
-        coarse, objective, mesh = _wide_enough(press, scene, theta, mesh, chosen)
+        press, coarse, objective, mesh = _resolved(press, coating, theta, mesh, chosen)
+        scene = functools.partial(layered.scene, press, coating)
         runs += objective.residual_runs + 3, objective.jacobian_runs
-        film = _corrected(press, scene, coarse, mesh, FINER if chosen else FINER_GIVEN)
+        film = _corrected(press, scene, coarse, mesh, finer)
         best, objective = _minimise(press, film, coarse.theta)
-        left = np.abs(best.theta - coarse.theta) / (LEFT if chosen else LEFT_GIVEN)
+        left = np.abs(best.theta - coarse.theta) / order
         bias = left / _standard_errors(best, press)
         small = np.all((bias < SMALL) | (left < PER_MILLE))
-        if small or not chosen or 2 * mesh.cells > MOST_CELLS:
+        if small or grid is not None or 2 * mesh.cells > MOST_CELLS:
             break
         theta, mesh = best.theta, mesh._replace(cells=2 * mesh.cells)
     objective.residual_runs += int(runs[0])
@@ -66,6 +76,9 @@ def search(press: Press, coating: Coating, grid: Any) -> Found:
     medium = Medium(
         coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
     )
+    few = int(np.sum(fitted & ~press.kept))
+    notes = f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across"
+    press = press._replace(notes=(*press.notes, notes) if few else press.notes)
     return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
 
 
@@ -103,21 +116,60 @@ def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Ob
     return minimise(objective, theta), objective
 
 
-def _wide_enough(
-    press: Press, scene: Scene, theta: np.ndarray, mesh: Mesh, chosen: bool
-) -> tuple[Best, Objective, Mesh]:
-    """The optimum on a mesh, which is made wider while the contact reaches its edge."""
+def _resolved(
+    press: Press, coating: Coating, theta: np.ndarray, mesh: Mesh, chosen: bool
+) -> tuple[Press, Best, Objective, Mesh]:
+    """The optimum on a mesh. A chosen one is made wider while the contact reaches its edge; samples at which the contact
+    is few cells across get no weight."""
+    press = _coarse_left_out(press, layered.scene(press, coating, mesh), theta, mesh)
     while True:
-        film = scene(mesh)
+        film = layered.scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
-        status = int(layered.evaluate(press.space.point(best.theta), film)[1])
-        if not (status == jc.Status.AT_EDGE and chosen):
-            break
-        theta, mesh = best.theta, mesh._replace(width=WIDER * mesh.width)
-    if status:
-        n = mesh.cells
-        raise ValueError(f"grid: the contact of the best fit on {n} x {n} cells: {jc.Status(status).message}")
-    return best, objective, mesh
+        _, statuses, _ = (np.asarray(part) for part in layered.evaluate(press.space.point(best.theta), film))
+        status = int(np.max(np.where(statuses != jc.Status.TOO_COARSE, statuses, 0)))
+        if status == jc.Status.AT_EDGE and chosen:
+            mesh = mesh._replace(width=WIDER * mesh.width)
+            press = _coarse_left_out(press, layered.scene(press, coating, mesh), best.theta, mesh)
+        elif status:
+            n, what = mesh.cells, jc.Status(status).message
+            raise ValueError(f"grid: the contact of the best fit on {n} x {n} cells: {what}")
+        elif not np.any(_touching(film, statuses == jc.Status.TOO_COARSE) & press.kept):
+            return press, best, objective, mesh
+        else:
+            press = _coarse_left_out(press, film, best.theta, mesh)
+        theta = best.theta
+
+
+def _coarse_left_out(press: Press, film: FilmTest, theta: np.ndarray, mesh: Mesh) -> Press:
+    """Without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
+    _, statuses, radius = layered.evaluate(press.space.point(theta), film)
+    few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
+    kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
+    if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):
+        raise ValueError(
+            f"grid: expected at least {LEAST_POINTS} points at which the contact is {ACROSS:g} cells across, got"
+            f" {kept.sum()} on {mesh.cells} x {mesh.cells} cells over {mesh.width:.3g} m: a finer grid"
+        )
+    return press._replace(kept=kept, weights=np.where(kept, press.weights, 0.0))
+
+
+def _touching(film: FilmTest, marked: np.ndarray) -> np.ndarray:
+    """Samples (n,), bool, whose value is interpolated from a time of the march that is marked, (m,) bool."""
+    return np.interp(np.asarray(film.t), np.asarray(film.times), marked.astype(float)) > 0.0
+
+
+def _check_grid(grid: Any) -> None:
+    """ValueError unless it is None, a number of cells, or a square ``jc.Grid`` without period."""
+    if isinstance(grid, jc.Grid):
+        (n, m), (width, depth) = grid.shape, (float(side) for side in grid.width)
+        if n != m or abs(width - depth) > 1e-9 * width or any(grid.periodic):
+            raise ValueError(f"grid: expected a square jc.Grid that is not periodic, got {grid!r}")
+    elif grid is not None and (
+        isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < LEAST_GIVEN
+    ):
+        raise ValueError(
+            f"grid: expected a jc.Grid, or a whole number of cells of at least {LEAST_GIVEN}, got {grid!r}"
+        )
 
 
 def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from fitting.clock import since_load
 from fitting.data import array, times
 from fitting.in_words import described
 
@@ -20,9 +21,11 @@ class RelaxationData:
         convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
         nu: Poisson's ratio, for "E" only.
         notes: what was taken and mended.
+        start: when the strain began on the clock of t [s], from which t counts in the result; 0 if it does already.
+            None is for times that can count from the step alone, by their spacing (``fitting/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: anything else, with what was expected and what came; late times without a start.
 
     Example:
         >>> data = fitting.RelaxationData(t=[1, 2, 3, 4, 5], modulus=[9, 6, 4, 3, 2], convention="E", nu=0.5)
@@ -35,9 +38,11 @@ class RelaxationData:
     convention: str = "G"
     nu: float | None = None
     notes: tuple[str, ...] = ()
+    start: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", times(self.t))
+        object.__setattr__(self, "t", since_load(times(self.t), self.start))
+        object.__setattr__(self, "start", 0.0)
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         object.__setattr__(self, "modulus", array("modulus", self.modulus, self.t))

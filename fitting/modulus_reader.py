@@ -67,11 +67,18 @@ def read_relaxation(
     taken = mending.choose(table.path, "segment", parts, segment)
     convention, taken = _tension(table.path, taken, convention, nu)
     taken = onset.shift(table.path, taken, start)
+    onset.check_clock(table.path, taken, start)
     taken = mending.ordered(mending.complete(table.path, mending.window(taken, window)))
-    onset.check_clock(table.path, taken.values["t"], start)
     taken = mending.check_times(table.path, taken)
     t, modulus = taken.values["t"], taken.values["modulus"]
-    fields = {"t": t, "modulus": modulus, "convention": convention, "nu": nu, "notes": once(taken.notes)}
+    fields = {
+        "t": t,
+        "modulus": modulus,
+        "convention": convention,
+        "nu": nu,
+        "notes": once(taken.notes),
+        "start": 0.0,
+    }
     return build(table.path, RelaxationData, **fields)
 
 

@@ -3,25 +3,42 @@
 import argparse
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fitting.shell_words import in_flags
 
-def check_directory(options: argparse.Namespace) -> None:
-    """ValueError where nothing may be written."""
+RESULTS = ("summary.json", "curve.csv", "fit.png")
+
+
+def check_directory(options: argparse.Namespace, names: Sequence[str] = RESULTS) -> None:
+    """ValueError where the results, of these names in the directory, may not or cannot be written."""
     directory: Path = options.directory
     if directory.exists() and not directory.is_dir():
         raise ValueError(f"{directory}: found a file, accepted: a directory, new or empty")
     if directory.is_dir() and any(directory.iterdir()) and not options.force:
         raise ValueError(f"{directory}: found a directory that is not empty; --force overwrites it")
+    files = [options.file] if isinstance(options.file, str) else options.file
+    inputs = {Path(file).resolve(): file for file in files}
+    for name in names:
+        path = (directory / name).resolve()
+        if path in inputs:
+            raise ValueError(
+                f"{inputs[path]}: expected another directory than {directory}, where {name} would replace it"
+            )
+        above = [one for one in path.parents if one.is_relative_to(directory.resolve())]
+        if path.is_dir() or any(one.exists() and not one.is_dir() for one in above):
+            raise ValueError(
+                f"{directory / name}: expected room for a file, found a folder there or a file above it"
+            )
 
 
 def finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
     """Print and write."""
-    print(found.summary())
+    print(in_flags(found.summary()))
     leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
     print(f"in {options.directory}: summary.json, curve.csv, fit.png")
     return 0

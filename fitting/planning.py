@@ -2,7 +2,8 @@
 
 The standard deviations of the logarithms of the parameters are those of least squares with the stated
 noise, from the exact Jacobian of the response to a stress of one: a hold, or a hold and the recovery
-after it. Where none is long enough the design says so.
+after it. Relative noise is a share of the strain under load: what is left of it in recovery has the error of the
+strain at the end of the hold, of which it is a difference. Where no test is long enough the design says so.
 """
 
 import functools
@@ -77,7 +78,8 @@ def design(
     Args:
         material: one of those that can be fitted, or a fit, about as the truth is expected to be.
         target: largest standard deviation of the logarithm of a parameter.
-        noise: of each point, as a share of its value (weights "relative") or of the largest ("absolute").
+        noise: of each point, as a share of its value (weights "relative"; in recovery, of the value at the end of the
+            hold) or of the largest ("absolute").
         weights: "relative" or "absolute".
         points: their number.
         first: the first of logarithmic times [s].
@@ -112,7 +114,8 @@ def design(
 def bounds(
     material: Any, t: Any, *, noise: float = 0.01, weights: str = "relative", hold: float = math.inf
 ) -> dict[str, float]:
-    """sd of the log parameters from samples at t (n,) [s] of a test that is unloaded after ``hold`` [s]."""
+    """sd of the log parameters from samples at t (n,) [s] of a test that is unloaded after ``hold`` [s]; noise as of
+    ``design``."""
     law, values = of_material(material)
     return _bounds(law, values, np.asarray(t, float), hold, noise, weights)
 
@@ -123,8 +126,11 @@ def _bounds(
     """By the singular values of the weighted Jacobian."""
     u = jnp.log(jnp.array(list(values.values())))
     response, J = map(np.asarray, _jacobian(u, jnp.asarray(t), jnp.asarray(hold), law))
-    weight = 1.0 / (noise * (np.abs(response) if weights == "relative" else np.max(np.abs(response))))
-    J = J * np.broadcast_to(weight, response.shape)[:, None]
+    size = np.abs(response)
+    if math.isfinite(hold):  # a strain that is left is the difference from that under load, and has its error
+        loaded = np.abs(np.asarray(_jacobian(u, jnp.array([hold]), jnp.asarray(math.inf), law)[0]))
+        size = np.maximum(size, np.where(t >= hold, loaded, 0.0))
+    J = J / (noise * (size if weights == "relative" else np.full(size.shape, size.max())))[:, None]
     size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     _, s, V = np.linalg.svd(J / size, full_matrices=False)
     sd = np.sqrt(np.sum((V / np.maximum(s, 1e-300)[:, None]) ** 2, 0)) / size

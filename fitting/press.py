@@ -101,9 +101,9 @@ class Press(NamedTuple):
 
 def prepare(
     data: IndentationData, structure: Structure, table: dict, indenter: Any, volume: Volume, control: str,
-    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None, work: Any,
+    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None, work: Any, film: bool,
 ) -> Press:  # fmt: skip
-    """Check and scale; ValueError with expected and got."""
+    """Check and scale; ValueError with expected and got. film: whether there is one, or a half-space."""
     probe = probe_of(indenter)
     _check(data, control, rise)
     work = adhesion.check(work, data, indenter, control, structure.model)
@@ -131,7 +131,7 @@ def prepare(
             f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
         )
     if not work:  # the load of a ball that sticks falls before it rises
-        _check_contact(data, kept, probe.power)
+        _check_contact(data, kept, probe.power, film)
     return Press(
         data, indenter, probe, volume, control, t / T, data.load / P, data.depth / d, kept,
         weight * float(response.max()), label, T, P, d, unit, table, space, work, tuple(notes),
@@ -147,9 +147,11 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
         raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
 
 
-def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> None:
+def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:
     """ValueError where points before contact would be fitted as if they were in it."""
-    found = find_contact(data.t, data.load, data.depth, power=power)
+    if data.cut:
+        return
+    found = find_contact(data.t, data.load, data.depth, power=power, film=film)
     # of resampled points, the samples that they stand for
     samples = (
         np.ones(kept.size)
@@ -160,7 +162,7 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float) -> Non
     if fitted > max(AIR, AIR_SHARE * np.sum(kept * samples)):
         raise ValueError(
             f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
-            f" {found.depth:.4g} m: data.in_contact() leaves them out"
+            f" {found.depth:.4g} m: data.in_contact({'film=True' if film else ''}) leaves them out"
         )
 
 
@@ -188,7 +190,7 @@ def _space(
 
 def _nuisance(name: str, value: float | str, size: float) -> tuple[float, float]:
     """Bounds of a nuisance: equal where it is known."""
-    if value == "fit":
+    if isinstance(value, str) and value.lower() == "fit":
         return (0.0 if name == "machine_compliance" else -1.0), 1.0
     if isinstance(value, str) or not np.isfinite(value):
         raise ValueError(f'{name}: expected a number or "fit", got {value!r}')

@@ -18,7 +18,7 @@ import numpy as np
 
 from fitting.contact import tip_depth
 from fitting.data import CONVENTIONS, ERRORS, CreepData, IndentationData
-from fitting.files import afm, mending, onset
+from fitting.files import afm, constancy, mending, onset
 from fitting.files.columns import Series, Wanted, has, locate, series
 from fitting.files.names import says_shear
 from fitting.files.table import Table, read_table
@@ -48,6 +48,9 @@ def read_creep(
     window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
 ) -> CreepData:  # fmt: skip
     """Read time and compliance, or time, strain and stress, of a creep test.
+
+    A column of stress beside a compliance decides what this is: J(t) under a constant stress, the quotient of strain
+    and stress under one that varies, of which the strain is taken under the measured stress.
 
     Args:
         path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
@@ -87,15 +90,19 @@ def read_creep(
     wanted = _what(table, columns, stress)
     if "sigma" in columns:
         wanted = (*wanted, Wanted("sigma", wanted[1].names))
+    if COMPLIANCE in wanted:
+        wanted = (*wanted, *_beside(table, columns, units))
     taken = mending.choose(table.path, "segment", curves_of(table, wanted, columns, units), segment)
+    if "J" in taken.values and "stress" in taken.values:
+        taken = constancy.settle(table.path, taken, window and window[1])
     convention, taken = _tension(table, taken, convention, nu)
     taken = onset.shift(table.path, taken, start)
     fields: dict[str, Any] = {"convention": convention, "nu": nu}
     if "J" in taken.values:
+        onset.check_clock(table.path, taken, start)
         taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
         taken = mending.check_times(table.path, mending.ordered(taken))
-        fields["J"] = taken.values["J"]
-        onset.check_clock(table.path, taken.values["t"], start)
+        fields |= {"J": taken.values["J"], "start": 0.0}
         onset.check_course(table.path, taken.values["t"], fields["J"])
     else:
         taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))
@@ -232,6 +239,19 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
 
 
+def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
+    """The stress, and the strain, that stand beside a compliance; none where no column or several could be the stress."""
+    blocks = [block for block in table.blocks if has(block, COMPLIANCE, columns)]
+
+    def told(wanted: Wanted) -> bool:
+        try:
+            return bool(blocks) and all(locate(table, block, wanted, columns, units) for block in blocks)
+        except (ValueError, AssertionError):
+            return False
+
+    return [wanted for wanted in (STRESS, STRAIN) if told(wanted)] if told(STRESS) else []
+
+
 def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
     """The curves of a file: its blocks that have all that is wanted, cut where the clock starts again."""
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
@@ -273,7 +293,7 @@ def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
     if "stress" in taken.values:
         if stress is not None:
             raise ValueError(
-                f"{table.path}: stress: the file has a column of it, expected None, got {stress!r}"
+                f"{table.path}: stress: the file has a column of it, expected none beside it, got {stress!r}"
             )
         return taken
     value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)

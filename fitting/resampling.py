@@ -69,7 +69,7 @@ def _creep(data: CreepData, per_decade: float) -> CreepData:
         stress = bins.mean(data.t), bins.value(stress[1])
     return CreepData(
         t=bins.mean(data.t), **{"strain" if data.J is None else "J": bins.value(values)}, stress=stress,
-        convention=data.convention, nu=data.nu, notes=(*data.notes, bins.note(rho)),
+        convention=data.convention, nu=data.nu, notes=(*data.notes, bins.note(rho)), start=data.start,
         **{"sigma" if known else "scatter": error},
     )  # fmt: skip
 
@@ -87,7 +87,7 @@ def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
         errors[f"{'scatter' if sigma is None else 'sigma'}_{name}"] = bins.error(raw, rhos[-1])
     return IndentationData(
         t=bins.mean(data.t), load=bins.value(data.load), depth=bins.value(data.depth), marks=marks[bins.first],
-        whole=data.whole_curve(), notes=(*data.notes, bins.note(max(rhos))), **errors,
+        whole=data.whole_curve(), cut=data.cut, notes=(*data.notes, bins.note(max(rhos))), **errors,
     )  # fmt: skip
 
 

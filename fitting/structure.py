@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -173,14 +174,19 @@ CLASSICAL = {
 def resolve(model: type | str, also: tuple[str, ...] = ()) -> Structure:
     """The structure of a material class with at most one retardation time, given itself or its name; also: other
     names that are accepted where it is asked for."""
-    by_name = {cls.__name__: cls for cls in CLASSICAL}
-    cls = by_name.get(model) if isinstance(model, str) else model
+    cls = by_name(model, CLASSICAL) if isinstance(model, str) else model
     if cls not in CLASSICAL:
+        names = [known.__name__ for known in CLASSICAL]
         raise ValueError(
-            f"model: expected one of {sorted([*by_name, *also])}, got {getattr(model, '__name__', model)!r};"
+            f"model: expected one of {sorted([*names, *also])}, got {getattr(model, '__name__', model)!r};"
             " fit_prony takes several retardation times"
         )
     return CLASSICAL[cls]
+
+
+def by_name(name: str, classes: Iterable[type]) -> type | None:
+    """The class of that name, in any case; None for none."""
+    return {cls.__name__.casefold(): cls for cls in classes}.get(name.casefold())
 
 
 def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
@@ -195,7 +201,7 @@ def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure
 
 def structure_of(model: type | str, tau: Any) -> Structure:
     """Of a classical material, or of a series with given times."""
-    is_series = model in (jc.Prony, "Prony")
+    is_series = model is jc.Prony or (isinstance(model, str) and model.casefold() == "prony")
     if is_series == (tau is None):
         raise ValueError(f"tau: expected retardation times for jc.Prony and None else, got {tau!r}")
     return series(tau) if is_series else resolve(model)

@@ -22,6 +22,7 @@ def choose_weights(
 ) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of y] of values y (n,) at t (n,), and their label; ValueError unless one choice is
     made. scatter (n,): standard deviations up to a factor, in place of a choice."""
+    weights = weights.lower() if isinstance(weights, str) else weights
     if weights is None and sigma is None and scatter is not None:
         return 1.0 / scatter, "averaged"
     if (weights is None) == (sigma is None):

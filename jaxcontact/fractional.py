@@ -38,7 +38,10 @@ from jaxcontact.materials import NU, Material, Prony
 
 REACH = 80.0  # e-folds of rates summed beyond those that are kept, before a closed form takes over
 FINE = 0.4  # step of the sum for J(t) itself: an error of exp(-pi^2/0.4) = 2e-11
-MOST = 0.999  # alpha from which a springpot is a dashpot to rounding of its spectrum
+MOST = 0.999  # greatest alpha that a spectrum of modes is summed for
+NEAR_ONE = (
+    1e-7  # what alpha of a power law is kept below one by in its cut, which changes J(t) by no more a decade
+)
 
 
 class Fractional(abc.ABC):
@@ -62,6 +65,7 @@ class Fractional(abc.ABC):
         """
         return replace(self, V=self.V * jnp.asarray(factor, float) ** self.alpha)
 
+    _most: ClassVar[float] = MOST  # greatest alpha of a cut
     _stretch: ClassVar[float] = 0.0  # e-folds by which w may be longer than the logarithm of the rates
 
     @property
@@ -106,6 +110,14 @@ class Fractional(abc.ABC):
             '1.0000'
         """
         self._check(shortest, longest, tolerance)
+        return self._summable()._sum(shortest, longest, tolerance)
+
+    def _summable(self) -> "Fractional":
+        """The law with an order whose spectrum can be summed."""
+        return self
+
+    def _sum(self, shortest: float, longest: float, tolerance: float) -> Prony:
+        """As ``prony``."""
         step = math.pi**2 / math.log(1.0 / tolerance)
         slow = -math.log(longest) - math.log(1.0 / tolerance) / 3.0
         fast = math.log(math.log(1.0 / tolerance) / shortest)
@@ -146,11 +158,16 @@ class Fractional(abc.ABC):
         for name in ("G", "V"):
             if hasattr(self, name):
                 _checks.positive(name, getattr(self, name))
-        _checks.between("alpha", self.alpha, 0.0, MOST)
+        _checks.between("alpha", self.alpha, 0.0, self._most)
 
 
 class PowerLaw(Fractional):
     """The modes of a springpot, alone or with a spring in series."""
+
+    _most: ClassVar[float] = 1.0
+
+    def _summable(self) -> "PowerLaw":
+        return replace(self, alpha=jnp.minimum(self.alpha, 1.0 - NEAR_ONE))
 
     def _density(self, w: Array) -> tuple[Array, Array]:
         return w, jnp.sin(jnp.pi * self.alpha) / (jnp.pi * self.V) * jnp.exp(-self.alpha * w)

@@ -1,6 +1,7 @@
 """FirstTouch, segments and windows of indentation curves: what is taken, against curves whose contact is known."""
 
 import dataclasses
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -212,3 +213,94 @@ def test_a_hold_that_is_let_go_begins_in_contact(last, way):
     depth[-last:] -= np.linspace(0.0, way, last + 1)[1:]
     contact = fitting.IndentationData(t=t, load=load, depth=depth).contact
     assert (contact.before, contact.depth, contact.load) == (0, 0.0, 0.0)
+
+
+def half_space(power):
+    return lambda d: d**power
+
+
+def bonded_film(chi):
+    """A ball on an incompressible film of thickness h bonded to a rigid base, d in units of the greatest depth D, chi =
+    sqrt(R D)/h: E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798, Eq. (13)."""
+    return lambda d: d**1.5 * np.polyval([0.0975, 0.769, 1.283, 1.133, 1.0], chi * np.sqrt(d))
+
+
+def cone_on_film(chi):
+    """P. D. Garcia and R. Garcia, Biophys. J. 114 (2018) 2923: chi = D tan(a)/h."""
+    return lambda d: d**2 * np.polyval([0.225, 0.491, 0.65, 0.721, 1.0], chi * d)
+
+
+# load over depth, indenter, whether it is a film
+BODIES = {
+    "ball": (half_space(1.5), jc.Sphere(radius=1.0), False),
+    "cone": (half_space(2.0), jc.Cone(half_angle=1.0), False),
+    "punch": (half_space(1.0), jc.FlatPunch(radius=1.0), False),
+    "ball on a film of chi 0.3": (bonded_film(0.3), jc.Sphere(radius=1.0), True),
+    "ball on a film of chi 1.1": (bonded_film(1.1), jc.Sphere(radius=1.0), True),
+    "ball on a very thin film": (half_space(3.0), jc.Sphere(radius=1.0), True),
+    "cone on a film": (cone_on_film(1.1), jc.Cone(half_angle=1.0), True),
+}
+
+
+def approaches(body, air, sizes=(40, 200, 1500), noises=(0.0, 0.002, 0.01), offsets=(0.0, 0.3)):
+    """Curves at constant velocity to unit load and depth, through ``air`` before contact."""
+    law = BODIES[body][0]
+    for n, noise, offset in itertools.product(sizes, noises, offsets):
+        depth = np.linspace(-air, 1.0, n)
+        load = law(np.maximum(depth, 0.0)) / law(1.0) + noise * np.random.default_rng(n).standard_normal(n)
+        yield fitting.IndentationData(t=np.arange(n), load=load + offset, depth=depth + air), noise
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_a_curve_from_first_contact_on_has_nothing_before_it(body):
+    _, indenter, film = BODIES[body]
+    for data, noise in approaches(body, air=0.0):
+        taken = data.in_contact(indenter=indenter, film=film)
+        assert taken.notes[-1].startswith("the curve begins in contact"), (data.t.size, noise, taken.notes)
+
+
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("air", [0.03, 0.3, 1.0])
+def test_nothing_more_is_found_before_contact_in_what_was_cut(body, air):
+    """Neither in the data that come back nor, but for noise, in the same numbers without their history."""
+    _, indenter, film = BODIES[body]
+    for data, noise in approaches(body, air):
+        taken = data.in_contact(indenter=indenter, film=film)
+        assert taken.cut or noise > 0.0 or air < 0.1, data.t.size
+        again = taken.in_contact(indenter=indenter, film=film)
+        assert again is taken or not taken.cut
+        bare = dataclasses.replace(taken, cut=False).in_contact(indenter=indenter, film=film)
+        assert not bare.cut, (data.t.size, noise, taken.notes, bare.notes)
+
+
+@pytest.mark.parametrize("body", ["ball", "cone", "punch"])
+@pytest.mark.parametrize("air", [0.3, 1.0])
+def test_the_contact_of_a_half_space_is_found_within_the_noise(body, air):
+    _, indenter, _ = BODIES[body]
+    for data, noise in approaches(body, air, sizes=(200, 1500)):
+        taken = data.in_contact(indenter=indenter)
+        assert taken.cut and abs(1.0 - taken.depth[-1]) < 1e-3 + 4.0 * noise, (data.t.size, noise)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_a_creeping_half_space_from_contact_on_stays_whole(noise):
+    t, load, depth = curve(contact=0.0, noise=noise)
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    taken = data.in_contact()
+    assert not taken.cut
+    back = dataclasses.replace(fitting.IndentationData(*curve(noise=noise)).in_contact(), cut=False)
+    assert not back.in_contact().cut
+
+
+@pytest.mark.parametrize(
+    "name", ["brain_afm_cc/brain", "polymergel_afm_cc/polymergel", "afm_cc_example1/example1"]
+)
+@pytest.mark.parametrize("film", [False, True])
+def test_real_curves_are_cut_once(name, film):
+    path = DATA / f"indent_{name}_creep.csv"
+    if not path.exists():
+        pytest.skip(f"{path.name} is not beside the project")
+    data = fitting.read_indentation(path)
+    for part in (data, data.only("approach", "hold")):
+        taken = part.in_contact(film=film)
+        assert taken.cut and not dataclasses.replace(taken, cut=False).in_contact(film=film).cut

@@ -135,11 +135,46 @@ def test_what_is_held_stays_and_what_cannot_be_is_refused():
         fitting.fit_creep(data, "Nutting")
 
 
-def test_a_dashpot_is_beyond_the_orders_that_are_sought():
-    """alpha is 1, which no law here has: it has no upper limit, and V, which belongs to an alpha, is not known."""
+def test_a_dashpot_is_a_springpot_of_order_one():
+    """V is its viscosity, with the interval of what is known of alpha, which has no limit above."""
     fit = fitting.fit_creep(fitting.CreepData(t=TIMES, J=1e-3 * TIMES), "Springpot", sigma=2e-4 * TIMES)
-    assert fit.intervals["alpha"][1] == 1.0 and fit.intervals["V"] == (0.0, np.inf)
-    assert not any(fit.identified.values())
+    np.testing.assert_allclose([fit.values["V"], fit.values["alpha"]], [1e3, 1.0], rtol=1e-9)
+    assert fit.intervals["alpha"][1] == 1.0 and not fit.identified["alpha"]
+    low, high = fit.intervals["V"]
+    assert 900.0 < low < 1e3 < high < 1100.0
+
+
+@pytest.mark.parametrize(
+    ("law", "classical", "J"),
+    [
+        ("FractionalMaxwell", "Maxwell", 1 / 800 + TIMES / 1500),
+        pytest.param(
+            "FractionalKelvinVoigt", "KelvinVoigt", -np.expm1(-TIMES / 20) / 500, marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_a_classical_material_is_described_no_worse_by_its_fractional_law(law, classical, J):
+    """It is the law at alpha = 1, so that the least squares of the law are not above those of the material."""
+    noisy = J * (1.0 + 0.01 * np.random.default_rng(3).standard_normal(J.size))
+    data = fitting.CreepData(t=TIMES, J=noisy)
+    wide, narrow = (fitting.fit_creep(data, model, sigma=0.01 * J) for model in (law, classical))
+    assert wide.rss <= narrow.rss * (1.0 + 1e-9)
+    low, high = wide.intervals["alpha"]
+    assert low < 1.0 and high == 1.0 and wide.values["alpha"] > 0.99
+    off = np.abs(np.asarray(wide.material.creep(TIMES)) / wide.predict(TIMES) - 1.0)
+    assert off.max() < 0.02  # the material handed out is a cut, or the classical one
+
+
+def test_a_ramp_of_a_maxwell_material_is_described_by_its_fractional_law():
+    """Under a ramp and a hold: int J(t - s) dstress of a Maxwell material, in closed form."""
+    t = np.linspace(0.5, 100.0, 60)
+    stress = np.minimum(t, 20.0)
+    lapse = np.where(t < 20.0, t**2 / 2.0, 200.0 + 20.0 * (t - 20.0))
+    data = fitting.CreepData(
+        t=t, strain=stress / 800 + lapse / 1500, stress=([0.0, 20.0, 100.0], [0.0, 20.0, 20.0])
+    )
+    fit = fitting.fit_creep(data, "FractionalMaxwell", weights="relative")
+    np.testing.assert_allclose(list(fit.values.values()), [800.0, 1500.0, 1.0], rtol=1e-5)
 
 
 def test_a_law_from_the_command_line(tmp_path):

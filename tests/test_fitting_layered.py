@@ -123,6 +123,36 @@ def test_a_drive_of_straight_lines_is_marched_through_as_it_is():
     assert layered.turns(t, noise / 0.1) == []  # a held drive, and nothing but noise, turns nowhere
 
 
+@pytest.mark.slow
+def test_a_film_pressed_from_first_contact_on():
+    """An elastic film under a ball up to chi = sqrt(R d)/h = 1.1, 0.2 % of noise, against solutions by Abel transforms at
+    each load: its load is steeper than Hertz's, which is no late contact, and few cells are in its first contacts."""
+    R, h, G, nu, n = 5e-6, 1e-6, 2e4, 0.45, 30
+    body = abel.Layered(G, nu, h, 1e9, 0.3, 0.0)
+    radii = np.linspace(0.05, 1.0, n) * 1.5e-6
+    contacts = [abel.solve_radius(a, body, R) for a in radii]
+    load, exact = (np.array([0.0, *(getattr(one, key) for one in contacts)]) for key in ("load", "approach"))
+    assert 1.0 < np.sqrt(R * exact[-1]) / h < 1.2
+    depth = exact + 0.002 * exact[-1] * np.random.default_rng(3).standard_normal(n + 1)
+    data = fitting.IndentationData(t=np.arange(n + 1.0), load=load, depth=depth)
+    found = fitting.fit_indentation(
+        data, "Elastic", indenter=jc.Sphere(radius=R), nu=nu, layer=h, substrate=jc.Elastic(1e9, 0.3), grid=20
+    )
+    low, high = found.intervals["G"]
+    assert low <= G <= high and found.values["G"] == pytest.approx(G, rel=0.01) and not found.refused
+    left = np.sum(~found.kept[1:])
+    assert found.film.grid.shape == (20, 20) and 0 < left < n / 3
+    assert f"{left} points not fitted, at which the contact is fewer than 4 cells across" in found.notes
+
+
+@pytest.mark.parametrize("grid", [128.5, True, 8, "64", jc.Grid((32, 16), (1e-6, 1e-6))])
+def test_a_grid_that_is_none_is_named(grid):
+    t = np.linspace(0.0, 10.0, 11)
+    data = fitting.IndentationData(t=t, load=np.ones(11), depth=1e-6 * (1 + t))
+    with pytest.raises(ValueError, match="grid: expected a"):
+        fitting.fit_indentation(data, indenter=BALL, nu=0.3, layer=1e-6, substrate=STEEL, grid=grid)
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [

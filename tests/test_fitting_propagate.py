@@ -149,7 +149,9 @@ def test_recovery_is_worth_its_time():
     sd = bounds(FILM, t, weights="absolute", hold=7200.0)
     np.testing.assert_allclose([100 * sd["eta1"], 100 * sd["G2"]], [3.9, 0.6], atol=0.06)
     found = fitting.design(FILM)
-    assert found.experiments[0].share < 1.0 and found.experiments[0].duration < 2e4
+    held = min(test.duration for test in found.experiments if test.share == 1.0)
+    # strain left in recovery is known to 1 % of that under load, not of itself
+    assert found.experiments[0].share < 1.0 and found.experiments[0].duration < 0.75 * held
 
 
 def test_one_parameter_may_be_enough():
@@ -187,3 +189,16 @@ def test_a_count_has_no_band():
     with pytest.warns(UserWarning, match="1 of 2 values have slope 0"):
         band = fitting.propagate(fit, lambda m: jnp.stack([m.creep(1.0), count(m)[0]]))
     assert band.sd[0] > 0.0
+
+
+@pytest.mark.parametrize("hold", [0.3, 1.0])
+def test_what_is_left_in_recovery_is_known_to_the_error_of_the_strain_under_load(hold):
+    """Maxwell, linear in 1/G and 1/eta: weighted least squares in closed form. With an error of 1 % of what is left
+    itself, which is a hundredth of the strain under load, eta would come out fifty times too well known."""
+    G, eta, t = 1e6, 1e8, np.arange(1, 201) * 2.0 / 200
+    A = np.column_stack([(t < hold) / G, np.minimum(t, hold) / eta])
+    size = np.where(t < hold, A.sum(1), 1 / G + hold / eta)
+    expected = np.sqrt(np.diag(np.linalg.inv((A / size[:, None]).T @ (A / size[:, None])))) * 0.01
+    found = bounds(jc.Maxwell(G=G, eta=eta), t, noise=0.01, hold=hold)
+    np.testing.assert_allclose(list(found.values()), expected, rtol=1e-9)
+    assert found["eta"] > 0.05

@@ -2,26 +2,16 @@
 
 import numpy as np
 
+from fitting.clock import counts_from_zero
 from fitting.files.columns import Series
 from fitting.segments import noise, smooth
 
 ZERO = 0.01  # share of the largest stress below which there is none
+NOTHING = 1e-6  # share of it that is zero for sure
 JUMP = 0.1  # share of the largest stress by which it changes from sample to sample in a jump
-LATE = 5.0  # spacings of the samples by which the first may be late if the clock starts with the load
 FALL = 0.2  # share of its largest by which a creep curve may fall
 SURE = 3.0  # standard deviations of the noise by which it then falls for sure
 LEAST = 5  # samples below which nothing is judged
-ALIKE = 0.3  # by which a spacing may differ from one that grows with time
-
-
-def counts_from_zero(t: np.ndarray) -> bool:
-    """Whether the clock seems to start with the load: an early first sample, or spacing that grows."""
-    different = np.unique(t[np.isfinite(t)])
-    if different.size < 3 or different[0] <= LATE * (different[1] - different[0]):
-        return True
-    middle = different.size // 2
-    grown = (different[middle + 1] - different[middle]) / (different[1] - different[0])
-    return bool(abs(grown / (different[middle] / different[0]) - 1) < ALIKE and grown > 1 + ALIKE)
 
 
 def shift(path: str, series: Series, start: float | None) -> Series:
@@ -42,16 +32,22 @@ def shift(path: str, series: Series, start: float | None) -> Series:
     return later.say(f"the load begins at {start:g} s of the file's clock, t counts from there{note}")
 
 
-def check_clock(path: str, t: np.ndarray, start: float | None) -> None:
-    """J(t) is a function of the time since the load, which the clock of a long test need not count.
+def check_clock(path: str, series: Series, start: float | None) -> None:
+    """Whether t counts from the load, of which J(t) and G(t) are functions: the clock of a long test need not.
+
+    Args:
+        path: for messages.
+        series: all rows of the file, before a window is taken.
+        start: of the load, as the caller says.
 
     Raises:
-        ValueError: no start is given, and the clock seems to run from before it.
+        ValueError: no start is given, and the clock may run from before the load; it names both ways on.
     """
-    if start is None and not counts_from_zero(t):
+    t = np.unique(series.values["t"][np.isfinite(series.values["t"])])
+    if start is None and series.columns["t"].name != "step time" and not counts_from_zero(t):
         raise ValueError(
-            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start= [s], "
-            "0 if it does"
+            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start={t[0]:g} if the load "
+            "began with it, start=0 if t counts from the load"
         )
 
 
@@ -60,14 +56,14 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
 
     With a start (``shift`` went before) the stress steps there to its first value. Else, where it is zero
     at first, it rises between two samples; where it is there from the first sample on, it steps at the zero
-    of a clock that seems to start with it.
+    of a clock that seems to start with it, or rises from there if its first values are on a line through it.
 
     Raises:
         ValueError: the file does not tell when the stress began; names ``start``.
     """
     t, stress = series.values["t"], series.values["stress"]
     largest = np.max(np.abs(stress))
-    first = int(np.argmax(np.abs(stress) > ZERO * largest))
+    first = _first(np.abs(stress))
     later = np.abs(np.diff(stress[first:])) > JUMP * largest
     if np.any(later):
         between = t[first:][np.argmax(later)], t[first:][np.argmax(later) + 1]
@@ -86,6 +82,9 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
             f"{path}: stress: expected to see it begin, got it from the first sample on, at {t[0]:g} s: say "
             "when it began, start= [s]"
         )
+    if _ramps(t, stress):
+        series = series.say("the stress is taken to rise from zero at t = 0; if not, give start=")
+        return series, (np.append(0.0, t), np.append(0.0, stress))
     return series.say("the stress is taken to begin at t = 0; if not, give start="), _step(t, stress)
 
 
@@ -111,6 +110,30 @@ def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | N
             f"{path}: expected a creep curve that rises, got one that falls after {last:g} s: a recovery? "
             f"window=(0, {last:.6g}) takes the creep"
         )
+
+
+def _first(stress: np.ndarray) -> int:
+    """The first sample under stress, (n,) >= 0: on a slow rise to ``ZERO`` of the largest, where the rise begins."""
+    first = int(np.argmax(stress > ZERO * stress.max()))
+    if first == 0:
+        return 0
+    least = max(NOTHING * stress.max(), SURE * noise(stress[: first + 2]) if first > 1 else 0.0)
+    while (
+        first > 0
+        and stress[first - 1] > least
+        and (first == 1 or stress[first - 1] - stress[first - 2] > least)
+    ):
+        first -= 1
+    return first
+
+
+def _ramps(t: np.ndarray, stress: np.ndarray) -> bool:
+    """Whether a line through the first stresses, which is not level, goes through zero at t = 0."""
+    few = slice(0, LEAST)
+    if t[0] <= 0.0 or np.unique(t[few]).size < LEAST:
+        return False
+    slope, at_zero = np.polyfit(t[few], stress[few], 1)
+    return bool(abs(slope * t[0]) > JUMP * abs(stress[0]) and abs(at_zero) < JUMP * abs(stress[0]))
 
 
 def _step(t: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

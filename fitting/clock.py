@@ -1,0 +1,49 @@
+"""Whether the times of a curve count from the load: J(t) and G(t) are functions of the time since then.
+
+The clock of a machine may have run before. Then the first time is late: many spacings after zero where samples are
+evenly spaced. Times whose spacing grows in proportion to them, as of logarithmic sampling, count from the load whatever
+the first of them is. Late times of even spacing may do so too, with the first samples left out, and nothing in them tells
+the two apart: the caller decides.
+"""
+
+import numpy as np
+
+LATE = 5.0  # spacings of the samples by which the first may be late if the clock starts with the load
+EVENLY = 2.5  # and where they are evenly spaced, so that one sample, or two, may be missing
+EVEN = 0.2  # by which spacings differ then, at most
+FIRST = 9  # spacings that are looked at
+ALIKE = 0.3  # by which a spacing may differ from one that grows with time
+
+
+def counts_from_zero(t: np.ndarray) -> bool:
+    """Whether the clock seems to start with the load: an early first sample, or spacing that grows."""
+    different = np.unique(t[np.isfinite(t)])
+    if different.size < 3:
+        return True
+    gaps = np.diff(different)
+    first = gaps[:FIRST]
+    even = first.max() - first.min() < EVEN * first.max()
+    if different[0] <= (EVENLY if even else LATE) * gaps[0] * (1.0 + 1e-9):
+        return True
+    middle = different.size // 2
+    grown = (different[middle + 1] - different[middle]) / gaps[0]
+    return bool(abs(grown / (different[middle] / different[0]) - 1) < ALIKE and grown > 1 + ALIKE)
+
+
+def since_load(t: np.ndarray, start: float | None) -> np.ndarray:
+    """Times (n,) since the load, which began at ``start`` [s] on their clock; None: they seem to count from it.
+
+    Raises:
+        ValueError: no start, and times that may count from before the load; a start after the first of them.
+    """
+    if start is None:
+        if not counts_from_zero(t):
+            raise ValueError(
+                f"t: expected times since the load began, got a first one of {t[0]:g} s, which is late for their spacing "
+                f"of {np.diff(np.unique(t))[0]:g} s: give start={t[0]:g} if the load began with it, start=0 if t counts "
+                "from the load"
+            )
+        return t
+    if not (np.isfinite(start) and start <= t[0]):
+        raise ValueError(f"start: expected a time not after the first of t, {t[0]:g} s, got {start!r}")
+    return t - start

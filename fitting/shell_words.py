@@ -1,0 +1,55 @@
+"""What the readers and fits say of their options, in the words of the shell: flags in place of keywords."""
+
+import re
+
+# what the readers and fits call an option at the head of a message, and its flag
+HEADS = {
+    **{name: f"--{name.replace('_', '-')}" for name in (
+        "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
+        "model", "nu", "segment", "sigma", "spring_constant", "start", "tau", "weights", "window", "bulk_modulus",
+    )},
+    "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
+    "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",
+}  # fmt: skip
+# what they say of options elsewhere, and the flags
+FLAGS = (
+    (rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\")", lambda found: f"{found[1]}{HEADS[found[2]]}: "),
+    (r"\b(fixed|bounds)\['?([^'\]]+)'?\]", lambda found: f"{HEADS[found[1]]} {found[2]}"),
+    (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
+    (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
+    (r"columns\['(\w+)'\]", r"--column \1"),
+    (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
+    (r"units=\{'(\w+)': '([^']*)'\}", r"--unit \1=\2"),
+    (r"\bunits=", "--unit"),
+    (r"window=\(([^,]*), None\)", r"--window \1:"),
+    (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
+    (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
+    (r"convention='D'; got convention='?([^']*)'?$", r"--tension; got --convention \1"),
+    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
+    (r"\bnu=(\S+), bulk_modulus=(\S+)", r"--nu \1, --bulk-modulus \2"),
+    (r"it or bulk_modulus", "it or --bulk-modulus"),
+    (r"\bcontrol=\"(\w+)\"", r"--control \1"),
+    (r"\b(start|segment|curve|stress)=", r"--\1="),
+    (r"--(start|segment|curve|stress)=(?=[\s,;:]|$)", r"--\1"),
+    (r"\bspring_constant=", "--spring-constant"),
+    (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
+    (r"\bin_contact\((film=True)?\)", "--in-contact"),
+    (r"\bdata\.(?=--)", ""),
+    (r"\bread_(creep|relaxation|oscillation|indentation)\b", r"jaxcontact fit \1"),
+    (r"\bfit_prony\(data\) (.*) \(jaxcontact fit prony\)", r"jaxcontact fit prony \1"),
+    (r"\bfit_prony\b", "jaxcontact fit prony"),
+    (
+        r"take load and depth from afmformats and make IndentationData\([^)]*\)",
+        "export times, load and depth as text",
+    ),
+    (r"\bjc\.", ""),
+    (r"\bgot None\b", "got none"),
+    (r"\bgot \{('[^}]*)\}", lambda found: "got " + re.sub(r"'(\w+)': '?([^',]*)'?", r"\1=\2", found[1])),
+)
+
+
+def in_flags(message: str) -> str:
+    """What the readers and fits say, a line or several, with the flag for each option that it names."""
+    for pattern, flag in FLAGS:
+        message = re.sub(pattern, flag, message, flags=re.MULTILINE)  # type: ignore[call-overload]
+    return message

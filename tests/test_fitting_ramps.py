@@ -1,0 +1,152 @@
+"""Creep files with a stress beside the compliance, against closed forms of ramps of Maxwell and Burgers materials."""
+
+import numpy as np
+import pytest
+
+import fitting
+
+G, ETA = 1e5, 5e6
+RATE = 10.0  # Pa/s
+
+
+def ramp_strain(t):
+    """Maxwell under a stress RATE t: int_0^t (1/G + (t - s)/eta) RATE ds."""
+    return RATE * (t / G + t**2 / (2.0 * ETA))
+
+
+def write(path, **columns):
+    heads = {
+        "t": "Time [s]",
+        "stress": "Shear stress [Pa]",
+        "strain": "Shear strain [-]",
+        "J": "Compliance [1/Pa]",
+    }
+    rows = "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in zip(*columns.values(), strict=True))
+    path.write_text(",".join(heads[key] for key in columns) + "\n" + rows)
+    return path
+
+
+def noisy(y, noise, seed):
+    return y * (1.0 + noise * np.random.default_rng(seed).standard_normal(y.size))
+
+
+@pytest.mark.parametrize("with_strain", [True, False])
+@pytest.mark.parametrize("begin", [0.0, 1.0])
+def test_a_ramp_is_fitted_under_its_stress(tmp_path, with_strain, begin):
+    """Its compliance column is strain over stress, which read as J(t) gives eta = 1e7 for 5e6."""
+    t = np.linspace(begin, 100.0, 101)
+    stress = RATE * t
+    strain = noisy(ramp_strain(t), 0.002, 4)
+    with np.errstate(invalid="ignore"):
+        J = np.where(t > 0.0, strain / np.where(t > 0.0, stress, 1.0), 1.0 / G)
+    columns = {"t": t, "stress": stress} | ({"strain": strain} if with_strain else {}) | {"J": J}
+    data = fitting.read_creep(write(tmp_path / "ramp.csv", **columns))
+    assert data.J is None and any("varies" in note for note in data.notes)
+    fit = fitting.fit_creep(data, "Maxwell")
+    assert not fit.refused
+    for name, value in {"G": G, "eta": ETA}.items():
+        low, high = fit.intervals[name]
+        assert low <= value <= high and fit.values[name] == pytest.approx(value, rel=0.01), name
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_constant_stress_stays_creep(tmp_path, noise):
+    t = np.geomspace(0.1, 100.0, 61)
+    stress, J = noisy(np.full(t.size, 50.0), noise, 2), noisy(1.0 / G + t / ETA, noise, 3)
+    data = fitting.read_creep(write(tmp_path / "creep.csv", t=t, stress=stress, strain=J * stress, J=J))
+    assert data.stress is None
+    np.testing.assert_allclose(data.J, J, rtol=1e-8)
+    alone = fitting.read_creep(write(tmp_path / "alone.csv", t=t, J=J))
+    np.testing.assert_array_equal(data.J, alone.J)
+
+
+def test_creep_and_recovery_with_a_compliance_column(tmp_path):
+    """The strain after the stress has ended is under the history of it."""
+    t = np.linspace(1.0, 200.0, 200)
+    stress = np.where(t <= 100.0, 50.0, 0.0)
+    strain = 50.0 * (np.where(t <= 100.0, 1.0 / G, 0.0) + np.minimum(t, 100.0) / ETA)
+    path = write(tmp_path / "both.csv", t=t, stress=stress, strain=strain, J=np.maximum(strain, 1e-9) / 50.0)
+    data = fitting.read_creep(path)
+    assert data.stress is not None and data.strain[-1] == pytest.approx(50.0 * 100.0 / ETA)
+    path = write(tmp_path / "alone.csv", t=t, stress=stress, J=np.maximum(strain, 1e-9) / 50.0)
+    with pytest.raises(ValueError, match=r"stress.*ends.*window="):
+        fitting.read_creep(path)
+    held = fitting.read_creep(path, window=(0.0, 100.0))
+    assert held.stress is None and held.t.size == 100
+
+
+def test_a_stress_measured_from_the_first_step_of_its_ramp_on_rises_from_zero(tmp_path):
+    """Without a compliance, likewise: no step to the first stress."""
+    t = np.linspace(5.0, 100.0, 20)
+    data = fitting.read_creep(write(tmp_path / "ramp.csv", t=t, stress=RATE * t, strain=ramp_strain(t)))
+    fit = fitting.fit_creep(data, "Maxwell", weights="relative")
+    assert fit.values["G"] == pytest.approx(G, rel=1e-6) and fit.values["eta"] == pytest.approx(ETA, rel=1e-6)
+
+
+def late(begin, n=60):
+    """(t, J) of a Maxwell material over 400 s on a clock that shows ``begin`` when the load begins."""
+    t = np.linspace(0.0, 400.0, n)
+    return begin + t, 1.0 / G + t / ETA
+
+
+@pytest.mark.parametrize("n", [40, 60, 200])
+def test_a_clock_that_began_before_the_load_is_asked_about(tmp_path, n):
+    """Read as time since the load, 31 s too many, it makes G 1e5 for 1.14e5; either start is right for some test."""
+    t, J = late(31.0, n)
+    path = write(tmp_path / "late.csv", t=t, J=J)
+    for call in (lambda: fitting.read_creep(path), lambda: fitting.CreepData(t=t, J=J)):
+        with pytest.raises(
+            ValueError, match=r"start=31 if the load began with it, start=0 if t counts from the load"
+        ):
+            call()
+    for data in (fitting.read_creep(path, start=31.0), fitting.CreepData(t=t, J=J, start=31.0)):
+        assert data.t[0] == 0.0 and data.start == 0.0
+        fit = fitting.fit_creep(data, "Maxwell", weights="relative")
+        assert fit.values["G"] == pytest.approx(G, rel=1e-6) and fit.values["eta"] == pytest.approx(
+            ETA, rel=1e-6
+        )
+    counted = fitting.CreepData(t=t, J=1.0 / G + t / ETA, start=0.0)
+    assert fitting.fit_creep(counted, "Maxwell", weights="relative").values["G"] == pytest.approx(G, rel=1e-6)
+
+
+def test_a_relaxation_with_a_late_clock_is_asked_about(tmp_path):
+    t = 31.0 + np.linspace(0.0, 400.0, 60)
+    modulus = G * np.exp(-(t - 31.0) * G / ETA)
+    with pytest.raises(ValueError, match="start=31"):
+        fitting.RelaxationData(t=t, modulus=modulus)
+    data = fitting.RelaxationData(t=t, modulus=modulus, start=31.0)
+    np.testing.assert_allclose(data.t, t - 31.0)
+
+
+FROM_THE_LOAD = {
+    "decades": np.geomspace(0.1, 1e4, 50),
+    "dense decades": np.geomspace(1.0, 1e3, 200),
+    "from zero": np.linspace(0.0, 400.0, 60),
+    "one spacing": np.linspace(5.0, 400.0, 80),
+    "a little more": np.linspace(7.0, 400.0, 80),
+    "one missing": np.arange(2, 60.0),
+    "1 2 5": np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0]),
+    "by hand": np.array([10.0, 15.0, 30.0, 60.0, 120.0]),
+    "zero and late": np.append(0.0, np.linspace(31.0, 431.0, 60)),
+}
+
+
+@pytest.mark.parametrize("t", FROM_THE_LOAD.values(), ids=FROM_THE_LOAD)
+def test_times_that_count_from_the_load_are_taken(t):
+    np.testing.assert_array_equal(fitting.CreepData(t=t, J=1.0 / G + t / ETA).t, t)
+
+
+@pytest.mark.parametrize("begin", [0.5, 12.0, 3600.0])
+def test_logarithmic_times_on_a_clock_that_runs_are_asked_about(begin):
+    t = np.geomspace(0.01, 400.0, 60)
+    with pytest.raises(ValueError, match="start="):
+        fitting.CreepData(t=begin + t, J=1.0 / G + t / ETA)
+    assert fitting.CreepData(t=begin + t, J=1.0 / G + t / ETA, start=begin).t[0] == pytest.approx(0.01)
+
+
+def test_a_window_of_a_clock_that_counts_from_the_load_is_none_of_a_late_one(tmp_path):
+    t = np.linspace(0.0, 400.0, 81)
+    path = write(tmp_path / "creep.csv", t=t, J=1.0 / G + t / ETA)
+    data = fitting.read_creep(path, window=(100.0, None))
+    assert data.t[0] == 100.0
+    assert fitting.resample(data, 20).t[0] >= 100.0
