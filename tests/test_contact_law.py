@@ -156,6 +156,8 @@ def test_a_march_in_time_takes_the_law_of_its_setup():
 class _Elastic:
     """A memory that remembers nothing: the half-space of ``problem_of``."""
 
+    inherits = False
+
     def start(self, shape):
         return ()
 

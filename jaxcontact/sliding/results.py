@@ -1,5 +1,7 @@
 """The results of sliding; their sign convention is that of ``sliding.observables``."""
 
+import warnings
+
 import jax.numpy as jnp
 from jax import Array
 
@@ -32,8 +34,21 @@ def _traction(friction: Array, pressure: Array, velocity: Array) -> Array:
     return (friction * pressure)[..., None, :, :] * direction[..., None, None]
 
 
+class _RenamedTotal:
+    """The former name of the total tangential force, for one version."""
+
+    tangential_force: Array
+
+    @property
+    def total_tangential_force(self) -> Array:
+        """Deprecated name of ``tangential_force``."""
+        message = "total_tangential_force: use tangential_force, which is the total"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return self.tangential_force
+
+
 @pytree
-class SlidingHistory(ContactHistory):
+class SlidingHistory(_RenamedTotal, ContactHistory):
     """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, SI units.
 
     velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero
@@ -89,7 +104,7 @@ class SlidingHistory(ContactHistory):
 
 
 @pytree
-class SteadySliding(SteadyContact):
+class SteadySliding(_RenamedTotal, SteadyContact):
     """Steady sliding, in the frame of the indenter, SI units.
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
