@@ -2,12 +2,12 @@
 
 import argparse
 import json
-import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from jaxcontact.files.npz import write_whole as write
 
 
 def check_directory(options: argparse.Namespace) -> None:
@@ -43,13 +43,6 @@ def write_json(path: Path, values: dict[str, Any]) -> None:
 def write_text(path: Path, text: str) -> None:
     """As UTF-8."""
     write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
-
-
-def write(path: Path, fill: Callable[[Path], Any]) -> None:
-    """Write beside, then rename: a reader never meets half a file."""
-    partial = path.with_name(path.name + ".part")
-    fill(partial)
-    os.replace(partial, path)
 
 
 def _curve(fit: Any, path: Path) -> None:
