@@ -239,7 +239,7 @@ def test_what_has_no_content_to_compare_is_refused_by_its_name(kind, other, tmp_
 def test_a_module_that_cannot_be_imported_is_named(tmp_path):
     f = module_of("def f(case):\n    import nowhere_at_all\n    return nowhere_at_all.x").f
     with pytest.raises(
-        ValueError, match='imports nowhere_at_all, which cannot be imported here.*; pass version="'
+        ValueError, match=r'imports nowhere_at_all, which cannot be imported here.*; pass version="'
     ):
         jc.sweep(f, [], tmp_path)
 
@@ -249,7 +249,7 @@ def test_sources_that_changed_since_this_process_started_are_refused(tmp_path, m
     _sources.identity.cache_clear()
     monkeypatch.setattr(_sources, "BEGAN", 0.0)
     with pytest.raises(
-        ValueError, match="jaxcontact: its sources in .* have changed since this process started"
+        ValueError, match=r"jaxcontact: its sources in .* have changed since this process started"
     ):
         jc.sweep(module_of("def f(case): return {}").f, [], tmp_path)
 

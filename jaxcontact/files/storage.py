@@ -35,7 +35,7 @@ DIAGNOSTICS = tuple(field.name for field in dataclasses.fields(Diagnostics))
 PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, of a periodic grid alone
 
 RESERVED = {  # names of arrays, axes and attributes in the files of any result
-    *(name for cls in KINDS.values() for name in stored_fields(cls)),
+    *(name for cls in KINDS.values() for name in fields_of(stored_fields(cls))),
     *("x", "y", "time", "depth", "direction", "row", "column", "component"),
     *("grid", "saved", KIND, STATUS_NAMES, PERIODIC, SPACING, NOTES, *DIAGNOSTICS, "Conventions"),
 }
