@@ -2,14 +2,14 @@
 
 import argparse
 import json
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fitting.shell_words import in_flags
+from jaxcontact.files.npz import write_whole as write
 
 RESULTS = ("summary.json", "curve.csv", "fit.png")
 
@@ -60,13 +60,6 @@ def write_json(path: Path, values: dict[str, Any]) -> None:
 def write_text(path: Path, text: str) -> None:
     """As UTF-8."""
     write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
-
-
-def write(path: Path, fill: Callable[[Path], Any]) -> None:
-    """Write beside, then rename: a reader never meets half a file."""
-    partial = path.with_name(path.name + ".part")
-    fill(partial)
-    os.replace(partial, path)
 
 
 def _curve(fit: Any, path: Path) -> None:

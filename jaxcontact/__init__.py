@@ -7,7 +7,7 @@ lose the film under the substrate. On a CPU it also makes jax run one program at
 import os
 
 # XLA's complaints go into Python's errors. As text it has one about each program of the cache on disk, harmless
-# (https://github.com/openxla/xla/issues/44565); it reads this when jax is first imported.
+# (https://github.com/openxla/xla/issues/44565); it reads this when jax is first imported, which may have been before.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
 import jax
@@ -19,6 +19,7 @@ jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 from jaxcontact import _installed_jax  # noqa: E402
 
+_installed_jax.silence_the_compiler()
 _installed_jax.warn_of_a_known_fault()
 
 from jaxcontact._status import Status as Status  # noqa: E402

@@ -8,6 +8,7 @@ What goes wrong is one line on stderr.
 
 import argparse
 import contextlib
+import io
 import os
 import sys
 from collections.abc import Callable
@@ -20,12 +21,12 @@ from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
-from jaxcontact.commands.status import BAD_INPUT, complain
+from jaxcontact.commands.status import BAD_INPUT, complain, tell
 from jaxcontact.commands.sweep import run_study
-from jaxcontact.compilation_cache import enable_compilation_cache
+from jaxcontact.compilation_cache import enable_compilation_cache, local_folder
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
-from jaxcontact.kept_traces import kept_traces
+from jaxcontact.kept_traces import UntrustedFolderError, kept_traces
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -87,8 +88,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _dispatch(arguments: list[str]) -> int:
     with contextlib.ExitStack() as kept:
-        with contextlib.suppress(OSError):  # a home that cannot be written: compile, as ever
-            kept.enter_context(kept_traces(enable_compilation_cache() / "traces"))
+        try:
+            enable_compilation_cache()
+            if (folder := local_folder()) is not None:
+                kept.enter_context(kept_traces(folder / "traces"))
+        except UntrustedFolderError as error:
+            tell(f"jaxcontact: warning: {error}", sys.stderr)
+        except OSError:  # a home that cannot be written: compile, as ever
+            pass
         return _command(arguments)
 
 
@@ -199,6 +206,7 @@ def _add_sweep(commands: Commands) -> None:
         required=True,
         help="where results go, or are already",
     )
+    command.add_argument("--force", action="store_true", help="leave cases out of the table that is there")
     where = command.add_mutually_exclusive_group()
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, as tcp://host:8786")
     where.add_argument(
@@ -239,6 +247,10 @@ def _reproduce(options: argparse.Namespace) -> int:
 
 def enter() -> None:
     """``main`` as the shell calls it, which ends the process."""
+    if isinstance(
+        sys.stdout, io.TextIOWrapper
+    ):  # a console without some letter of a file name shows its number
+        sys.stdout.reconfigure(errors="backslashreplace")
     status = main()
     if status > 128:  # what jax still computes at that moment may crash the interpreter's own way out
         sys.stdout.flush()

@@ -2,7 +2,8 @@
 
 Memory: the process with its compiler; the kernels, the state and the fields of a block of steps, whose shapes
 jax tells without computing; and the work arrays of the compiled programs, in units of the kernels. The finished
-steps are on disk: once in blocks, beside what the march goes on from, and at the end a second time together.
+steps are on disk: once in blocks, beside what the march goes on from after the last block and the one before, and at
+the end a second time together.
 """
 
 import math
@@ -72,9 +73,9 @@ def _in_blocks(case: Case) -> Footprint:
     field, line = 8.0 * nx * ny, 8.0 * (2 * nx + 12)
     maps, lines = 2.0 * field * kept, line * case.times.size
     memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
-    heads = HEADS * (case.times.size / BLOCK + 2.0)
+    heads = HEADS * (case.times.size / BLOCK + 3.0)
     again = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
-    disk = 2.0 * (maps + lines) + again + carry + (4.0 if kept else 6.0) * field + heads
+    disk = 2.0 * (maps + lines) + again + 2.0 * carry + (7.0 if kept else 9.0) * field + heads
     return Footprint(memory, disk)
 
 

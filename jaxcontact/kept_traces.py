@@ -4,32 +4,41 @@ A compiled program is found on disk (``compilation_cache``) only by its text, an
 seconds of a run of seven. Here the text is kept too (``jax.export``), under a name made of all that it follows from: the
 function, its static arguments, the structure and types of its arrays, the sources of the packages, the versions of
 what traces it and jax's settings. Its results are the same, bit for bit.
+
+A file is a checksum, a line of JSON that describes the structure of the result, and the text of the program. Reading it
+executes nothing: JSON names classes of this project alone, whose instances it fills with plain values. The folder must
+belong to the user and be writable by nobody else, since whoever writes into it decides what is computed.
 """
 
+import dataclasses
 import functools
 import hashlib
 import importlib.metadata
 import importlib.util
 import io
+import json
 import os
 import pickle
+import stat
 import sys
 import tempfile
-import time
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 from jax import export
 
+from jaxcontact import _sources as source_files
 from jaxcontact._pytree import is_concrete
 
 LARGEST = 64 << 20
 """Bytes on disk; what was used longest ago goes first."""
+OWN = ("jaxcontact", "fitting")
+Kept: TypeAlias = tuple[Any, bytes]  # a tree that JSON can describe, and bytes
 TRACED_BY = ("jax", "jaxlib", "numpy", "scipy")
 
 SETTLED = 10.0
@@ -38,18 +47,27 @@ SETTLED = 10.0
 HASTE = {"xla_cpu_use_fusion_emitters": False}
 """Options of jax's compiler: many programs compile in half the time and run as fast; the march, in four times that."""
 
-_began = time.time()
 _folder: Path | None = None
+
+
+class UntrustedFolderError(OSError):
+    """A folder that others could have written into; the message is one line for the user."""
 
 
 @contextmanager
 def kept_traces(folder: Path) -> Iterator[None]:
     """Within, programs of arrays that are known are taken from the folder, and kept there when they are not yet.
 
-    Raises OSError where the folder cannot be made.
+    Raises OSError where the folder cannot be made, UntrustedFolderError where it belongs to, or can be written by, others.
     """
     global _folder
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if not _is_private(folder):
+        raise UntrustedFolderError(
+            f"{folder}: found a folder that another user owns or may write into, so traced programs are not kept there;"
+            " accepted: one of your own (chmod go-w), or another JAX_COMPILATION_CACHE_DIR"
+        )
     _folder = folder
     try:
         yield
@@ -90,7 +108,7 @@ class Program:
 
     def _found(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
         """The program of that name."""
-        text, result = _kept(name, lambda: _traced(functools.partial(self.compiled, **static), args))
+        result, text = _kept(name, lambda: _traced(functools.partial(self.compiled, **static), args))
         options = _haste() if self.in_haste else None
         call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
@@ -103,16 +121,16 @@ def shapes(function: Callable[..., Any], *args: Any) -> Any:
     if name is None:
         return jax.eval_shape(function, *args)
 
-    def told() -> tuple[list[tuple[Any, str]], Any]:
+    def told() -> Kept:
         leaves, structure = jax.tree.flatten(jax.eval_shape(function, *args))
-        return [(leaf.shape, str(leaf.dtype)) for leaf in leaves], _marked(structure)
+        return ([(leaf.shape, str(leaf.dtype)) for leaf in leaves], _marked(structure)), b""
 
-    each, result = _kept(name, told)
+    (each, result), _ = _kept(name, told)
     return jax.tree.unflatten(jax.tree.structure(result), [jax.ShapeDtypeStruct(*one) for one in each])
 
 
-def _traced(function: Callable[..., Any], args: Any) -> tuple[bytes, Any]:
-    """The text of a program of the leaves of its arguments, and its result with numbers for leaves."""
+def _traced(function: Callable[..., Any], args: Any) -> Kept:
+    """Return the result of a program with numbers for leaves, and its text, of the leaves of its arguments."""
     leaves, structure = jax.tree.flatten(args)
     results = []
 
@@ -122,7 +140,7 @@ def _traced(function: Callable[..., Any], args: Any) -> tuple[bytes, Any]:
         return tuple(flat)
 
     text = export.export(jax.jit(of_leaves))(*leaves).serialize()
-    return bytes(text), _marked(results[0])
+    return _marked(results[0]), bytes(text)
 
 
 def _marked(structure: Any) -> Any:
@@ -188,14 +206,15 @@ class _Writer(pickle.Pickler):
 
 @functools.cache
 def _sources(packages: frozenset[str]) -> bytes:
-    """A digest of the sources of packages; nothing where they may have changed since they were read."""
-    digest, latest = hashlib.sha256(), 0.0
-    for name in sorted(packages):
-        folder = Path(str(sys.modules[name].__file__)).parent
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(f"{path.relative_to(folder)}\0".encode() + path.read_bytes())
-            latest = max(latest, path.stat().st_mtime)
-    return digest.digest() if latest < _began - SETTLED else b""
+    """Return a digest of the sources of packages; nothing where one has none, or they may have changed since.
+
+    A program is kept only where its sources are found: without them two states of a package look the same.
+    """
+    files = {name: source_files.files_of(name, ".py") for name in sorted(packages)}
+    latest = max(map(source_files.last_change, files.values()))
+    if not all(files.values()) or latest >= source_files.BEGAN - SETTLED:
+        return b""
+    return "".join(source_files.digest(name, paths) for name, paths in files.items()).encode()
 
 
 @functools.cache
@@ -206,8 +225,8 @@ def _settings() -> bytes:
     return repr((said, versions, sys.version_info[:2], jax.config.jax_enable_x64)).encode()  # type: ignore[attr-defined]
 
 
-def _kept(name: str, make: Callable[[], Any]) -> Any:
-    """What is in the file of that name, or made and put there."""
+def _kept(name: str, make: Callable[[], Kept]) -> Kept:
+    """Return what is in the file of that name, or what is made and put there."""
     assert _folder is not None
     kept = _read(_folder / name)
     if kept is None:
@@ -216,25 +235,106 @@ def _kept(name: str, make: Callable[[], Any]) -> Any:
     return kept
 
 
-def _read(path: Path) -> Any:
-    """What is in a file, and its use noted; None where it is not there or not whole."""
+def _read(path: Path) -> Kept | None:
+    """Return what is in a file, and note its use; None where it is not there, not whole, or another user's."""
     try:
         digest, _, content = path.read_bytes().partition(b"\n")
-    except OSError:
+        if hashlib.sha256(content).hexdigest().encode() != digest or not _is_private(path):
+            return None
+        described, _, text = content.partition(b"\n")
+        kept = _described(json.loads(described)), text
+    except (OSError, ValueError, TypeError, KeyError):  # of one that was written by something else
         return None
     with suppress(OSError):  # of a folder that may only be read
         path.touch()
-    return pickle.loads(content) if hashlib.sha256(content).hexdigest().encode() == digest else None
+    return kept
 
 
-def _write(path: Path, kept: Any) -> None:
+def _write(path: Path, kept: Kept) -> None:
     """Into a file, whole or not at all; the oldest others go where they would be too many."""
-    content = pickle.dumps(kept)
-    with suppress(OSError):  # a full disk: trace again the next time
+    try:
+        content = json.dumps(_description(kept[0])).encode() + b"\n" + kept[1]
+    except TypeError:  # of a result with something in its structure that JSON cannot say
+        return
+    half = None
+    try:
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as half:
             half.write(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
         os.replace(half.name, path)
         _forget(path.parent)
+    except OSError:  # a full disk: trace again the next time
+        with suppress(OSError):
+            Path(half.name if half else "").unlink()
+
+
+def _is_private(path: Path) -> bool:
+    """Return whether a file or folder is the user's, and nobody else may write to it; True where there are no owners."""
+    if not hasattr(os, "getuid"):
+        return True
+    found = path.stat()
+    return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _description(value: Any) -> Any:
+    """Return a tree as JSON can say it: containers, dataclasses, functions and classes of this project by their names.
+
+    Raises TypeError for anything else.
+    """
+    if value is None or type(value) in (bool, int, float, str):
+        return value
+    if type(value) in (list, tuple):
+        return [type(value).__name__, *map(_description, value)]
+    if type(value) is dict:
+        return ["dict", *([_description(key), _description(item)] for key, item in value.items())]
+    if isinstance(value, type | types.FunctionType):
+        return ["name", _name_of(value)]
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return ["tuple of", _name_of(type(value)), *map(_description, value)]
+    if dataclasses.is_dataclass(value):
+        fields = [
+            [field.name, _description(getattr(value, field.name))] for field in dataclasses.fields(value)
+        ]
+        return ["object", _name_of(type(value)), *fields]
+    raise TypeError(f"{type(value).__name__} in a structure")
+
+
+def _name_of(value: Any) -> str:
+    name = f"{value.__module__}:{value.__qualname__}"
+    if _named(name) is not value:
+        raise TypeError(name)
+    return name
+
+
+def _named(name: str) -> Any:
+    """Return a class or function of this project. Raises TypeError for any other name."""
+    module, _, path = name.partition(":")
+    if module.partition(".")[0] not in OWN or module not in sys.modules:
+        raise TypeError(name)
+    found: Any = sys.modules[module]
+    for each in path.split("."):
+        found = getattr(found, each, None)
+    if not isinstance(found, type | types.FunctionType) or found.__module__ != module:
+        raise TypeError(name)
+    return found
+
+
+def _described(said: Any) -> Any:
+    """Return the tree of a description."""
+    if not isinstance(said, list):
+        return said
+    kind, *parts = said
+    if kind in ("list", "tuple"):
+        return (list if kind == "list" else tuple)(map(_described, parts))
+    if kind == "dict":
+        return {_described(key): _described(item) for key, item in parts}
+    cls = _named(parts[0])
+    if kind == "name":
+        return cls
+    if kind == "tuple of" and issubclass(cls, tuple):
+        return cls(*map(_described, parts[1:]))
+    if kind == "object" and dataclasses.is_dataclass(cls):
+        return cls(**{name: _described(value) for name, value in parts[1:]})  # type: ignore[operator]
+    raise TypeError(kind)
 
 
 def _forget(folder: Path) -> None:

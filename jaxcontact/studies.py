@@ -5,9 +5,10 @@ import copy
 import functools
 import hashlib
 import json
+import pickle
 import types
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +17,8 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from jaxcontact import _checks
+from jaxcontact import _checks, fingerprint
 from jaxcontact._recorded_warnings import recorded_warnings
-from jaxcontact._version import __version__
 from jaxcontact.compilation_cache import enable_compilation_cache
 from jaxcontact.files.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.run_directory import locked
@@ -28,8 +28,9 @@ Case = dict[str, Any]
 Result = dict[str, np.ndarray]
 CASE = "case.json"  # the name of the case beside its arrays
 NOTES = "notes.json"  # beside them as well: the warnings that f issued, each with its kind
-FUNCTION = "function.json"
 MOST_SHOWN = 20  # failed cases in the text of a study
+FUNCTION = "function.json"  # the identity of the function whose results a folder holds
+MOST_NAMES = 6  # of the parts that differ, in a message
 # read by XLA and by the linear algebra of numpy and scipy, whose threads spin where they wait: two processes that
 # each had as many as cores took longer than one
 THREADS = ("NPROC", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
@@ -102,14 +103,19 @@ def sweep(
     *,
     executor: Executor | None = None,
     processes: int | None = None,
+    version: str | None = None,
 ) -> Study:
     """Call f for each case, in parallel, and keep what it returns; what is in ``out`` already is not computed again.
 
     Each case is a file of its own, written whole when it is done: however a sweep ends, what was finished stays,
     and the same call goes on. A case that raises, or whose process dies, is reported, and the others go on; the next
-    call tries it again. Warnings that f issues are kept with its case, in place of being shown: ``study.notes``. f's own
-    code, defaults and what it closes over belong to the folder; what else it reads is not looked at: for another
-    module-level body take another folder.
+    call tries it again. Warnings that f issues are kept with its case, in place of being shown: ``study.notes``.
+
+    The folder belongs to one f and one state of this package. f is compared by content: its code, its defaults and the
+    variables that it closes over; the functions, classes and constants of your own modules that it uses, and what those
+    use; installed packages by their versions, this one by a digest of its sources. A comment or another place in the
+    file changes nothing. Files and environment variables that f reads are not compared; put their content, or a digest
+    of it, into the cases.
 
     Args:
         f: a function of a dict that returns a dict of arrays or numbers. A module's function or one of a notebook.
@@ -119,13 +125,15 @@ def sweep(
             ``mpi4py.futures.MPIPoolExecutor`` among them; by default processes of this machine, which share the store
             of compiled programs.
         processes: how many of those; by default one for each core.
+        version: a text of your own that names the version of f; it replaces the comparison of f by content.
 
     Returns:
         A ``Study``: ``study[i]`` is the result of a case, ``study.stacked(name)`` one result of all cases.
 
     Raises:
-        ValueError: cases that are not such dicts, f that is no function, a folder of another function or another
-            version of it, or in use, or processes beside an executor.
+        ValueError: cases that are not such dicts; f that is no function, or that uses a value without content to
+            compare, such as an open file, where no ``version`` is given; a folder of another f, of another state of
+            this package, or in use; or processes beside an executor.
 
     Example:
         >>> import tempfile
@@ -137,19 +145,36 @@ def sweep(
         array([ 3.14159265, 12.56637061])
     """
     chosen = _checked(f, cases)
+    if not isinstance(version, str | None):
+        raise ValueError(f"version: expected a text, got {version!r}")
+    parts = fingerprint.parts_of(f) if version is None else {"version": version}
+    return sweep_of(f, chosen, Path(out), parts, executor=executor, processes=processes)
+
+
+def sweep_of(
+    f: Callable[[Case], Mapping[str, Any]],
+    cases: Sequence[Case],
+    folder: Path,
+    parts: dict[str, str],
+    *,
+    executor: Executor | None = None,
+    processes: int | None = None,
+) -> Study:
+    """Return the study of ``sweep`` for a function whose identity is known, {name of a part: digest or text}."""
     if executor is not None and processes is not None:
         raise ValueError(f"processes: expected none with an executor, got {processes}")
     _checks.whole("processes", 1 if processes is None else processes, 1, 10**4)
-    folder = Path(out)
     if folder.is_file():
         raise ValueError(f"out: expected a folder, got the file {folder}")
     folder.mkdir(parents=True, exist_ok=True)
-    names = [_file(case) for case in chosen]
+    names = [_file(case) for case in cases]
     with locked(folder):
-        _check_function(f, folder)
-        missing = {name: case for name, case in zip(names, chosen, strict=True) if not _whole(folder / name)}
+        _check_identity(folder, parts | fingerprint.packages_of("jaxcontact"))
+        missing = {name: case for name, case in zip(names, cases, strict=True) if not _whole(folder / name)}
         failed = _fill(f, missing, folder, executor or processes or _cores())
-    return Study(folder, chosen, {index: failed[name] for index, name in enumerate(names) if name in failed})
+    return Study(
+        folder, tuple(cases), {index: failed[name] for index, name in enumerate(names) if name in failed}
+    )
 
 
 def _checked(f: Any, cases: Any) -> tuple[Case, ...]:
@@ -196,74 +221,74 @@ def _whole(path: Path) -> bool:
         return False
 
 
-def _code(code: types.CodeType) -> tuple[Any, ...]:
-    """What a function does, wherever in its file it stands."""
-    constants = [_code(each) if isinstance(each, types.CodeType) else each for each in code.co_consts]
-    return code.co_code, code.co_names, constants
-
-
-def _check_function(f: types.FunctionType, folder: Path) -> None:
-    """Results of another function, or of another version of it, are not taken for those of this one."""
-    held = [cell.cell_contents for cell in f.__closure__ or ()]
-    source = repr((_code(f.__code__), f.__defaults__, f.__kwdefaults__, held))
-    own = {
-        "function": f.__qualname__,
-        "code": hashlib.sha256(source.encode()).hexdigest(),
-        "jaxcontact": __version__,
-    }
+def _check_identity(folder: Path, parts: dict[str, str]) -> None:
+    """Write the identity of a function into a new folder. Raises ValueError for a folder of another one."""
     path = folder / FUNCTION
     if not path.exists():
-        write_whole(path, lambda partial: partial.write_text(json.dumps(own)))
-    elif path.read_text() != json.dumps(own):
+        text = json.dumps({"parts": parts}, indent=1)
+        write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+        return
+    remedy = "take another folder, or delete this one to compute anew"
+    try:
+        found = dict(json.loads(path.read_text(encoding="utf-8"))["parts"])
+    except (ValueError, KeyError, TypeError) as error:
         raise ValueError(
-            f"out: {folder} holds results of another function, of one with other values in it, or of another version;"
-            " take another folder"
-        )
+            f"out: {folder} was written by an earlier version of jaxcontact, whose record of the function cannot be"
+            f" compared, or {path.name} is damaged; {remedy}"
+        ) from error
+    names = fingerprint.differing(found, parts)
+    if names:
+        listed = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
+        raise ValueError(f"out: {folder} holds results of another function: {listed} differ; {remedy}")
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The end of a case without a result; text: what went wrong, in one line; died: whether its process ended."""
+
+    text: str
+    died: bool = False
 
 
 def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor | int) -> dict[str, str]:
     """Compute what is missing into the folder; {file: what went wrong}."""
+    if not missing:
+        return {}
     with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
         try:
-            errors = _keep(_outcomes(f, missing, workers), missing, folder, bar)
-            died = [name for name, error in errors.items() if isinstance(error, BrokenExecutor)]
+            failures = _keep(_outcomes(f, missing, workers), missing, folder, bar)
+            died = [name for name, failure in failures.items() if failure.died]
             for name in died if isinstance(workers, int) else ():  # its own process died, or one beside it
-                del errors[name]
-                errors |= _keep(
-                    _outcomes(f, {name: missing[name]}, 1), missing, folder, bar
-                )  # once more, alone
+                del failures[name]
+                alone = {name: missing[name]}
+                failures |= _keep(_outcomes(f, alone, 1), missing, folder, bar)
         except KeyboardInterrupt:
             if isinstance(workers, int):  # they would go on with what nobody waits for
                 _processes(max(1, min(workers, len(missing)))).shutdown(kill_workers=True)
             raise
-    return {name: _line(error) for name, error in errors.items()}
+    return {name: failure.text for name, failure in failures.items()}
 
 
 def _keep(
-    outcomes: Iterator[tuple[str, Result | BaseException]], cases: dict[str, Case], folder: Path, bar: tqdm
-) -> dict[str, BaseException]:
-    """Write what was found as it comes; {file: error} of the others."""
-    errors: dict[str, BaseException] = {}
+    outcomes: Iterator[tuple[str, Result | Failure]], cases: dict[str, Case], folder: Path, bar: tqdm
+) -> dict[str, Failure]:
+    """Write what was found as it comes; {file: failure} of the others."""
+    failures: dict[str, Failure] = {}
     for name, found in outcomes:
-        bar.update(not isinstance(found, BrokenExecutor))
-        if isinstance(found, BaseException):
-            errors[name] = found
+        bar.update(not (isinstance(found, Failure) and found.died))
+        if isinstance(found, Failure):
+            failures[name] = found
         else:
             arrays = found | {CASE: np.asarray(_text(cases[name]))}
             write_whole(folder / name, functools.partial(write_npz, arrays=arrays))
-    return errors
-
-
-def _line(error: BaseException) -> str:
-    if isinstance(error, BrokenExecutor):
-        return "its process died (out of memory?)"
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    return failures
 
 
 def _outcomes(
     f: Callable, cases: dict[str, Case], workers: Executor | int
-) -> Iterator[tuple[str, Result | BaseException]]:
+) -> Iterator[tuple[str, Result | Failure]]:
     """What f returned or raised, as it comes; workers: how many processes of our own, of which each has one case."""
+    call = functools.partial(_attempt, _stored(f) if isinstance(workers, int) else f)
     waiting, running = deque(cases.items()), dict[Future, str]()
     width = min(workers, len(cases)) if isinstance(workers, int) else len(cases)
     try:
@@ -271,9 +296,9 @@ def _outcomes(
             while waiting and len(running) < width:
                 name, case = waiting.popleft()
                 executor = _processes(width) if isinstance(workers, int) else workers
-                running[executor.submit(_call, f, case)] = name
+                running[executor.submit(call, case)] = name
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                yield running.pop(future), future.exception() or future.result()
+                yield running.pop(future), _outcome(future)
     finally:
         for future in running:
             future.cancel()
@@ -296,6 +321,41 @@ def _processes(count: int) -> Any:
 def _share_programs() -> None:
     with contextlib.suppress(OSError):
         enable_compilation_cache()
+
+
+def _outcome(future: Future) -> Result | Failure:
+    error = future.exception()
+    if isinstance(error, BrokenExecutor):
+        return Failure("its process died (out of memory?)", died=True)
+    return future.result() if error is None else _failure(error)
+
+
+def _failure(error: BaseException) -> Failure:
+    try:
+        return Failure(" ".join(f"{type(error).__name__}: {error}".split()))
+    except Exception:  # an exception whose own text cannot be made
+        return Failure(type(error).__name__)
+
+
+def _stored(f: Callable) -> bytes:
+    """Return f as bytes, so that the process that computes can report why it cannot be read there."""
+    import cloudpickle  # that of loky
+
+    try:
+        return cloudpickle.dumps(f)
+    except Exception as error:
+        raise ValueError(f"f: cannot be sent to another process: {_failure(error).text}") from error
+
+
+def _attempt(f: Callable | bytes, case: Case) -> Result | Failure:
+    """Return, in the process that computes, the result of a case or a failure.
+
+    No exception leaves that process: one that cannot be unpickled would end it, and the cases beside this one.
+    """
+    try:
+        return _call(pickle.loads(f) if isinstance(f, bytes) else f, case)
+    except (Exception, SystemExit) as error:
+        return _failure(error)
 
 
 def _call(f: Callable, case: Case) -> Result:

@@ -3,7 +3,10 @@
 import inspect
 import io
 import json
+import os
 import re
+import subprocess
+import sys
 import types
 import warnings
 from pathlib import Path
@@ -276,3 +279,30 @@ def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_
     assert "nothing" in capfd.readouterr().err
     assert main(["check", "no_such_case"]) == 2
     assert "a name that jaxcontact cases lists" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "name", ["*", "?ilm_map", "[a-z]*", "**", "../cases/film", "C:\\missing", "/missing", ""]
+)
+@pytest.mark.parametrize(
+    "command", [["run", "--show"], ["check"], ["sweep", "-o", "out"]], ids=lambda command: command[0]
+)
+def test_a_name_is_no_pattern_and_a_path_of_another_system_is_a_missing_file(
+    name, command, tmp_path, capfd, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert main([*command, name]) == 2
+    printed, complaint = capfd.readouterr()
+    assert printed == "" and complaint.count("\n") == 1 and complaint.startswith("jaxcontact: error: ")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_the_console_cannot_show_is_shown_by_its_numbers(tmp_path):
+    path = tmp_path / "Öl_Ω.toml"
+    path.write_text(CASE.replace('"burgers"', '"burgers"  # Ω'), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "jaxcontact", "check", str(path)], capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Öl_\\u03a9.toml: can run".encode("cp1252") in done.stdout and b"Traceback" not in done.stderr

@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+import zlib
 
 import pytest
 
+from jaxcontact import compilation_cache
 from jaxcontact.compilation_cache import mend
 
 RUN = """
@@ -19,6 +21,15 @@ rubber = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=1e6, nu=0.4))
 history = jc.indent(rubber, jc.Sphere(1e-3), jc.Load(1e-3), [0.0], grid=jc.Grid.square(n=32, width=3e-4))
 print(sum(compiled), float(history.approach[0]).hex(), np.asarray(history.pressure).tobytes().hex())
 """
+
+
+def packed(content):
+    """As jax packs a program: with zstandard where it is installed."""
+    try:
+        import zstandard
+    except ImportError:
+        return zlib.compress(content)
+    return zstandard.ZstdCompressor().compress(content)
 
 
 def start(*arguments, code=RUN, **environment):
@@ -59,6 +70,76 @@ def test_jax_is_told_before_it_is_imported_to_be_silent_about_the_store(package)
     assert (done.stdout, done.stderr) == ("jax 3\n", "")
 
 
+JAX_FIRST = """
+import logging, sys
+import jax
+{setting}
+import jaxcontact
+jaxcontact.enable_compilation_cache(sys.argv[1])
+print(jax.jit(lambda x: jax.numpy.sin(x) + 1.0)(1.0), logging.getLogger("jax").level)
+"""
+
+
+def test_a_program_from_the_store_is_taken_in_silence_where_jax_is_imported_first(tmp_path):
+    """XLA writes to the file descriptor, so that only another process can be heard. The first run stores, the next take."""
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(("JAX_", "TF_CPP"))
+    }
+    told = []
+    for setting in ("", "", "logging.getLogger('jax').setLevel(30)"):
+        command = [sys.executable, "-c", JAX_FIRST.format(setting=setting), str(tmp_path)]
+        told.append(subprocess.run(command, env=environment, capture_output=True, text=True))
+    assert [done.stderr for done in told] == ["", "", ""]
+    assert len({done.stdout.split()[0] for done in told}) == 1 and list(tmp_path.glob("*/*-cache"))
+    assert [done.stdout.split()[1] for done in told] == ["0", "0", "30"]
+
+
+CUT = """
+import sys
+import jaxcontact as jc, jax
+compiled = []
+jax.monitoring.register_event_listener(lambda name, **_: compiled.append(name.endswith("/cache_misses")))
+jc.enable_compilation_cache(*sys.argv[1:])
+value = jax.jit(lambda x: jax.numpy.sin(x) + 1.0)(1.0)
+print(sum(compiled), float(value).hex())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chosen", [False, True], ids=["ours", "JAX_COMPILATION_CACHE_DIR"])
+def test_a_store_of_programs_that_were_cut_off_heals(tmp_path, chosen):
+    """The run after compiles them once more, in silence, and the one after that nothing."""
+    kept = {"JAX_COMPILATION_CACHE_DIR": str(tmp_path), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
+    run = lambda: told(start(code=CUT, **kept) if chosen else start(tmp_path, code=CUT))
+    count, result = run()
+    assert count > 0 and run() == (0, result)
+    for entry in tmp_path.rglob("*-cache"):
+        entry.write_bytes(entry.read_bytes()[: entry.stat().st_size // 2])
+    assert run() == (count, result) and run() == (0, result)
+
+
+def test_each_program_is_unpacked_once_and_again_where_it_has_changed(tmp_path, monkeypatch):
+    whole, unpacked = packed(b"a program" * 100), []
+    for name, content in (("a", whole), ("b", whole), ("cut", whole[:-5]), ("empty", b"")):
+        (tmp_path / f"{name}-cache").write_bytes(content)
+        (tmp_path / f"{name}-atime").write_bytes(b"")
+    monkeypatch.setattr(
+        compilation_cache,
+        "_unpacks",
+        lambda path, plain=compilation_cache._unpacks: unpacked.append(path.name) or plain(path),
+    )
+    for _ in range(2):
+        compilation_cache.remove_unreadable(tmp_path)
+        assert {path.name[0] for path in tmp_path.glob("*-*")} == {"a", "b"}
+    assert sorted(unpacked) == ["a-cache", "b-cache", "cut-cache", "empty-cache"]
+    (tmp_path / "b-cache").write_bytes(whole[:-3])
+    compilation_cache.remove_unreadable(tmp_path)
+    assert unpacked[4:] == ["b-cache"] and not (tmp_path / "b-atime").exists()
+    (tmp_path / compilation_cache.CHECKED).write_text("[1")
+    compilation_cache.remove_unreadable(tmp_path)
+    assert unpacked[5:] == ["a-cache"]
+
+
 def test_half_an_entry_is_removed(tmp_path):
     """jax stores the time of the last use after the program; without it no entry could ever be stored again."""
     for name in ("whole-cache", "whole-atime", "half-cache"):
@@ -77,3 +158,11 @@ def test_the_command_line_works_where_nothing_can_be_kept(tmp_path, home):
     out, err = process.communicate(timeout=60)
     assert (process.returncode, err) == (0, "") and "@article" in out
     assert (tmp_path / "jaxcontact").exists() == (home == "")
+
+
+def test_an_address_of_a_store_elsewhere_makes_no_folder_here(tmp_path):
+    process = subprocess.run(
+        [sys.executable, "-m", "jaxcontact", "cite"], cwd=tmp_path, capture_output=True, text=True,
+        env=os.environ | {"JAX_COMPILATION_CACHE_DIR": "gs://bucket/programs"},
+    )  # fmt: skip
+    assert process.returncode == 0 and not list(tmp_path.iterdir())

@@ -74,8 +74,28 @@ ELSEWHERE = {  # reached by no row, and why
     "results.py: _check_one": "test_summaries.py, many runs",
     **{
         f"studies.py: {name}": "test_studies.py"
-        for name in ("sweep", "_checked", "_check_function", "_call", "__getitem__", "stacked")
+        for name in (
+            *(
+                "sweep",
+                "sweep_of",
+                "_checked",
+                "_check_identity",
+                "_stored",
+                "_call",
+                "__getitem__",
+                "stacked",
+            ),
+        )
     },
+    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_module")},
+    "_sources.py: identity": "sources that change: test_fingerprint.py",
+    **{
+        f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"
+        for name in ("kept_traces", "_description", "_name_of", "_named", "_described")
+    },
+    "storage.py: _told": "test_storage.py, every name",
+    "npz.py: write_whole": "needs a full disk: test_full_disk.py",
+    "sweep.py: _check_table": "a table of more cases: test_full_disk.py",
     **{
         f"storage.py: {name}": "test_storage.py, forged files"
         for name in ("_check_arrays", "_check_notes", "_check_axis", "_count_of_times", "_read_netcdf")

@@ -1,8 +1,12 @@
 """Traced programs on disk: no number depends on them, and no program is taken for another."""
 
+import hashlib
+import json
 import os
+import pickle
 import subprocess
 import sys
+import time
 import types
 
 import jax
@@ -11,7 +15,8 @@ import numpy as np
 import pytest
 from tolerances import LAST_BITS
 
-from jaxcontact import Elastic, Sphere, kept_traces
+import jaxcontact as jc
+from jaxcontact import Elastic, Sphere, _sources, kept_traces
 from jaxcontact._pytree import pytree, static
 from jaxcontact.kept_traces import Program, shapes
 
@@ -124,11 +129,17 @@ def test_the_packages_sources_are_what_tells_its_versions_apart(tmp_path, monkey
     digests = []
     for text in ("A = 1\n", "A = 2\n"):
         module.write_text(text)
-        for path in module.parent.glob("*.py"):
-            os.utime(path, (0.0, 0.0))
+        monkeypatch.setattr(_sources, "BEGAN", time.time() + 2.0 * kept_traces.SETTLED)  # as if it were later
         digests.append(kept_traces._sources.__wrapped__(frozenset({"pressed"})))
     assert len(set(digests)) == 2 and all(digests)
-    module.touch()
+    monkeypatch.setattr(_sources, "BEGAN", time.time())
+    assert kept_traces._sources.__wrapped__(frozenset({"pressed"})) == b""
+    for path in module.parent.glob("*.py"):
+        os.utime(path, (0.0, 0.0))  # as rsync and tar set it; the inode's time tells
+    assert kept_traces._sources.__wrapped__(frozenset({"pressed"})) == b""
+    monkeypatch.setattr(_sources, "BEGAN", time.time() + 2.0 * kept_traces.SETTLED)
+    for path in module.parent.glob("*.py"):
+        path.rename(path.with_suffix(".pyc"))
     assert kept_traces._sources.__wrapped__(frozenset({"pressed"})) == b""
 
 
@@ -149,6 +160,94 @@ def test_what_a_users_function_does_is_not_told_by_its_name(tmp_path):
             found, _ = in_a_new_process(tmp_path, of_profile, Profile(X, function))
             assert equal(found, factor * X)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="no owners of files")
+def test_a_folder_or_file_that_others_may_write_into_is_not_used(tmp_path, monkeypatch):
+    folder = tmp_path / "traces"
+    in_a_new_process(folder, tenfold, X)
+    assert folder.stat().st_mode & 0o777 == 0o700
+    (file,) = folder.iterdir()
+    for mode in (0o620, 0o602):
+        file.chmod(mode)
+        assert in_a_new_process(folder, tenfold, X)[1] == 1
+    assert in_a_new_process(folder, tenfold, X)[1] == 0
+    for mode in (0o770, 0o707, 0o1777):
+        folder.chmod(mode)
+        with pytest.raises(OSError, match=f"^{folder}: found a folder that another user"):
+            in_a_new_process(folder, tenfold, X)
+    folder.chmod(0o700)
+    other = os.getuid() + 1
+    monkeypatch.setattr(os, "getuid", lambda: other)
+    with pytest.raises(OSError, match="another user owns"):
+        in_a_new_process(folder, tenfold, X)
+
+
+def test_the_command_line_says_once_that_it_does_not_use_such_a_folder(tmp_path):
+    (tmp_path / "traces").mkdir()
+    (tmp_path / "traces").chmod(0o777)
+    done = subprocess.run(
+        [sys.executable, "-m", "jaxcontact", "cite"], capture_output=True, text=True,
+        env=os.environ | {"JAX_COMPILATION_CACHE_DIR": str(tmp_path)},
+    )  # fmt: skip
+    assert done.returncode == 0 and "@article" in done.stdout
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"jaxcontact: warning: {tmp_path / 'traces'}: found a folder that another user")
+
+
+class Opened:
+    """What pickle would call on reading."""
+
+    def __reduce__(self):
+        return os.mkdir, ("opened",)
+
+
+FORGED = {
+    "a pickle": pickle.dumps((Opened(), b"")),
+    "a function to call": b'["object", "os:mkdir", ["path", "opened"]]\n',
+    "a class of elsewhere": b'["object", "pathlib:Path", ["a", 1]]\n',
+    "a module of this project that has it": b'["object", "jaxcontact.kept_traces:os.mkdir", ["path", "opened"]]\n',
+    "not a dataclass": b'["object", "jaxcontact.kept_traces:Program", ["function", 1]]\n',
+    "not a tuple": b'["tuple of", "jaxcontact.kept_traces:Program", 1]\n',
+    "not JSON": b"{\n",
+    "no kind": b"[]\n",
+}
+
+
+@pytest.mark.parametrize("kind", FORGED)
+def test_reading_a_forged_file_executes_nothing(tmp_path, monkeypatch, kind):
+    """With a right checksum: it is traced again."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "traces"
+    in_a_new_process(folder, tenfold, X)
+    (file,) = folder.iterdir()
+    file.write_bytes(hashlib.sha256(FORGED[kind]).hexdigest().encode() + b"\n" + FORGED[kind])
+    found, count = in_a_new_process(folder, tenfold, X)
+    assert count == 1 and equal(found, 10.0 * X) and not (tmp_path / "opened").exists()
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        None, True, 3, 0.1, float("inf"), "text", (1, [2, ("a", None)]), {"a": 1, 2: (3,)}, Sphere, jc.indent,
+        Sphere(0, material=Elastic(G=1, nu=2)), jc.Grid((3, 4), (5, 6), (True, False)), [(), [], {}],
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_structure_comes_back_from_json(tree):
+    again = kept_traces._described(json.loads(json.dumps(kept_traces._description(tree))))
+    assert again == tree and repr(again) == repr(tree)
+
+
+def test_a_full_disk_leaves_no_part_of_a_file(tmp_path):
+    resource = pytest.importorskip("resource", reason="Windows has no such limit")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+    try:
+        found, _ = in_a_new_process(tmp_path / "traces", tenfold, X)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert equal(found, 10.0 * X) and not list((tmp_path / "traces").iterdir())
 
 
 @pytest.mark.parametrize("spoil", [lambda text: text[:-20], lambda text: b"", lambda text: text + b"."])

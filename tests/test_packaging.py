@@ -1,6 +1,7 @@
 """What is shipped: wheel and sdist build, and the wheel works where there is no source."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -32,6 +33,23 @@ def call(*command, cwd):
     done = subprocess.run(command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True)
     assert done.returncode == 0, f"{command}: {done.stdout[-2000:]} {done.stderr[-2000:]}"
     return done.stdout
+
+
+@pytest.mark.slow
+def test_the_sdist_has_every_file_of_the_repository(tmp_path):
+    """So that its tests, documentation and notebooks run; built from a copy, since building leaves files."""
+    pytest.importorskip("build")
+    if not (ROOT / ".git").exists():
+        pytest.skip("the list of files is that of git")
+    files = call("git", "ls-files", cwd=ROOT).split()
+    for name in files:
+        (tmp_path / "copy" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / "copy" / name)
+    call(sys.executable, "-m", "build", "--sdist", "-o", tmp_path / "dist", tmp_path / "copy", cwd=tmp_path)
+    (sdist,) = (tmp_path / "dist").glob("*.tar.gz")
+    with tarfile.open(sdist) as file:
+        found = {name.partition("/")[2] for name in file.getnames()}
+    assert not set(files) - found
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 import inspect
 import re
+import subprocess
+import sys
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -90,7 +92,7 @@ KEYWORDS = {
     jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
-    jc.sweep: "f cases out executor processes",
+    jc.sweep: "f cases out executor processes version",
     jc.flash_temperature: "heat_flux grid velocity conductivity diffusivity",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.surface_statistics: "heights grid",
@@ -137,3 +139,30 @@ def test_one_version_everywhere_and_a_citation_with_the_doi():
 
 def test_at_most_ten_direct_dependencies():
     assert len(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]) <= 10
+
+
+ALIAS = """
+import importlib, pkgutil, sys
+import jaxcontact.fitting as first
+from jaxcontact.fitting import fit_creep
+import fitting, jaxcontact
+assert first is fitting is jaxcontact.fitting is sys.modules["jaxcontact.fitting"]
+assert fit_creep is fitting.fit_creep
+names = [each.name for each in pkgutil.walk_packages(fitting.__path__, "fitting.")]
+for name in names:
+    other, own = importlib.import_module("jaxcontact." + name), importlib.import_module(name)
+    assert other is own and own.__spec__.name == own.__name__ == name, name
+import pickle
+assert pickle.loads(pickle.dumps(jaxcontact.fitting.CreepData)) is fitting.CreepData
+try:
+    import jaxcontact.fitting.nothing
+except ModuleNotFoundError as error:
+    print(len(names), error)
+"""
+
+
+def test_fitting_has_a_second_name_with_the_same_modules():
+    done = subprocess.run([sys.executable, "-c", ALIAS], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    count, said = done.stdout.split(maxsplit=1)
+    assert int(count) > 40 and said.strip() == "No module named 'fitting.nothing'"

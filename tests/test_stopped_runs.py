@@ -194,3 +194,59 @@ def test_nobody_needs_to_listen():
     with os.fdopen(writer, "w") as stream:
         tell("a line", stream)
         tell("another", stream)
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-30])
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_from_the_whole_files_where_some_are_damaged(interrupted, long_case, tmp_path, capfd):
+    """Each damage to a file of the finished steps: to the same numbers, or refused by its name with a remedy."""
+    out, _, _ = interrupted(signal.SIGTERM)
+    unfinished = out / "unfinished"
+    blocks = sorted(path.name for path in unfinished.glob("0*.npz"))
+    newer, older = "checkpoint.npz", "checkpoint_of_odd.npz"
+    if len(blocks) % 2:
+        newer, older = older, newer
+    assert main(["run", str(long_case), "-o", str(tmp_path / "whole")]) == 0
+    whole = np.load(tmp_path / "whole" / "result.npz")
+    damages = [
+        ([newer], True),
+        ([older], True),
+        ([blocks[-1]], True),
+        ([newer, older], False),
+        ([blocks[0]], False),
+    ]
+    for index, (names, goes_on) in enumerate(damages):
+        copy = tmp_path / f"copy_{index}"
+        shutil.copytree(out, copy)
+        for name in names:
+            cut(copy / "unfinished" / name)
+        capfd.readouterr()
+        status = main(["run", str(long_case), "-o", str(copy), "--resume"])
+        (line,) = [line for line in capfd.readouterr().err.splitlines() if "damaged" in line]
+        assert any(str(copy / "unfinished" / name) in line for name in names)
+        if goes_on:
+            assert status == 0 and "finished steps are whole, and the run goes on" in line
+            with np.load(copy / "result.npz") as found:
+                for name in whole.files:
+                    np.testing.assert_array_equal(found[name], whole[name])
+        else:
+            assert status == 2 and "--force starts anew" in line
+            kept = f"the first {len(blocks)} blocks of steps beside it are whole, and numpy.load reads them"
+            assert (kept in line) == (names != [blocks[0]])
+            assert main(["run", str(long_case), "-o", str(copy), "--force"]) == 0
+    whole.close()
+
+
+@pytest.mark.slow
+def test_another_state_of_the_package_does_not_go_on_from_the_steps(
+    interrupted, long_case, monkeypatch, capfd
+):
+    out, _, _ = interrupted(signal.SIGTERM)
+    monkeypatch.setattr("jaxcontact._sources.identity", lambda package: "changed physics")
+    capfd.readouterr()
+    assert main(["run", str(long_case), "-o", str(out), "--resume"]) == 2
+    error = capfd.readouterr().err
+    assert "of another state of jaxcontact" in error and "--force starts anew" in error

@@ -217,3 +217,76 @@ def test_equal_results_give_equal_files(tmp_path):
 def test_the_extra_is_named_in_the_project():
     project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
     assert {"xarray", "h5netcdf"} <= {name.split(">")[0] for name in project["optional-dependencies"]["io"]}
+
+
+NOTES = {
+    "body": jc.LayeredHalfSpace([], jc.Elastic(G=1e9, nu=0.3)),
+    "note": "a text",
+    "number": 2.5,
+    "list": [1.0, 2],
+}
+"""What a user may write beside a result."""
+
+
+@pytest.mark.parametrize("ending", [".npz", ".nc", ".pvd"])
+@pytest.mark.parametrize("kind", storage.KINDS.values(), ids=storage.KINDS)
+def test_no_name_of_a_case_changes_what_is_loaded(kind, ending, tmp_path):
+    """Every name that a file has in it, read from the file itself: refused before writing, or beside the result."""
+    if ending == ".nc":
+        pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
+    result = made_up(kind, grid=jc.Grid((NX, NY), GRID.spacing, periodic=True))
+    with np.load(jc.save(result, tmp_path / "plain.npz")) as file:
+        names = {*file.files, "time", "depth", "grid", "saved", *dir(kind)}
+    names = {name for name in names if not name.startswith("_")} - {"path", "result"}
+    path, taken = tmp_path / f"result{ending}", set()
+    for name in sorted(names):
+        try:
+            jc.save(result, tmp_path / "probe.npz", **{name: NOTES["body"]})
+        except ValueError:
+            taken.add(name)
+    for name in taken:
+        with pytest.raises(ValueError, match=f"^{name}: expected another name"):
+            jc.save(result, path, **{name: 1.0})
+    assert not path.exists()
+    jc.save(result, path, **dict.fromkeys(names - taken, NOTES["body"]))
+    if ending != ".pvd":
+        assert_same(result, jc.load(path))
+    assert {"x", "y", "kind", "status_names", *labels.stored_fields(kind)} <= taken
+    assert kind is jc.InteriorFields or {"pressure", "load", "profile", "approach", "status"} <= taken
+
+
+@pytest.mark.parametrize("ending", [".npz", ".nc"])
+@pytest.mark.parametrize("kind", storage.KINDS.values(), ids=storage.KINDS)
+def test_what_is_written_beside_a_result_comes_back(kind, ending, tmp_path):
+    result = made_up(kind)
+    path = jc.save(result, tmp_path / f"result{ending}", **NOTES)
+    assert_same(result, jc.load(path))
+    if ending == ".nc":
+        xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
+        with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
+            found = dict(file.attrs)
+    else:
+        with np.load(path) as file:
+            found = {name: file[name] for name in file.files}
+    assert (str(found["note"]), float(found["number"]), list(found["list"])) == ("a text", 2.5, [1.0, 2.0])
+    assert str(found["body.substrate"]) == "Elastic" and float(found["body.substrate.nu"]) == 0.3
+
+
+@pytest.mark.parametrize("ending", [".npz", ".nc"])
+@pytest.mark.parametrize(
+    ("case", "told"),
+    [
+        (
+            {"made": __import__("datetime").date(2020, 1, 1)},
+            "made: expected numbers, text or objects of jaxcontact",
+        ),
+        ({"some": {"set": {1}}}, "some.set: expected numbers"),
+        ({"raw": b"bytes"}, "raw: expected numbers"),
+        ({"a": {"b": 1.0}, "a.b": 2.0}, "a.b: expected each name once"),
+    ],
+    ids=["date", "set", "bytes", "twice"],
+)
+def test_what_cannot_be_read_again_is_not_written(case, told, ending, tmp_path):
+    with pytest.raises(ValueError, match=told):
+        jc.save(made_up(jc.ContactHistory), tmp_path / f"a{ending}", **case)
+    assert not list(tmp_path.iterdir())

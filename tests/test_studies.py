@@ -68,6 +68,59 @@ def test_what_fails_is_reported_and_the_others_are_done(tmp_path):
         bad.stacked("name")
 
 
+class Apart(Exception):
+    """An exception that cannot be unpickled: it needs two values and pickle gives it one."""
+
+    def __init__(self, what, why):
+        super().__init__(f"{what}: {why}")
+
+
+class Unreadable(Exception):
+    def __str__(self):
+        raise RuntimeError("no text")
+
+
+def awkward(case):
+    """Every way to end a case without a result."""
+    if case["x"] == 1.0:
+        raise Apart("gap", "negative")
+    if case["x"] == 2.0:
+        raise Unreadable
+    if case["x"] == 3.0:
+        sys.exit("enough")
+    if case["x"] == 4.0:
+        os._exit(7)
+    return noted(case)
+
+
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(2)], ids=["processes", "threads"])
+def test_every_exception_is_reported_as_itself_and_costs_no_other_case(tmp_path, executor):
+    """One that does not unpickle, one without a text, the exit of a script, and a process that really dies."""
+    cases = CASES if executor is None else CASES[:4]
+    study = jc.sweep(awkward, cases, tmp_path, executor=executor)
+    told = {1: "Apart: gap: negative", 2: "Unreadable", 3: "SystemExit: enough"}
+    if executor is None:
+        told[4] = "its process died (out of memory?)"
+    assert study.failures == told
+    assert [float(study[index]["square"]) for index in study.done()] == (
+        [0.0, 25.0] if executor is None else [0.0]
+    )
+
+
+def test_a_function_that_a_process_cannot_read_is_told_so(tmp_path, monkeypatch):
+    """A module that this process alone can import: f is sent by its name."""
+    (tmp_path / "only_here.py").write_text("def f(case): return {'v': 1.0}")
+    monkeypatch.syspath_prepend(tmp_path)
+    import only_here
+
+    (tmp_path / "only_here.py").unlink()
+    study = jc.sweep(only_here.f, CASES[:1], tmp_path / "out", processes=1)
+    assert study.failures == {0: "ModuleNotFoundError: No module named 'only_here'"}
+    lock = __import__("threading").Lock()
+    with pytest.raises(ValueError, match="f: cannot be sent to another process: TypeError"):
+        jc.sweep(lambda case: {"v": lock}, CASES[:1], tmp_path / "lock", version="1")
+
+
 SLOWLY = """
 import sys, time
 import jaxcontact as jc
@@ -104,7 +157,7 @@ def test_a_killed_sweep_goes_on_and_computes_again_what_was_running_alone(tmp_pa
 
 def test_a_folder_holds_one_function(tmp_path):
     jc.sweep(noted, CASES[:1], tmp_path, executor=ThreadPoolExecutor(1))
-    with pytest.raises(ValueError, match="of another function, of one with other values"):
+    with pytest.raises(ValueError, match="of another function: "):
         jc.sweep(words, CASES[:1], tmp_path)
     for cases, told in (
         ([1.0], r"cases\[0\]: expected a dict of names, got 1.0"),
@@ -130,15 +183,54 @@ def test_a_changed_function_of_the_same_name_is_another(tmp_path):
 
     one = ThreadPoolExecutor(1)
     assert jc.sweep(made(1.0), CASES[:2], tmp_path, executor=one).stacked("v").tolist() == [0.0, 1.0]
-    with pytest.raises(ValueError, match="of another function, of one with other values"):
+    with pytest.raises(ValueError, match="of another function: "):
         jc.sweep(made(2.0), CASES[:2], tmp_path, executor=one)
     for text in ("2.0", "3.0"):
         names = {}
         exec(f"def f(case): return {{'v': {text} * case['x']}}", names)
         if text == "2.0":
             jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
-    with pytest.raises(ValueError, match="of another function, of one with other values"):
+    with pytest.raises(ValueError, match="of another function: "):
         jc.sweep(names["f"], CASES[:2], tmp_path / "read", executor=one)
+
+
+def test_a_version_of_ones_own_replaces_the_comparison(tmp_path):
+    one = {"executor": ThreadPoolExecutor(1)}
+    held = [open(os.devnull)]  # noqa: SIM115
+    with held[0]:
+        f = lambda case: {"v": case["x"], "open": not held[0].closed}
+        with pytest.raises(ValueError, match=r'TextIOWrapper \(held in f\); pass version="'):
+            jc.sweep(f, CASES[:2], tmp_path / "none", **one)
+        assert jc.sweep(f, CASES[:2], tmp_path, version="a", **one).stacked("open").all()
+    assert jc.sweep(noted, CASES[:2], tmp_path, version="a", **one).stacked("open").all()
+    with pytest.raises(ValueError, match="of another function: version differ"):
+        jc.sweep(f, CASES[:2], tmp_path, version="b", **one)
+    with pytest.raises(ValueError, match="version: expected a text, got 2"):
+        jc.sweep(f, CASES[:2], tmp_path, version=2, **one)
+
+
+@pytest.mark.parametrize("version", [None, "1"])
+def test_another_state_of_the_package_is_not_gone_on_with(tmp_path, monkeypatch, version):
+    one = {"executor": ThreadPoolExecutor(1), "version": version}
+    jc.sweep(noted, CASES[:1], tmp_path, **one)
+    monkeypatch.setattr("jaxcontact._sources.identity", lambda package: "changed physics")
+    with pytest.raises(
+        ValueError, match="another function: the sources of jaxcontact differ; take another folder"
+    ):
+        jc.sweep(noted, CASES, tmp_path, **one)
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+
+
+@pytest.mark.parametrize(
+    "text", ['{"function": "noted", "code": "0", "jaxcontact": "0.1.0"}', "", "[]", '{"parts": 1}'], ids=str
+)
+def test_a_folder_with_an_older_record_of_its_function_is_refused(tmp_path, text):
+    jc.sweep(noted, CASES[:1], tmp_path, executor=ThreadPoolExecutor(1))
+    (tmp_path / "function.json").write_text(text)
+    with pytest.raises(
+        ValueError, match=r"earlier version of jaxcontact, .* or function\.json is damaged; take another"
+    ):
+        jc.sweep(noted, CASES[:1], tmp_path)
 
 
 def test_what_f_does_to_its_case_and_what_stands_in_the_folder(tmp_path):

@@ -10,6 +10,8 @@ from typing import Any
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from jaxcontact.files.npz import write_whole
+
 SIZE = (5.2, 4.0)  # of one panel, in inches
 PALEST = 0.88
 
@@ -47,7 +49,7 @@ def finish(axes: Any, x: str, y: str, title: str, legend: bool = True) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Write a PNG."""
-    figure.savefig(path, dpi=150)
+    write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format="png"))
 
 
 def over_time(axes: Any, trace: Any, curves: Any, steps: Sequence[int]) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxcontact._version import __version__
+from jaxcontact.files.npz import write_whole
 
 PAPER = (
     "Wang, Ghanbarzadeh, Xu, Liu and de Boer, <i>Time-Dependent Contact Behaviour of ZDDP-Derived Tribofilms:"
@@ -24,6 +25,7 @@ img { display: block; max-width: 100%; margin: 1rem auto } .scroll { overflow-x:
 .yes { color: #0b5394; font-weight: 600 } .no { background: #b45309; color: #fff; padding: 0 .4em; font-weight: 600 }
 .remark, footer { color: #57606a; font-size: .9rem }
 """
+PAGE = "report.html"
 COLUMNS = (
     "quantity",
     "reference",
@@ -38,11 +40,25 @@ COLUMNS = (
 
 def write(directory: Path) -> Path:
     """Write directory/report.html from every NAME/summary.json and picture below it; its path."""
-    cases = [read(path.parent) for path in directory.glob("*/summary.json")]
+    cases = [read(path.parent) for path in summaries(directory)]
     cases.sort(key=lambda case: [int(part) for part in re.findall(r"\d+", case["case"])])
-    path = directory / "report.html"
-    path.write_text(page(cases), encoding="utf-8")
+    path = directory / PAGE
+    write_whole(path, lambda partial: partial.write_text(page(cases), encoding="utf-8"))
     return path
+
+
+def summaries(directory: Path) -> list[Path]:
+    """Return the files that the report of a directory is made from."""
+    return sorted(directory.glob("*/summary.json"))
+
+
+def is_of_a_case(summary: Path) -> bool:
+    """Return whether a file is the summary of a reproduced case, and not that of another run."""
+    try:
+        found = json.loads(summary.read_text(encoding="utf-8"))
+        return {"case", "title", "cells_per_side", "duration [s]", "holds", "rows", "remarks"} <= found.keys()
+    except (ValueError, AttributeError):
+        return False
 
 
 def read(folder: Path) -> dict[str, Any]:

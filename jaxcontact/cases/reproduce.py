@@ -26,6 +26,7 @@ from jaxcontact.cases import (
     speed_map,
 )
 from jaxcontact.cases.comparison import Reproduction, Row, as_dict, table
+from jaxcontact.files.npz import write_whole
 
 CASES: tuple[Reproduction, ...] = (
     figure_4.CASE,
@@ -64,6 +65,12 @@ def main(
         summary = Path(directory) / case.name / "summary.json"
         if summary.exists() and not force:
             return _refuse(f"{summary} is there already; choose another directory, or use --force")
+    for summary in report.summaries(Path(directory)):
+        if not report.is_of_a_case(summary):
+            return _refuse(f"{summary} is not of a reproduction; choose another directory for its report")
+    page = Path(directory) / report.PAGE
+    if page.exists() and not report.summaries(Path(directory)) and not force:
+        return _refuse(f"{page} is there already; choose another directory, or use --force")
     holds = [run(case, Path(directory), n) for case in chosen]
     print(f"\n{report.write(Path(directory))}")
     return 0 if all(holds) else 1
@@ -89,7 +96,8 @@ def run(case: Reproduction, directory: Path, n: int = N) -> bool:
     folder = directory / case.name
     folder.mkdir(parents=True, exist_ok=True)
     case.draw(simulated, folder)
-    (folder / "summary.json").write_text(json.dumps(_summary(case, rows, n, seconds), indent=2) + "\n")
+    text = json.dumps(_summary(case, rows, n, seconds), indent=2) + "\n"
+    write_whole(folder / "summary.json", lambda partial: partial.write_text(text, encoding="utf-8"))
     return holds
 
 

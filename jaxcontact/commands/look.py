@@ -17,7 +17,8 @@ CASES = Path(__file__).parents[1] / "cases"
 
 def case_path(text: str) -> Path:
     """A case file by its path, or one that comes with the package by its name alone: ``tribofilm_creep``."""
-    packaged = [] if "/" in text or Path(text).exists() else list(CASES.rglob(f"{text}.toml"))
+    named = () if Path(text).exists() else CASES.rglob("*.toml")
+    packaged = [path for path in named if path.stem == text]
     return packaged[0] if packaged else Path(text)
 
 
@@ -89,6 +90,9 @@ def _say_of_few(result: Path) -> None:
 def _check_new(path: Path, force: bool) -> None:
     if not path.parent.is_dir():
         raise ValueError(f"{path}: found no folder {path.parent}, accepted: a name in one that is there")
+    if path.suffix == ".pvd":  # it names files in a folder beside it
+        pieces = sorted(path.with_suffix("").glob(f"{path.stem}_*.vtr"))
+        path = pieces[0] if pieces and not path.exists() else path
     if path.exists() and not force:
         raise ValueError(f"{path}: is there already; choose another name with -o, or --force to overwrite it")
 

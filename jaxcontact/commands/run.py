@@ -137,9 +137,12 @@ def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
 
 def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
-    standing, interrupt, run = steps.standing(), None, None
+    interrupt, run = None, None
+    with _noted() as salvaged:
+        standing = steps.standing()
     began = time.perf_counter() - standing.seconds
     with _noted() as notes, Progress(case.times.size, "step", standing.steps) as progress:
+        notes += salvaged
         given = (case.body, case.indenter, case.control, case.times)
         simulation = prepare(*given, grid=case.grid, **case.options)
         try:
@@ -149,7 +152,7 @@ def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
         except KeyboardInterrupt as error:
             interrupt, standing = error, steps.standing()
         if standing.steps:
-            run = steps.together(case.grid)
+            run = steps.together(standing.blocks, case.grid)
             told = reported(run.history, simulation.plan.errors, simulation.experiment)
             run = replace(run, history=told)
     return Ending(standing, run, interrupt, notes)

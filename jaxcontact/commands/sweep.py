@@ -25,7 +25,7 @@ from jaxcontact.files.case_file import Case, CaseError
 from jaxcontact.files.npz import write_whole
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
-from jaxcontact.studies import FUNCTION, Study, sweep
+from jaxcontact.studies import FUNCTION, Study, sweep_of
 
 CASE = "fingerprint"  # beside what varies: a case is another where a file that it names has changed
 TABLE, SUMMARY = "study.csv", "summary.json"
@@ -35,12 +35,14 @@ def run_study(options: argparse.Namespace) -> int:
     """Compute what is missing of a study, then write its table; the exit status."""
     study = read_study(options.study)
     _check_directory(options.directory)
+    _check_table(study, options.directory / TABLE, options.force)
     advice.check(varied(study.tables, study.cases[0], study.path), study.path)
     compute = figures_by(study.tables, str(study.path.resolve()))
     cases = [values | {CASE: mark} for values, mark in zip(study.cases, study.fingerprints, strict=True)]
     try:
         with _executor(options.scheduler) as executor:
-            found = sweep(compute, cases, options.directory, executor=executor, processes=options.processes)
+            where = {"executor": executor, "processes": options.processes}
+            found = sweep_of(compute, cases, options.directory, _identity(study), **where)
     except KeyboardInterrupt as interrupt:
         reason = "what is finished is kept; the same command goes on"
         name = signal_of(interrupt).name
@@ -48,6 +50,12 @@ def run_study(options: argparse.Namespace) -> int:
     except ValueError as error:
         raise CaseError(f"{study.path}: {error}") from error
     return _finish(study, found, options.directory)
+
+
+def _identity(study: CaseStudy) -> dict[str, str]:
+    """Return what tells studies apart in a folder: each entry of the case, wherever its file lies."""
+    entries = {f"[{name}]": value for name, value in study.tables.items()}
+    return {name: json.dumps(value, sort_keys=True, default=str) for name, value in entries.items()}
 
 
 def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
@@ -78,6 +86,30 @@ def _check_directory(directory: Path) -> None:
         raise run_directory.DirectoryTakenError(
             f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
         )
+
+
+def _check_table(study: CaseStudy, path: Path, force: bool) -> None:
+    """Raise where the table that is there has cases which the new one would not have, unless told to go on."""
+    if force or not path.exists():
+        return
+    names = list(study.cases[0])
+    asked = {_cells(case) for case in study.cases}
+    with path.open(newline="", encoding="utf-8") as file:
+        lost = [row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in asked]
+    if lost:
+        raise run_directory.DirectoryTakenError(
+            f"{path}: found {len(lost)} cases that {study.path} does not have; --force leaves them out of the table"
+            " (their results stay in the directory), or take another directory"
+        )
+
+
+def _cells(case: dict[str, Any]) -> tuple[str, ...]:
+    """Return the values that a case varies, as the table has them."""
+    return tuple(str(value) for value in _varying(case).values())
+
+
+def _varying(case: dict[str, Any]) -> dict[str, Any]:
+    return {key: json.dumps(value) if isinstance(value, list) else value for key, value in case.items()}
 
 
 @contextlib.contextmanager
@@ -125,10 +157,7 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
 
 def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:
     """A case in the table: what varies, and its figures with their notes or what went wrong."""
-    varying = {
-        key: json.dumps(value) if isinstance(value, list) else value
-        for key, value in study.cases[index].items()
-    }
+    varying = _varying(study.cases[index])
     if index in found.failures:
         return {"case": index} | varying | {"failure": found.failures[index]}
     notes = found.notes.get(index, ())

@@ -1,13 +1,14 @@
 """The finished steps of a run in a folder, where they outlive whatever ends the run.
 
-One file for each block of steps, written once, and ``checkpoint.npz``, which is replaced after each: it says how
-many blocks count, and has what the march goes on from. Whenever a run is killed, what the checkpoint counts is
-whole, and the run can go on from there.
+One file for each block of steps, written once, and two checkpoints, which are replaced in turns: each says how many
+blocks count, and has what the march goes on from. Whenever a run is killed, what the later checkpoint counts is whole,
+and the run can go on from there. Where a disk has damaged it, the run goes on from the other one, a block before.
 """
 
 import functools
 import hashlib
 import shutil
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxcontact._version import __version__
+from jaxcontact import _sources
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.storage import arrays_of, stored_fields
@@ -24,7 +25,7 @@ from jaxcontact.grid import Grid
 from jaxcontact.results import ContactHistory
 from jaxcontact.simulation import FinishedBlock
 
-CHECKPOINT = "checkpoint.npz"
+CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks
 MAPS = ("pressure", "displacement")  # kept of the chosen times, and of the last
 LINES = ("pressure_line", "displacement_line", "peak_pressure")
 SERIES = (*(set(stored_fields(ContactHistory)) - {"profile", *MAPS}), *LINES)
@@ -64,10 +65,10 @@ class FinishedRun:
 
 
 def fingerprint(case: Case) -> str:
-    """The same for two cases only if they give the same result: every number in them, and the version."""
+    """Return a digest that two cases share only if they give the same result: of every number, and of the sources."""
     given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
     leaves, structure = jax.tree.flatten(given)
-    words = f"{__version__} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
+    words = f"{_sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
     numbers = b"".join(np.asarray(leaf, dtype=float).tobytes() for leaf in leaves)
     return hashlib.sha256(words.encode() + numbers).hexdigest()
 
@@ -85,18 +86,50 @@ class FinishedSteps:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def standing(self) -> Standing:
-        """How far the run has come. Raises ValueError when the steps are those of another case."""
-        if not (self.folder / CHECKPOINT).exists():
-            return Standing()
-        found = read_npz(self.folder / CHECKPOINT)
-        if str(found["case"]) != self.fingerprint:
+        """Return how far the run has come; warns where that is less than it was, since a file is damaged.
+
+        Raises:
+            ValueError: the steps are those of another case, or no run can go on from what is left of them.
+        """
+        paths = [self.folder / name for name in CHECKPOINTS]
+        found = {path: _whole(path) for path in paths if path.exists()}
+        known = [checkpoint for checkpoint in found.values() if checkpoint is not None]
+        if any(str(checkpoint["case"]) != self.fingerprint for checkpoint in known):
             raise ValueError(
-                f"{self.folder}: found the steps of another case, --save or version of jaxcontact,"
-                " accepted with --resume: those of this one"
+                f"{self.folder}: found the steps of another case or --save, or of another state of jaxcontact;"
+                " accepted with --resume: those of this one; --force starts anew"
             )
-        blocks, steps, status = found["counts"].tolist()
-        carry = [found[name] for name in sorted(found) if name.startswith("carry")]
-        return Standing(blocks, steps, status, float(found["seconds"]), carry)
+        if not found and not self._block(1).exists():  # killed before the first checkpoint, or not yet begun
+            return Standing()
+        standings = [_standing(checkpoint) for checkpoint in known]
+        written = len([*self.folder.glob("[0-9]*.npz")])
+        whole, block = self._whole_blocks(max((each.blocks for each in standings), default=written))
+        damaged = [path for path in found if found[path] is None] + ([] if block is None else [block])
+        usable = [each for each in standings if each.blocks <= whole]
+        if not usable:
+            raise ValueError(self._lost((damaged or paths)[-1], whole))
+        furthest = max(usable, key=lambda standing: standing.blocks)
+        if damaged:
+            warnings.warn(_salvaged(damaged, furthest))
+        return furthest
+
+    def _whole_blocks(self, count: int) -> tuple[int, Path | None]:
+        """Return how many of the first blocks can be read, and the file of the first that cannot."""
+        for index in range(count):
+            if _whole(self._block(index), *SERIES) is None:
+                return index, self._block(index)
+        return count, None
+
+    def _lost(self, path: Path, whole: int) -> str:
+        kept = (
+            f"; the first {whole} blocks of steps beside it are whole, and numpy.load reads them"
+            if whole
+            else ""
+        )
+        return (
+            f"{path}: missing or damaged, and no checkpoint before it is left to go on from{kept};"
+            " --force starts anew"
+        )
 
     def add(self, before: Standing, block: FinishedBlock, seconds: float) -> Standing:
         """Keep a block; how far the run has then come."""
@@ -110,13 +143,14 @@ class FinishedSteps:
         kept = {name: arrays[name] for name in SERIES} | {name: arrays[name][steps] for name in MAPS}
         self.folder.mkdir(exist_ok=True)
         write_whole(self._block(before.blocks), lambda path: write_npz(path, kept))
-        write_whole(self.folder / CHECKPOINT, lambda path: write_npz(path, self._facts(now) | last))
+        write_whole(self._checkpoint(now.blocks), lambda path: write_npz(path, self._facts(now) | last))
         return now
 
-    def together(self, grid: Grid) -> FinishedRun:
-        """All finished steps, of which there is one at least."""
-        last = read_npz(self.folder / CHECKPOINT, "counts", "profile", *MAPS)
-        blocks = [self._block(index) for index in range(int(last.pop("counts")[0]))]
+    def together(self, count: int, grid: Grid) -> FinishedRun:
+        """Return all steps of the first blocks, of which there is one at least."""
+        checkpoint = self._checkpoint(count)
+        last = read_npz(checkpoint, "profile", *MAPS)
+        blocks = [self._block(index) for index in range(count)]
         series = _joined(blocks)
         lines = {name: series.pop(name) for name in LINES}
         history = ContactHistory(**series, **last, saved=None, grid=grid)
@@ -124,7 +158,7 @@ class FinishedSteps:
             return FinishedRun(history, self.chosen, None, {}, **lines)
         end = history.times.size - 1  # a run that was stopped ends at none of the chosen
         chosen = np.append(self.chosen[self.chosen < end], end)
-        files = blocks if end in self.chosen else [*blocks, self.folder / CHECKPOINT]
+        files = blocks if end in self.chosen else [*blocks, checkpoint]
         shape = (chosen.size, *grid.shape)
         maps = {
             name: Stacked(shape, np.dtype(float), functools.partial(_parts, files, name)) for name in MAPS
@@ -134,10 +168,32 @@ class FinishedSteps:
     def _block(self, index: int) -> Path:
         return self.folder / f"{index:06}.npz"
 
+    def _checkpoint(self, blocks: int) -> Path:
+        return self.folder / CHECKPOINTS[blocks % 2]
+
     def _facts(self, now: Standing) -> dict[str, Any]:
         carry = {f"carry_{index:03}": leaf for index, leaf in enumerate(now.carry or [])}
         counts = [now.blocks, now.steps, now.status]
         return {"case": self.fingerprint, "counts": counts, "seconds": now.seconds} | carry
+
+
+def _whole(path: Path, *names: str) -> dict[str, np.ndarray] | None:
+    """Return the arrays in a file, or None where it is not there or damaged."""
+    try:
+        return read_npz(path, *names)
+    except (ValueError, FileNotFoundError):
+        return None
+
+
+def _standing(checkpoint: dict[str, np.ndarray]) -> Standing:
+    blocks, steps, status = checkpoint["counts"].tolist()
+    carry = [checkpoint[name] for name in sorted(checkpoint) if name.startswith("carry")]
+    return Standing(blocks, steps, status, float(checkpoint["seconds"]), carry)
+
+
+def _salvaged(damaged: list[Path], standing: Standing) -> str:
+    names = " and ".join(str(path) for path in damaged)
+    return f"{names}: damaged; {standing.steps} finished steps are whole, and the run goes on from there"
 
 
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:

@@ -1,5 +1,7 @@
 """Files that are whole or absent, and arrays in them: written in parts, read only if they are what they claim."""
 
+import contextlib
+import errno
 import math
 import os
 import zipfile
@@ -27,14 +29,26 @@ class Stacked:
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write beside, then rename: a reader never meets half a file, and a failure leaves none."""
+    """Write a file beside its place, then rename it: a reader never meets half a file, and a failure leaves none.
+
+    Raises OSError, which names ``path``, whatever ``write`` says of it.
+    """
     partial = path.with_name(path.name + ".part")
     try:
         write(partial)
         os.replace(partial, path)
+    except OSError as error:
+        _remove(partial)
+        reason = error.strerror or str(error).replace(str(partial), str(path))
+        raise type(error)(error.errno or errno.EIO, reason, str(path)) from error
     except BaseException:
-        partial.unlink(missing_ok=True)
+        _remove(partial)
         raise
+
+
+def _remove(path: Path) -> None:
+    with contextlib.suppress(OSError):  # it is the first error that counts
+        path.unlink()
 
 
 def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:

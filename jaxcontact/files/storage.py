@@ -5,6 +5,7 @@ meaning, and the case is in the attributes; xarray and MATLAB open it as it is. 
 """
 
 import dataclasses
+import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,12 @@ NOTES = "notes"  # on a stored result, a line each; read again they are formed f
 DIAGNOSTICS = tuple(field.name for field in dataclasses.fields(Diagnostics))
 PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, of a periodic grid alone
 
+RESERVED = {  # names of arrays, axes and attributes in the files of any result
+    *(name for cls in KINDS.values() for name in fields_of(stored_fields(cls))),
+    *("x", "y", "time", "depth", "direction", "row", "column", "component"),
+    *("grid", "saved", KIND, STATUS_NAMES, PERIODIC, SPACING, NOTES, *DIAGNOSTICS, "Conventions"),
+}
+
 
 def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all (ParaView's files each by itself).
@@ -42,15 +49,18 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             ``InteriorFields``; what a ``save`` function kept is left out.
         path: with the ending ``.npz`` or ``.nc``, or ``.pvd`` for ParaView: a film of all times, in files of their own
             in a folder of the same name beside it, to look at and not to load again.
-        case: what the result is of, by any names (``body=body, indenter=ball``): numbers, text and the objects
-            of this package go into the attributes of a NetCDF file (``body.layers.0.material.G1``) and beside
-            the arrays of an npz file.
+        case: what the result is of, by any names but those of the result's own arrays (``body=body,
+            indenter=ball``): numbers, text and the objects of this package go into the attributes of a NetCDF file
+            (``body.layers.0.material.G1``) and beside the arrays of an npz file.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: another ending, another kind of result, or one made by ``jax.vmap``.
+        ValueError: another ending, another kind of result, or one made by ``jax.vmap``; a name of ``case`` that the file
+            uses itself (``load``, ``times``, ``x``, ...), or a value that is neither number nor text nor an object of
+            this package. Nothing is written then.
+        OSError: the file cannot be written; the message names it.
         ImportError: ``.nc`` without the extra ``jaxcontact[io]``.
 
     Example:
@@ -67,10 +77,11 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf, ".pvd": None})
     arrays = arrays_of(result)
     _check_arrays(type(result), arrays | _of_grid(result.grid))
+    told = _told(case)
     if write is None:
         write_collection(path, result)
         return path
-    notes = {STATUS_NAMES: status_names()} | dict(_flat(case)) | notes_of(result)
+    notes = told | {STATUS_NAMES: status_names()} | notes_of(result)
     arrays |= numbers_of(result)
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
@@ -209,6 +220,23 @@ def _grid(arrays: dict[str, np.ndarray]) -> Grid:
     return Grid((len(axes[0]), len(axes[1])), (jnp.asarray(dx), jnp.asarray(dy)), wraps)
 
 
+def _told(case: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers and texts of a case by their dotted names, none of which is that of something else."""
+    told: dict[str, Any] = {}
+    for name, value in _flat(case):
+        own = name.partition(".")[0]
+        if own in RESERVED:
+            raise ValueError(
+                f"{own}: expected another name, got one that the file uses itself; as in case_{own}"
+            )
+        if name in told:
+            raise ValueError(f"{name}: expected each name once, got it twice")
+        if not isinstance(value, str) and value.dtype.kind not in "biufcU":
+            raise ValueError(f"{name}: expected numbers, text or objects of jaxcontact, got {value.dtype}")
+        told[name] = value
+    return told
+
+
 def _format(path: Path, formats: dict[str, Any]) -> Any:
     if path.suffix not in formats:
         found = path.suffix or "no ending"
@@ -257,10 +285,12 @@ def _xarray() -> Any:
 
 
 def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
+    """Make the file in memory first: the HDF5 library ends the process where a disk is full."""
     _xarray()
-    dataset(arrays, notes).transpose(..., "y", "x").to_netcdf(
-        path, engine="h5netcdf"
-    )  # the order that ParaView expects
+    content = io.BytesIO()
+    ordered = dataset(arrays, notes).transpose(..., "y", "x")  # the order that ParaView expects
+    ordered.to_netcdf(content, engine="h5netcdf")
+    path.write_bytes(content.getbuffer())
 
 
 def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
