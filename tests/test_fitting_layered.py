@@ -123,7 +123,7 @@ def test_a_drive_of_straight_lines_is_marched_through_as_it_is():
     assert layered.turns(t, noise / 0.1) == []  # a held drive, and nothing but noise, turns nowhere
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_film_pressed_from_first_contact_on():
     """An elastic film under a ball up to chi = sqrt(R d)/h = 1.1, 0.2 % of noise, against solutions by Abel transforms at
     each load: its load is steeper than Hertz's, which is no late contact, and few cells are in its first contacts."""
@@ -140,7 +140,7 @@ def test_a_film_pressed_from_first_contact_on():
     )
     low, high = found.intervals["G"]
     assert low <= G <= high and found.values["G"] == pytest.approx(G, rel=0.01) and not found.refused
-    left = np.sum(~found.kept[1:])
+    left = np.sum(~found.kept & (data.load > 0.0) & (data.depth > 0.0))
     assert found.film.grid.shape == (20, 20) and 0 < left < n / 3
     assert f"{left} points not fitted, at which the contact is fewer than 4 cells across" in found.notes
 
