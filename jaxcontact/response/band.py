@@ -49,7 +49,7 @@ def rounded(body: LayeredHalfSpace) -> LayeredHalfSpace:
     """Return the body with rounded parameters, without derivative."""
     layers = [
         replace(layer, material=_rounded(layer.material), thickness=_power(layer.thickness))
-        for layer in body.layers
+        for layer in body.sublayers()
     ]
     return LayeredHalfSpace(tuple(layers), _rounded(body.substrate))
 
