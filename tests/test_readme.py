@@ -1,4 +1,7 @@
-"""What the README says can be run runs as written. The two set-up commands are run by .ci/run."""
+"""The commands and blocks of the README and of the pages that continue it run as written.
+
+The two set-up commands are run by .ci/run, the blocks of *Start here* and *How do I?* by ``test_docs.py``.
+"""
 
 import re
 import shlex
@@ -12,14 +15,18 @@ from jaxcontact.__main__ import main
 from jaxcontact.cases import reproduce
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text()
-PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-COMMANDS = [
-    shlex.split(line, comments=True)[1:]
-    for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+README, SHELL, PYTHON, DEVELOPERS = (
+    (ROOT / name).read_text()
+    for name in ("README.md", "docs/shell.md", "docs/python.md", "docs/developers.md")
+)
+BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
+LINES = [
+    line
+    for page in (README, SHELL, DEVELOPERS)
+    for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
     for line in block.splitlines()
-    if line.startswith("jaxcontact ")
 ]
+COMMANDS = [shlex.split(line, comments=True)[1:] for line in LINES if line.startswith("jaxcontact ")]
 HERE = {  # the other commands, and what runs them
     "python3 -m venv": ".ci/run, both",
     ".ci/run": "itself",
@@ -31,19 +38,29 @@ HERE = {  # the other commands, and what runs them
 
 
 @pytest.mark.slow
-def test_python_blocks_of_the_readme_run(capsys, tmp_path, monkeypatch):
+def test_the_readmes_ten_lines_print_what_it_shows(capsys):
+    """The shown text was printed on another processor: its numbers agree to the digits shown, or in the last one."""
+    exec("\n".join(BLOCK.findall(README)), {"__name__": "__main__"})
+    printed = capsys.readouterr().out
+    (shown,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+    assert printed.startswith(shown)
+    assert "Burgers(" in printed
+
+
+@pytest.mark.slow
+def test_the_page_on_python_runs(capsys, tmp_path, monkeypatch):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     monkeypatch.chdir(tmp_path)
-    assert len(PYTHON) == 7
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        exec("\n".join(PYTHON), {"__name__": "__main__"})
-    assert "Burgers(" in capsys.readouterr().out
+        exec("\n".join(BLOCK.findall(PYTHON)), {"__name__": "__main__"})
+    out = capsys.readouterr().out
+    assert "Burgers(" in out and "converged: " in out
     assert len(list(tmp_path.glob("creep/*.vtr"))) == 31
 
 
 @pytest.mark.slow
-def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
+def test_commands_of_the_page_on_the_shell_run(capsys, tmp_path, monkeypatch):
     """With the case files as from the root of a checkout but few cells and cases; the paper's figures stand aside."""
     cases = tmp_path / "jaxcontact" / "cases"
     (cases / "studies").mkdir(parents=True)
@@ -68,14 +85,18 @@ def test_commands_of_the_readme_run(capsys, tmp_path, monkeypatch):
     assert (tmp_path / "maxwell" / "result.png").stat().st_size > 5000
 
 
-def test_every_command_of_the_readme_is_run_somewhere():
-    for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL):
-        for line in block.splitlines():
-            assert line.startswith(tuple(HERE)), line
+def test_every_command_is_run_somewhere():
+    assert len(LINES) > 15
+    for line in LINES:
+        assert line.startswith(tuple(HERE)), line
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) <= 120
 
 
 def test_pictures_and_links_of_the_readme_are_there():
     targets = re.findall(r"\]\(([^)]+)\)", README)
-    assert len(targets) >= 4
+    assert len(targets) >= 20
     for target in targets:
         assert target.startswith("http") or (ROOT / target).is_file(), target
