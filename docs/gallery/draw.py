@@ -116,7 +116,7 @@ def sliding() -> Figure:
         )
         line = np.asarray(steady.pressure[:, 47:49]).mean(1) * 1e-3
         ax.plot(np.asarray(grid.axes()[0]) * 1e3, line, label=f"{speed:g} m/s")
-    ax.set_ylim(0, None)
+    ax.set(xlim=(-0.7, 0.7), ylim=(0, None))
     ax.legend()
     return figure
 
@@ -145,7 +145,7 @@ def fretting() -> Figure:
 
 def rolling() -> Figure:
     body, ball = jc.LayeredHalfSpace([], STEEL), jc.Sphere(10e-3, STEEL)
-    grid = jc.Grid.square(48, 0.5e-3)
+    grid = jc.Grid.square(64, 0.5e-3)
     state = jc.roll_steady(
         body,
         ball,
@@ -195,10 +195,10 @@ def fit() -> Figure:
         1.0 + 0.03 * np.random.default_rng(5).standard_normal(t.size)
     )
     found = fitting.fit_creep(fitting.CreepData(t=t, J=J), model=jc.Burgers)
-    dense = np.geomspace(1.0, 1e5, 100)
+    dense = np.geomspace(1.0, 2e4, 100)
     low, high = (np.asarray(a) * 1e9 for a in found.band(dense))
     figure, ax = small("Fit and its 95 % band", "time [s]", "J [1/GPa]")
-    ax.semilogx(t, J * 1e9, ".", ms=4, color="C0", ls="none")
+    ax.semilogx(t, J * 1e9, ".", ms=5, color="black", ls="none")
     ax.semilogx(dense, np.asarray(found.predict(dense)) * 1e9, color="C1", ls="-")
     ax.fill_between(dense, low, high, color="C1", alpha=0.25, lw=0)
     return figure
