@@ -33,7 +33,14 @@ GIVEN = [  # what users are given, and do not make
         jc.SurfaceStatistics,
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
-    *(fitting.JointFit, fitting.ModulusFit, fitting.Posterior, fitting.PronyFit, fitting.Propagated),
+    *(
+        fitting.JointFit,
+        fitting.Minimum,
+        fitting.ModulusFit,
+        fitting.Posterior,
+        fitting.PronyFit,
+        fitting.Propagated,
+    ),
 ]
 DEAR = (
     "posterior",
