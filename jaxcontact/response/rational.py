@@ -72,7 +72,8 @@ DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body,
 SHARE = 0.1  # and its weight in the combination
 CUTOFF = 1e-12  # of singular values
-STRIDE = 4  # every which wavenumber may be picked, and is one at which the error is measured
+CANDIDATES = 120  # wavenumbers of which some are picked, about
+STRIDE = 4  # every which wavenumber is one at which the error is measured
 
 
 def separate(
@@ -97,7 +98,8 @@ def separate(
     alike = wavenumber * jax.lax.stop_gradient(jnp.asarray(top.thickness)) / rough.layers[0].thickness
     expected, samples = _sampled(rough, alike, chosen.period), _sampled(body, wavenumber, chosen.period)
     weights = _weights(expected)
-    picked = STRIDE * picks(expected.rest[:, ::STRIDE], weights[:, ::STRIDE], shapes)
+    stride = max(1, wavenumber.size // CANDIDATES)
+    picked = stride * picks(expected.rest[:, ::stride], weights[:, ::stride], shapes)
     few = samples.rest[:, picked]
     terms = jax.vmap(combination, (None, 1, 1), 1)(few, samples.rest, weights)
     common, fluidities = _rates(body, chosen.rates)
