@@ -30,20 +30,20 @@ def counts_from_zero(t: np.ndarray) -> bool:
     return bool(abs(grown / (different[middle] / different[0]) - 1) < ALIKE and grown > 1 + ALIKE)
 
 
-def since_load(t: np.ndarray, start: float | None) -> np.ndarray:
-    """Times (n,) since the load, which began at ``start`` [s] on their clock; None: they seem to count from it.
+def since_load(t: np.ndarray, start: float | None) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the times (n,) since the load, which began at ``start`` [s] on their clock, and notes in words.
+
+    Without a start the times count from the load, and a note says so if their spacing suggests otherwise.
 
     Raises:
-        ValueError: no start, and times that may count from before the load; a start after the first of them.
+        ValueError: a start after the first of the times.
     """
     if start is None:
-        if not counts_from_zero(t):
-            raise ValueError(
-                f"t: expected times since the load began, got a first one of {t[0]:g} s, which is late for their spacing "
-                f"of {np.diff(np.unique(t))[0]:g} s: give start={t[0]:g} if the load began with it, start=0 if t counts "
-                "from the load"
-            )
-        return t
+        note = (
+            f"t begins late, at {t[0]:g} s, and is taken as the time since the load;"
+            f" give start={t[0]:g} if the load began then, start=0 if not"
+        )
+        return t, () if counts_from_zero(t) else (note,)
     if not (np.isfinite(start) and start <= t[0]):
         raise ValueError(f"start: expected a time not after the first of t, {t[0]:g} s, got {start!r}")
-    return t - start
+    return t - start, ()

@@ -68,10 +68,11 @@ class CreepData:
         sigma: (n,) standard deviations of J or strain, if they are known; ``fit_creep`` takes them.
         scatter: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
         start: of J, when the load began on the clock of t [s], from which t counts in the result; 0 if it does already.
-            None is for times that can count from the load alone, by their spacing (``fitting/clock.py``).
+            None takes t as the time since the load, and adds a note if their spacing suggests an earlier start of the
+            clock (``fitting/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came; late times without a start.
+        ValueError: anything else, with what was expected and what came.
 
     Example:
         >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
@@ -94,8 +95,10 @@ class CreepData:
         put = lambda name, value: object.__setattr__(self, name, value)
         put("t", times(self.t))
         if self.J is not None:
-            put("t", since_load(self.t, self.start))
+            since, late = since_load(self.t, self.start)
+            put("t", since)
             put("start", 0.0)
+            put("notes", (*self.notes, *late))
         elif self.start is not None:
             raise ValueError(f"start: goes with J, as the stress has times of its own; got {self.start!r}")
         if self.t[0] < 0:

@@ -22,10 +22,11 @@ class RelaxationData:
         nu: Poisson's ratio, for "E" only.
         notes: what was taken and mended.
         start: when the strain began on the clock of t [s], from which t counts in the result; 0 if it does already.
-            None is for times that can count from the step alone, by their spacing (``fitting/clock.py``).
+            None takes t as the time since the step, and adds a note if their spacing suggests an earlier start of the
+            clock (``fitting/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came; late times without a start.
+        ValueError: anything else, with what was expected and what came.
 
     Example:
         >>> data = fitting.RelaxationData(t=[1, 2, 3, 4, 5], modulus=[9, 6, 4, 3, 2], convention="E", nu=0.5)
@@ -41,8 +42,9 @@ class RelaxationData:
     start: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "t", since_load(times(self.t), self.start))
-        object.__setattr__(self, "start", 0.0)
+        since, late = since_load(times(self.t), self.start)
+        for name, value in {"t": since, "start": 0.0, "notes": (*self.notes, *late)}.items():
+            object.__setattr__(self, name, value)
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         object.__setattr__(self, "modulus", array("modulus", self.modulus, self.t))

@@ -232,7 +232,7 @@ def test_reading_a_forged_file_executes_nothing(tmp_path, monkeypatch, kind):
         None, True, 3, 0.1, float("inf"), "text", (1, [2, ("a", None)]), {"a": 1, 2: (3,)}, Sphere, jc.indent,
         Sphere(0, material=Elastic(G=1, nu=2)), jc.Grid((3, 4), (5, 6), (True, False)), [(), [], {}],
     ],
-    ids=str,
+    ids=lambda tree: type(tree).__name__,
 )  # fmt: skip
 def test_a_structure_comes_back_from_json(tree):
     again = kept_traces._described(json.loads(json.dumps(kept_traces._description(tree))))

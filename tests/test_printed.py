@@ -69,7 +69,7 @@ OBJECTS = {
 }
 T = np.linspace(0.5, 10.0, 200)
 J = 1e-6 * (1.0 + T) * (1.0 + 0.01 * np.sin(37.0 * T))
-CREEP = fitting.CreepData(t=T, J=J)
+CREEP = fitting.CreepData(t=T, J=J, start=0.0)
 
 
 def fit():
@@ -82,7 +82,7 @@ def indentation():
 
 
 def relaxation():
-    return fitting.RelaxationData(t=T, modulus=1e6 * np.exp(-T / 5.0))
+    return fitting.RelaxationData(t=T, modulus=1e6 * np.exp(-T / 5.0), start=0.0)
 
 
 def oscillation():
