@@ -38,9 +38,13 @@ from jaxcontact.operators.base import Linear, TractionOperator
 
 REDUCTION = 0.1  # of the residual, by the linear solve on one division into sets
 INNER = 20  # most of its iterations
-SLIPS = 1e-12  # of the bound: a traction that misses less is as large as it may be
-NEAR = 0.99  # of the bound: farther from it no cell is taken to slip
+NEAR = 1.0 - 1e-9  # of the bound: a smaller traction is not taken to slip
+SMALL = 1e-6
 LEAST = 1e-12  # free directions, in parts of their number: fewer are none
+FULL = 0.6  # of a step: if the energy is least beyond this share, the whole step is taken
+ROUNDING = 1e-14  # of the work of friction: a smaller change of the energy is rounding
+LEVELS, LEVELLED = 60, 1e-14  # most evaluations for the shift, and the error of the sum, in parts of the sum of bounds
+OVERSHOOT, SHORTER = 0.5, 0.3
 
 
 @pytree
@@ -129,40 +133,53 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
     return FreeDirections(contact, slips, jnp.where(slips, normal, 0.0), curvature, problem.load_controlled)
 
 
-def shift_of(problem: TangentialProblem, q: Array, moved: Array) -> Array:
-    """The shift (2,): as given, or the mean movement, by what is missing to slip; of all in contact if nothing is."""
-    if not problem.load_controlled:
-        return problem.target
-    contact = problem.bound > 0.0
-    missing = jnp.where(contact, 1.0 - length(q) / jnp.where(contact, problem.bound, 1.0), 0.0)
-    weight = jnp.where(jnp.any(missing > SLIPS), jnp.maximum(missing, 0.0), contact)
-    return jnp.sum(weight * moved, (1, 2)) / jnp.maximum(jnp.sum(weight), LEAST)
+class _Level(NamedTuple):
+    level: Array
+    missing: Array
+    step: Array
+    share: Array
+    count: Array
 
 
-class _Pass(NamedTuple):
-    traction: Array
-    displacement: Array
-    slip: Array
-    shift: Array
-    error: Array
-    iterations: Array
+def _excess(bound: Array, y: Array, total: Array, level: Array) -> tuple[Array, Array]:
+    """sum clip(y + level) - total and the Newton step of level that would bring it to zero."""
+    z = y + level[:, None, None]
+    size = length(z)
+    outside = size > bound
+    safe = jnp.where(size > 0.0, size, 1.0)
+    weight = jnp.where(outside, bound / safe, jnp.where(bound > 0.0, 1.0, 0.0))
+    excess = jnp.sum(weight * z, (1, 2)) - total
+    nx, ny = jnp.where(outside, z / safe, 0.0)
+    all_, turns = jnp.sum(weight), weight * nx
+    xx, xy, yy = all_ - jnp.sum(turns * nx), -jnp.sum(turns * ny), all_ - jnp.sum(weight * ny**2)
+    least = LEAST * all_
+    xx, yy = xx + least, yy + least
+    det = xx * yy - xy**2
+    det = jnp.where(det > 0.0, det, 1.0)
+    step = -jnp.stack([yy * excess[0] - xy * excess[1], xx * excess[1] - xy * excess[0]]) / det
+    most = jnp.max(jnp.where(bound > 0.0, size + bound, 0.0))
+    long = jnp.sqrt(jnp.sum(step**2))
+    return excess, step * jnp.minimum(1.0, most / jnp.where(long > 0.0, long, 1.0))
 
 
-def _assessed(problem: TangentialProblem, q: Array, count: Array) -> _Pass:
-    u = problem.operator.along(q)
-    moved = u + problem.drift
-    shift = shift_of(problem, q, moved)
-    slip = moved - shift[:, None, None]
-    b, room = problem.bound, jnp.sum(problem.bound)
-    size = jnp.sum(b * (length(u) + length(problem.drift))) + room * length(shift[:, None, None])[0, 0]
-    wrong = jnp.sum(b * length(slip) + jnp.sum(q * slip, 0))
-    error = jnp.where(size > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), 0.0)
-    if problem.load_controlled:
-        missing = jnp.max(jnp.abs(problem.target - jnp.sum(q, (1, 2))))
-        error = jnp.maximum(
-            error, jnp.where(missing > 0.0, missing / jnp.where(room > 0.0, room, missing), 0.0)
-        )
-    return _Pass(q, u, slip, shift, error, count)
+def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
+    """The vector (2,) that, added to all of y, gives clipped tractions of this sum."""
+    room = jnp.sum(bound)
+
+    def going(s: _Level) -> Array:
+        return (jnp.max(jnp.abs(s.missing)) > LEVELLED * room) & (s.count < LEVELS)
+
+    def improve(s: _Level) -> _Level:
+        tried = s.level + s.share * s.step
+        missing, step = _excess(bound, y, total, tried)
+        slope, before = jnp.sum(missing * s.step), jnp.sum(s.missing * s.step)
+        good = slope <= -OVERSHOOT * before
+        pick = lambda new, old: jnp.where(good, new, old)
+        share = jnp.where(good, 1.0, SHORTER * s.share)
+        return _Level(pick(tried, s.level), pick(missing, s.missing), pick(step, s.step), share, s.count + 1)
+
+    first = _Level(start, *_excess(bound, y, total, start), jnp.ones(()), jnp.zeros((), int))
+    return jax.lax.while_loop(going, improve, first).level
 
 
 def preconditioner(operator: TractionOperator, free: FreeDirections) -> Linear:
@@ -172,45 +189,91 @@ def preconditioner(operator: TractionOperator, free: FreeDirections) -> Linear:
     return lambda r: free(weight * inverse(weight * free(r)))
 
 
-def linear_step(
-    problem: TangentialProblem,
-    free: FreeDirections,
-    right: Array,
-    reduction: Array | float,
-    limit: Array | int,
-) -> tuple[Array, Array]:
-    """dq with P (K_tt + k) P dq = P right to a relative residual, and the iterations taken."""
+class _Iterate(NamedTuple):
+    """traction and its displacement; shift, slip, error; length of the next gradient step; iterations."""
+
+    traction: Array
+    displacement: Array
+    shift: Array
+    slip: Array
+    error: Array
+    length: Array
+    iterations: Array
+
+
+def _admissible(problem: TangentialProblem, y: Array) -> Array:
+    """The tractions within their discs, and of the given sum, that are nearest to y."""
+    if problem.load_controlled:
+        y = y + level_of(problem.bound, y, problem.target, jnp.zeros(2))[:, None, None]
+    return clipped(y, problem.bound)
+
+
+def _assessed(problem: TangentialProblem, q: Array, u: Array, shift: Array, step: Array, count: Array) -> _Iterate:
+    b, moved, local = problem.bound, u + problem.drift, problem.operator.local()
+    shift = problem.target
+    if problem.load_controlled:
+        shift = local * level_of(b, q - moved / local, problem.target, shift / local)
+    slip = moved - shift[:, None, None]
+    wrong = local * jnp.sum(b * length(q - clipped(q - slip / local, b)))
+    size = jnp.sum(b * (length(u) + length(problem.drift))) + SMALL * local * jnp.sum(b**2)
+    error = jnp.where(size > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), jnp.where(wrong > 0.0, 1.0, 0.0))
+    return _Iterate(q, u, shift, slip, error, step, count)
+
+
+def _moved_to(problem: TangentialProblem, s: _Iterate, q: Array, count: Array) -> _Iterate:
+    """Towards q as far as the energy falls."""
+    step = q - s.traction
+    lifted = problem.operator.along(step)
+    slope, curvature = jnp.sum(step * s.slip), jnp.sum(step * lifted)
+    some = curvature > 0.0
+    part = jnp.where(some, jnp.clip(-slope / jnp.where(some, curvature, 1.0), 0.0, 1.0), 1.0)
+    least = ROUNDING * jnp.sum(problem.bound * length(s.slip))
+    part = jnp.where((part > FULL) | (slope + 0.5 * curvature < least), 1.0, part)
+    long = jnp.where(some, jnp.sum(step**2) / jnp.where(some, curvature, 1.0), s.length)
+    q, u = jnp.where(part == 1.0, q, s.traction + part * step), s.displacement + part * lifted
+    return _assessed(problem, q, u, s.shift, long, count)
+
+
+def _gradient_step(problem: TangentialProblem, s: _Iterate) -> _Iterate:
+    return _moved_to(problem, s, _admissible(problem, s.traction - s.length * s.slip), s.iterations + 1)
+
+
+def _newton_step(problem: TangentialProblem, s: _Iterate, limit: Array) -> _Iterate:
+    free = free_directions(problem, s.traction, s.slip)
     lifted = lambda q: free(problem.operator.along(q) + free.curvature * q)
     inverse = preconditioner(problem.operator, free)
-    return conjugate_gradients(lifted, inverse, free(right), reduction, limit)[:2]
+    change, count, _ = conjugate_gradients(lifted, inverse, free(-s.slip), REDUCTION, limit)
+    new = _moved_to(problem, s, _admissible(problem, s.traction + change), s.iterations + count + 1)
+    return new._replace(length=s.length)
 
 
 def solve(
     problem: TangentialProblem, start: Array, tolerance: Array, max_iterations: Array
 ) -> TangentialSolution:
-    """Solve from start tractions (2, nx, ny); ``iterations`` counts those of the linear solves.
+    """Solve from start tractions (2, nx, ny); ``iterations`` counts convolutions.
 
     A sum that friction cannot hold is not searched for. The caller finds in ``error`` whether the tolerance was met.
     """
-    held = jnp.ones((), bool)
+    bound, contact, held = problem.bound, problem.bound > 0.0, jnp.ones((), bool)
+    begin = clipped(start, bound)
     if problem.load_controlled:
-        held = length(problem.target[:, None, None])[0, 0] < jnp.sum(problem.bound)
+        asked = length(problem.target[:, None, None])[0, 0]
+        held = asked < jnp.sum(bound)
+        slides = bound * (problem.target / jnp.where(asked > 0.0, asked, 1.0))[:, None, None]
+        level = level_of(jnp.where(held, bound, 0.0), start, problem.target, jnp.zeros(2))
+        begin = jnp.where(held, clipped(start + level[:, None, None], bound), slides)
 
-    def improve(s: _Pass) -> _Pass:
-        free = free_directions(problem, s.traction, s.slip)
-        first = jnp.where(free.slips, problem.bound * free.normal - s.traction, 0.0)
-        if problem.load_controlled:
-            first = first + free.uniform(problem.target - jnp.sum(s.traction + first, (1, 2)))
-        right = -s.slip - problem.operator.along(first) - free.curvature * first
+    def improve(s: _Iterate) -> _Iterate:
+        s = _gradient_step(problem, s)
         limit = jnp.minimum(INNER, max_iterations - s.iterations)
-        change, count = linear_step(problem, free, right, REDUCTION, limit)
-        q = clipped(s.traction + first + change, problem.bound)
-        return _assessed(problem, q, s.iterations + jnp.maximum(count, 1))
+        return jax.lax.cond(s.error > tolerance, lambda s: _newton_step(problem, s, limit), lambda s: s, s)
 
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & held
-    first = _assessed(problem, clipped(start, problem.bound), jnp.zeros((), int))
+    local = problem.operator.local()
+    shift = jnp.zeros(2)
+    first = _assessed(problem, begin, problem.operator.along(begin), shift, 1.0 / local, jnp.zeros((), int))
     s = jax.lax.while_loop(going, improve, first)
-    contact = problem.bound > 0.0
     stick = contact & ~free_directions(problem, s.traction, s.slip).slips
     slip = jnp.where(contact, s.slip, 0.0)
-    return TangentialSolution(s.traction, s.displacement, slip, stick, s.shift, s.error, s.iterations)
+    error = jnp.where(held, s.error, 1.0)
+    return TangentialSolution(s.traction, s.displacement, slip, stick, s.shift, error, s.iterations)
