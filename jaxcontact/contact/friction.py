@@ -214,8 +214,10 @@ def _assessed(problem: TangentialProblem, q: Array, u: Array, shift: Array, step
     if problem.load_controlled:
         shift = local * level_of(b, q - moved / local, problem.target, shift / local)
     slip = moved - shift[:, None, None]
-    wrong = local * jnp.sum(b * length(q - clipped(q - slip / local, b)))
-    size = jnp.sum(b * (length(u) + length(problem.drift))) + SMALL * local * jnp.sum(b**2)
+    squares = jnp.sum(b**2)
+    compliance = jnp.maximum(local, jnp.sum(b * length(u)) / jnp.where(squares > 0.0, squares, 1.0))
+    wrong = compliance * jnp.sum(b * length(q - clipped(q - slip / compliance, b)))
+    size = jnp.sum(b * (length(u) + length(problem.drift))) + SMALL * local * squares
     error = jnp.where(size > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), jnp.where(wrong > 0.0, 1.0, 0.0))
     return _Iterate(q, u, shift, slip, error, step, count)
 
