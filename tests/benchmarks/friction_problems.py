@@ -22,7 +22,9 @@ import jaxcontact as jc
 
 STEPS = 6
 RADIUS = 5e-3
-CONTROLS = [(normal, tangential) for normal in ("load", "approach") for tangential in ("force", "displacement")]
+CONTROLS = [
+    (normal, tangential) for normal in ("load", "approach") for tangential in ("force", "displacement")
+]
 HALF_SPACE, FILM, CREEPING_FILM = "half-space", "film", "creeping film"
 ITERATIONS = 300  # more are none of a solver that converges
 RESIDUAL = 1e-7  # as measured by the functions below; the solver's own tolerance is 1e-8
@@ -269,7 +271,10 @@ def report(chosen: list[FrictionProblem]) -> bool:
             flush=True,
         )  # fmt: skip
     names = (*Residuals._fields, "iterations")
-    print("worst:", ", ".join(f"{name} {value:.2g}" for name, value in zip(names, np.max(lines, 0)[:5], strict=True)))
+    print(
+        "worst:",
+        ", ".join(f"{name} {value:.2g}" for name, value in zip(names, np.max(lines, 0)[:5], strict=True)),
+    )
     print("mean of the iterations:", np.mean(lines, 0)[5])
     return fine
 
@@ -283,7 +288,6 @@ if __name__ == "__main__":
     chosen = [
         p
         for p in problems()
-        if (not asked.cells or p.grid.shape[0] in asked.cells)
-        and (not asked.only or p.number in asked.only)
+        if (not asked.cells or p.grid.shape[0] in asked.cells) and (not asked.only or p.number in asked.only)
     ]
     raise SystemExit(0 if report(chosen) else 1)
