@@ -6,8 +6,8 @@
 In each round the normal problem is solved under a normal displacement y that stands for K_zt q, and then the tangential
 problem under its pressure (P. D. Panagiotopoulos, Ing. Arch. 44 (1975) 421). The solution is a fixed point of
 y -> K_zt q(y). Plain iteration brings the error down by a factor of about the friction coefficient times Dundurs' beta;
-the next y is extrapolated from the last two rounds (D. G. Anderson, J. ACM 12 (1965) 547, with one earlier round), and
-the step is shortened while the error does not fall. Where solids are similar K_zt and K_tz vanish and one round is all.
+the next y is extrapolated from the last rounds (D. G. Anderson, J. ACM 12 (1965) 547), and the step is shortened while the
+error does not fall. Where solids are similar K_zt and K_tz vanish and one round is all.
 
 The error of a round is that of both problems at once: the error of the tangential problem, and that of the pressure under
 the new traction. A round solves both to a share of the error of the round before.
@@ -27,12 +27,18 @@ from jaxcontact.operators.base import TractionOperator
 
 LOOSE, TIGHTER = (
     1e-2,
-    0.2,
+    0.1,
 )  # tolerance of the first round; of all others, in parts of the error of the round before
-FINAL = 0.5  # of the tolerance: both problems are not solved to less
+FINAL = 0.3  # of the tolerance: both problems are not solved to less
 ROUNDS = 60
-EXTRAPOLATED = -2.0, 0.9  # limits of the factor of the earlier round
-SLOW, SHORTER, LONGER = 0.9, 0.5, 1.5  # an error that falls to more than SLOW makes the next step SHORTER
+KEPT = 5  # rounds that the next y is extrapolated from
+PARALLEL = 1e-12  # of the squared sine below which the changes of two rounds are taken for one
+SLOW, SHORTER, LONGER, SHORTEST = (
+    0.9,
+    0.5,
+    2.0,
+    0.1,
+)  # an error that falls to more than SLOW shortens the next step
 
 
 @pytree
@@ -81,17 +87,14 @@ class Round(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """A round; the y that it was solved under and K_zt q - y after it, of this and the round before; the share of the
-    change that is taken; the errors of this and the round before."""
+    """A round; y, and K_zt q - y after it, of this and earlier rounds, (KEPT, nx, ny) each, newest first; the share of the
+    change that is taken; the error."""
 
     round: Round
     given: Array
     change: Array
-    given_before: Array
-    change_before: Array
     share: Array
     error: Array
-    error_before: Array
 
 
 def solve(
@@ -117,9 +120,9 @@ def solve(
         error = jnp.maximum(pressed.error, error)
         taken = s.round.taken + pressed.iterations + sheared.iterations
         found = Round(pressed, sheared, taken, s.round.rounds + 1, error <= tolerance)
-        slow = (error > SLOW * s.error) & (s.round.rounds > 1)
-        share = jnp.where(slow, SHORTER * s.share, jnp.minimum(1.0, LONGER * s.share))
-        return _Search(found, y, change, s.given, s.change, share, error, s.error)
+        slow = (error > SLOW * s.error) & (s.round.rounds > 0)
+        share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
+        return _Search(found, _pushed(s.given, y), _pushed(s.change, change), share, error)
 
     def going(s: _Search) -> Array:
         return ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
@@ -134,17 +137,28 @@ def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _Search:
     pressed = Solution(pressure, none, jnp.zeros(()), one, zero)
     sheared = TangentialSolution(traction, pair, pair, pressure > 0.0, jnp.zeros(2), one, zero)
     first = Round(pressed, sheared, zero, zero, jnp.zeros((), bool))
-    return _Search(first, y, none, y, none, one, one, one)
+    blank = jnp.zeros((KEPT, *pressure.shape))
+    return _Search(first, _pushed(blank, y), blank, one, one)
+
+
+def _pushed(kept: Array, newest: Array) -> Array:
+    """The newest field in front of those kept, the last of which goes."""
+    return jnp.concatenate([newest[None], kept[:-1]])
 
 
 def _next(s: _Search) -> Array:
-    """y of the next round, extrapolated from two rounds."""
-    contact = s.round.normal.pressure > 0.0
-    turn = s.change - s.change_before
-    square = jnp.sum(jnp.where(contact, turn**2, 0.0))
-    factor = jnp.sum(jnp.where(contact, turn * s.change, 0.0)) / jnp.where(square > 0.0, square, 1.0)
-    factor = jnp.where(s.round.rounds > 1, jnp.clip(factor, *EXTRAPOLATED), 0.0)
-    return s.given + s.share * s.change - factor * (s.given - s.given_before + s.share * turn)
+    """y of the next round: of all mixtures of the kept ones, that whose change is least in the mean, and a share of it."""
+    change = jnp.where(s.round.normal.pressure > 0.0, s.change, 0.0).reshape(KEPT, -1)
+    size = jnp.sqrt(jnp.sum(change**2, 1))
+    used = size > 0.0
+    unit = change / jnp.where(used, size, 1.0)[:, None]
+    weight = jnp.where(used, size[0] / jnp.where(used, size, 1.0), 0.0)
+    gram = unit @ unit.T + jnp.diag(jnp.where(used, PARALLEL, 1.0))
+    mixture = weight * jnp.linalg.solve(gram, weight)
+    total = jnp.sum(mixture)
+    newest = jnp.zeros(KEPT).at[0].set(1.0)
+    mixture = jnp.where(total > 0.0, mixture / jnp.where(total > 0.0, total, 1.0), newest)
+    return jnp.tensordot(mixture, s.given + s.share * s.change, 1)
 
 
 def _under_new_traction(problem: SlipProblem, pressed: Solution, sunk: Array) -> Solution:
