@@ -25,20 +25,14 @@ from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.base import TractionOperator
 
-LOOSE, TIGHTER = (
-    1e-2,
-    0.1,
-)  # tolerance of the first round; of all others, in parts of the error of the round before
+LOOSE = 1e-2  # tolerance of the first round
+TIGHTER = 0.1  # tolerance of all others, in parts of the error of the round before
 FINAL = 0.3  # of the tolerance: both problems are not solved to less
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
 PARALLEL = 1e-12  # of the squared sine below which the changes of two rounds are taken for one
-SLOW, SHORTER, LONGER, SHORTEST = (
-    0.9,
-    0.5,
-    2.0,
-    0.1,
-)  # an error that falls to more than SLOW shortens the next step
+SLOW = 0.9  # an error that falls to more than this share of the one before shortens the next step
+SHORTER, LONGER, SHORTEST = 0.5, 2.0, 0.1
 
 
 @pytree
