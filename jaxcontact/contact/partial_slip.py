@@ -80,7 +80,7 @@ class Round(NamedTuple):
     settled: Array
 
 
-class _Search(NamedTuple):
+class _RoundSearch(NamedTuple):
     """A round; y, and K_zt q - y after it, of this and earlier rounds, (KEPT, nx, ny) each, newest first; the share of the
     change that is taken; the error."""
 
@@ -102,7 +102,7 @@ def solve(
         sheared = friction.solve(tangential, traction, tolerance, max_iterations - pressed.iterations)
         return Round(pressed, sheared, pressed.iterations + sheared.iterations, zero + 1, jnp.ones((), bool))
 
-    def further(s: _Search) -> _Search:
+    def further(s: _RoundSearch) -> _RoundSearch:
         y, goal = _next(s), jnp.clip(TIGHTER * s.error, FINAL * tolerance, LOOSE)
         left = max_iterations - s.round.taken
         pressed = normal.solve(problem.under(y), s.round.normal.pressure, goal, left)
@@ -116,15 +116,15 @@ def solve(
         found = Round(pressed, sheared, taken, s.round.rounds + 1, error <= tolerance)
         slow = (error > SLOW * s.error) & (s.round.rounds > 0)
         share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
-        return _Search(found, _pushed(s.given, y), _pushed(s.change, change), share, error)
+        return _RoundSearch(found, _pushed(s.given, y), _pushed(s.change, change), share, error)
 
-    def going(s: _Search) -> Array:
+    def going(s: _RoundSearch) -> Array:
         return ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
 
     return jax.lax.while_loop(going, further, _begin(problem, pressure, traction)).round
 
 
-def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _Search:
+def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSearch:
     """Before the first round: y is that of the start."""
     zero, none, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
     y, pair = problem.operator.sunk(traction), jnp.zeros_like(traction)
@@ -132,7 +132,7 @@ def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _Search:
     sheared = TangentialSolution(traction, pair, pair, pressure > 0.0, jnp.zeros(2), one, zero)
     first = Round(pressed, sheared, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
-    return _Search(first, _pushed(blank, y), blank, one, one)
+    return _RoundSearch(first, _pushed(blank, y), blank, one, one)
 
 
 def _pushed(kept: Array, newest: Array) -> Array:
@@ -140,7 +140,7 @@ def _pushed(kept: Array, newest: Array) -> Array:
     return jnp.concatenate([newest[None], kept[:-1]])
 
 
-def _next(s: _Search) -> Array:
+def _next(s: _RoundSearch) -> Array:
     """y of the next round: of all mixtures of the kept ones, that whose change is least in the mean, and a share of it."""
     change = jnp.where(s.round.normal.pressure > 0.0, s.change, 0.0).reshape(KEPT, -1)
     size = jnp.sqrt(jnp.sum(change**2, 1))
