@@ -143,13 +143,13 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
 
 
 class _Level(NamedTuple):
-    """A level (2,), what its sum is in excess, the Newton step from it, the share of that to be tried, evaluations."""
+    """A level (2,), what its sum is in excess, the Newton step from it, the share of that to be tried, evaluations so far."""
 
     level: Array
     excess: Array
     step: Array
     share: Array
-    count: Array
+    evaluations: Array
 
 
 def _excess(bound: Array, y: Array, total: Array, level: Array) -> tuple[Array, Array]:
@@ -186,11 +186,11 @@ def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
         tried = s.level + s.share * s.step
         excess, step = _excess(bound, y, total, tried)
         short_enough = jnp.sum(excess * s.step) <= -OVERSHOOT * jnp.sum(s.excess * s.step)
-        new = _Level(tried, excess, step, jnp.ones(()), s.count + 1)
-        old = s._replace(share=SHORTER * s.share, count=s.count + 1)
+        new = _Level(tried, excess, step, jnp.ones(()), s.evaluations + 1)
+        old = s._replace(share=SHORTER * s.share, evaluations=s.evaluations + 1)
         return jax.tree.map(lambda a, b: jnp.where(short_enough, a, b), new, old)
 
-    going = lambda s: (jnp.max(jnp.abs(s.excess)) > LEVELLED * room) & (s.count < LEVELS)
+    going = lambda s: (jnp.max(jnp.abs(s.excess)) > LEVELLED * room) & (s.evaluations < LEVELS)
     first = _Level(start, *_excess(bound, y, total, start), jnp.ones(()), jnp.zeros((), int))
     return jax.lax.while_loop(going, improve, first).level
 
