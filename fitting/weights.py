@@ -43,20 +43,6 @@ def choose_weights(
     raise ValueError(f"weights: expected one of {', '.join(KINDS)}, got {weights!r}")
 
 
-def without_noise(label: str, weights: np.ndarray, y: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Factor (n,) from weights to those that the fitted values would have, residual being weighted.
-
-    Weights that follow noisy data put its noise into the columns of a Jacobian, which then look rough.
-    """
-    fitted = y + residual / weights
-    if label == "relative":
-        return y / fitted
-    if label == "estimated":
-        floor = np.sqrt(np.maximum(weights**-2 - y**2, 0.0))
-        return 1.0 / (weights * np.hypot(floor, fitted))
-    return np.ones(y.size)
-
-
 def noise_floor(t: np.ndarray, y: np.ndarray) -> float:
     """a/b [unit of y], > 0 where values are zero; of the values' size where too few points tell."""
     size = float(np.max(np.abs(y)))
