@@ -205,7 +205,9 @@ def values_of(law: Law, theta: Array) -> Array:
     return jnp.where(by_log, jnp.exp(jnp.where(by_log, theta, 0.0)), theta)
 
 
-def estimate(curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
+def estimate(
+    curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, slopes: np.ndarray
+) -> Estimate:
     """From the optimum and the ends (m, 2) of its profiles: the coordinates undone; slopes (n, k) of the free ones."""
     low, high = curve.box(law, table).T
     values, free = np.asarray(values_of(law, best.theta)), high > low

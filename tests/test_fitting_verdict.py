@@ -8,6 +8,7 @@ import pytest
 from scipy import optimize, stats
 
 import fitting
+import jaxcontact as jc
 from fitting import correlation, verdict
 from fitting.noise import judge
 from fitting.weights import noise_floor
@@ -207,6 +208,34 @@ def test_blocks_have_no_slip_nor_neighbours_between_them():
     assert verdict.isolated(np.append(np.zeros(29), [5.0, 5.0, *np.zeros(29)]), 29, seam[:60])
 
 
+@pytest.mark.slow
+def test_collinear_parameters_are_open_and_named():
+    """The machine's compliance and 1/G1 of a flat punch under a constant load are exactly collinear: h = P ((1 - nu)
+    J/(4 R) + C). Directions of the Jacobian that were rounding made outliers of ordinary points."""
+    t, R, nu = np.linspace(0.5, 40.0, 40), 1e-6, 0.4
+    J, P = 1 / 2e9 - np.expm1(-t / 8.0) / 1e9, np.full(40, 1e-3)
+    for seed in range(3):
+        depth = P * (1 - nu) * J / (4 * R)
+        depth = depth + 0.005 * depth.max() * np.random.default_rng(seed).standard_normal(40)
+        found = fitting.fit_indentation(
+            fitting.IndentationData(t=t, load=P, depth=depth), "StandardLinearSolid", nu=nu,
+            indenter=jc.FlatPunch(radius=R), machine_compliance="fit",
+        )  # fmt: skip
+        assert found.verdict == "stands" and not found.identified["G1"] and found.identified["G2"]
+        assert found.intervals["G1"][1] == np.inf and found.intervals["G1"][0] < 2e9
+        assert any(note.startswith("G1 and machine_compliance are not determined") for note in found.notes)
+
+
+def test_directions_that_are_rounding_are_not_in_the_basis():
+    """Three columns of rank two, up to rounding."""
+    x = np.linspace(0.0, 1.0, 30)
+    X = np.column_stack([np.ones(30), x, 3.0 - 2.0 * x + 1e-14 * np.cos(9.0 * x)])
+    Q = correlation.basis(X)
+    assert Q.shape == (30, 2)
+    np.testing.assert_allclose(Q @ (Q.T @ X), X, atol=1e-12)
+
+
+@pytest.mark.slow
 def test_r2_of_constant_data_is_not_defined():
     """Their variance is zero up to rounding, and nothing can be a share of it."""
     J = np.full(40, 1e-5) * (1 + 1e-15 * np.arange(40) % 3e-15)
