@@ -3,7 +3,8 @@
 An estimated error has the variance a^2 + (b y)^2: readings near zero carry the noise of the instrument, a,
 however small they are, and large ones a share b of their value. a/b is that of greatest likelihood for what
 is left of four successive points when a parabola is taken off, under Student's t, which a few wild points
-do not sway; the model to be fitted has no part in it. b follows from the residuals of the fit.
+do not sway; the model to be fitted has no part in it. A fit begins with these weights, and goes on with those that its
+residuals make likely (``evidence.settled``). b follows from the residuals of the fit.
 """
 
 from typing import Any
