@@ -105,7 +105,8 @@ def fit_creep(
             takes more. The material that comes back of a fractional law is its cut (``jc.Springpot.prony``) to the
             times of the data, and no point is left out of its fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
-            (``weights.py``) and then from the residuals (``noise.py``), and points that nothing beside them supports left out (``unsupported.py``);
+            (``weights.py``) and then from the residuals (``noise.py``), and points that nothing beside them supports
+            left out (``unsupported.py``);
             "relative" (errors proportional to the data); "absolute" (one error for all).
         sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
             data where they have one. Of data that were resampled, ``scatter`` is the default.
