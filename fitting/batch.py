@@ -7,13 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from fitting import creep_search, evidence, varpro
+from fitting import creep_search, evidence, padding, varpro
 from fitting.creep_search import Optimum
 from fitting.data import CreepData
-from fitting.evidence import Allowance, Evidence
+from fitting.evidence import Judged, Sample, Solved
 from fitting.in_words import described
 from fitting.structure import limits, resolve
-from fitting.weights import choose_weights, without_noise
+from fitting.weights import choose_weights
 
 VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
 
@@ -73,46 +73,76 @@ def fit_creep_batch(
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
     curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
-    scaled = [
-        creep_search.scale(curve, choose_weights(curve.t, curve.response, weights, None)[0], structure, table)
+    p = sum(low < high for low, high in table.values())
+    evidence.check(level, curves[0].t.size, p)
+    samples = [
+        Sample.of(curve.t, curve.response, *choose_weights(curve.t, curve.response, weights, None))
         for curve in curves
     ]
+    scaled = [
+        creep_search.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)
+    ]
     problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
-    best = _minimise_all(problems)
+    samples, problems, best = _settled(samples, problems, p)
     unit = np.array([structure.units(s.compliance, s.time) for s in scaled])
     rows = [structure.parameters(row) for row in np.asarray(best.parts)[:, own] * unit]
     values = {name: np.array([row[name] for row in rows]) for name in structure.where}
     if not intervals:
         return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool))
-    p = sum(low < high for low, high in table.values())
-    evidence.check(level, curves[0].t.size, p)
-    verdicts = _judge_all(problems, best, curves, weights, p, level)
-    ends = np.asarray(_profile_all(problems, best, np.array([allowed.level for allowed, _ in verdicts])))
+    judged = [
+        evidence.judge(sample, one.residual, one.jacobian, one.inside, p, level)
+        for sample, one in zip(samples, _solved(samples, problems, best), strict=True)
+    ]
+    ends = np.asarray(_profile_all(problems, best, _levels(judged, problems)))
     spans = ends[:, own] * unit[:, :, None]
     found = [structure.intervals(row, table) for row in spans]
     gathered = {name: np.array([row[name] for row in found]) for name in structure.where}
-    lag1, refused = zip(*((quality.lag1, bool(quality.refused)) for _, quality in verdicts), strict=True)
+    lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in judged), strict=True)
     return BatchFit(values, gathered, np.array(lag1), np.array(refused))
 
 
-def _judge_all(
-    problems: varpro.TauSearch, best: Optimum, curves: list[CreepData], label: str, p: int, level: float
-) -> list[tuple[Allowance, Evidence]]:
-    """What the residuals of each curve say."""
-    n, t = curves[0].t.size, curves[0].t
+def _settled(
+    samples: list[Sample], problems: varpro.TauSearch, p: int
+) -> tuple[list[Sample], varpro.TauSearch, Optimum]:
+    """The optima, with estimated weights that agree with their residuals; the same turns as ``evidence.settled``."""
+    best = _minimise_all(problems)
+    for turn in range(evidence.TURNS if samples[0].label == "estimated" else 0):
+        found = zip(samples, _solved(samples, problems, best), strict=True)
+        weights = [sample.reweighed(one, p) for sample, one in found]
+        if turn and all(evidence.close(w, s.weights) for w, s in zip(weights, samples, strict=True)):
+            break
+        samples = [sample._replace(weights=w) for sample, w in zip(samples, weights, strict=True)]
+        rows = [padding.without_weight(s.weights * float(np.max(np.abs(s.measured)))) for s in samples]
+        problems = problems._replace(weights=np.stack(rows))
+        best = _minimise_all(problems)
+    return samples, problems, best
+
+
+def _solved(samples: list[Sample], problems: varpro.TauSearch, best: Optimum) -> list[Solved]:
+    """The solution of each curve."""
+    n = samples[0].t.size
     lower, upper = (np.asarray(side) for side in _limits_all(problems))
     J, parts, residual = (np.asarray(a) for a in (_jacobian_all(problems, best), best.parts, best.residual))
-    inside = np.asarray(creep_search.strictly_inside(parts, lower, upper))
-    weights, data = np.asarray(problems.weights)[:, :n], np.asarray(problems.data)[:, :n]
+    inside, free = (
+        np.asarray(creep_search.strictly_inside(parts, lower, upper)),
+        np.flatnonzero(lower[0] < upper[0]),
+    )
+    return [
+        Solved(
+            residual[k, :n], J[k, :n][:, free], inside[k, free], np.ones(n, dtype=bool), sample.weights, None
+        )
+        for k, sample in enumerate(samples)
+    ]
 
-    def judge(k: int) -> tuple[Allowance, Evidence]:
-        jacobian, r = J[k, :n, inside[k]].T, residual[k, :n]
-        jacobian = jacobian * without_noise(label, weights[k], data[k], r)[:, None]
-        size = float(np.sum((weights[k] * data[k]) ** 2))
-        allowed = evidence.allow(r, jacobian, p, size, level, known=False)
-        return allowed, evidence.weigh(allowed, r, weights[k], data[k], p, False, jacobian, t)
 
-    return [judge(k) for k in range(len(curves))]
+def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
+    """Of RSS for each curve (m,), or for each of its extents (m, 5) where they differ; slope0 has the greatest."""
+    lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
+    levels = np.zeros((len(judged), 5))
+    levels[:, np.flatnonzero(lower < upper)] = [one.levels() for one in judged]
+    levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
+    same = np.all(np.ptp(levels, axis=1) <= 1e-12 * levels[:, 0])
+    return levels[:, 0] if same else levels
 
 
 def _stack(problems: list[varpro.TauSearch]) -> varpro.TauSearch:

@@ -15,13 +15,15 @@ import jaxcontact as jc
 from fitting import creep_search, evidence, fractional, nonlinear, padding, profiles, report
 from fitting.creep_search import Optimum, Scaled
 from fitting.data import CreepData
+from fitting.estimating import off_bounds, settled
+from fitting.evidence import Judged, Sample, Solved
 from fitting.fractional import Law, creep_structure
 from fitting.result import Estimate, Fit, Landscape, findings, linear_band, plain
 from fitting.structure import Structure, Volume, limits
 from fitting.uncertainty import covariance, linear_sd, log_covariance
 from fitting.unsupported import Supported, keep_all, leave_out
 from fitting.varpro import PLACES, TauSearch
-from fitting.weights import choose_weights, without_noise
+from fitting.weights import choose_weights
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -32,12 +34,14 @@ class CreepFit(Fit):
         combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and
             J(T) [1/Pa], which stay known where single parameters do not; none of a fractional law.
         kept: (n,) bool, the points that count, which ``fitted`` and ``residuals`` are of.
+        point_weights: (n,) [1/unit of the data], what the residuals were multiplied by, of all points.
         options: those that ``fit_creep`` was given.
         profile: (2, m) limits of J [1/Pa] at times (m,) [s].
     """
 
     combinations: dict[str, tuple[float, float, float, float]]
     kept: np.ndarray
+    point_weights: np.ndarray
     options: dict[str, Any]
     profile: Callable[[Any], np.ndarray] = dataclasses.field(repr=False)
 
@@ -101,7 +105,8 @@ def fit_creep(
             takes more. The material that comes back of a fractional law is its cut (``jc.Springpot.prony``) to the
             times of the data, and no point is left out of its fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
-            (``weights.py``), and points that nothing beside them supports left out (``unsupported.py``);
+            (``weights.py``) and then from the residuals (``noise.py``), and points that nothing beside them supports
+            left out (``unsupported.py``);
             "relative" (errors proportional to the data); "absolute" (one error for all).
         sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
             data where they have one. Of data that were resampled, ``scatter`` is the default.
@@ -124,59 +129,96 @@ def fit_creep(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
-    return _fit(data, creep_structure(model), options, leave_out)
+    return _fit(data, creep_structure(model), options)
 
 
-def _fit(data: CreepData, structure: Structure, options: dict, choose: Callable[..., Supported]) -> CreepFit:
-    """As ``fit_creep``; choose: which of the points count where the weights are estimated."""
-    if isinstance(structure, Law):
-        return _fit_law(data, structure, options)
-    table, level = limits(structure, options["fixed"], options["bounds"]), options["level"]
+def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
+    """As ``fit_creep``; given (n,): estimated weights to take as they are, without leaving a point out."""
     weight, label = fit_weights(data, options["weights"], options["sigma"])
-    p, known = sum(low < high for low, high in table.values()), label == "sigma"
+    name, unit, t, measured = measured_curve(data)
+    sample = Sample.of(t, measured, weight if given is None else given, label)
+    if isinstance(structure, Law):
+        return _fit_law(data, sample, structure, options, given is not None)
+    table, level = limits(structure, options["fixed"], options["bounds"]), options["level"]
+    p = sum(low < high for low, high in table.values())
     evidence.check(level, data.t.size, p)
-    scaled = creep_search.scale(data, weight, structure, table)
-    choose = choose if label == "estimated" else keep_all
-    kept, problem, best = choose(scaled.problem, data.t.size)
-    on, (name, unit, t, measured) = np.flatnonzero(kept), measured_curve(data)
-    residual, J = np.asarray(best.residual)[on], creep_search.inside_jacobian(problem, best)[on]
-    J = J * without_noise(label, weight[on], measured[on], residual)[:, None]
-    allowed = evidence.allow(residual, J, p, float(np.sum((weight * measured)[on] ** 2)), level, known)
-    quality = evidence.weigh(allowed, residual, weight[on], measured[on], p, known, J, t[on])
-    scaled, profile = scaled._replace(problem=problem), _profile(problem, best, allowed.level, scaled.time)
-    ends, spread = profile(data.t[-1:]), quality.spread(known)
-    found = _estimate(structure, scaled, best, ends, spread)
+    scaled = creep_search.scale(data, sample.weights, structure, table)
+    choose = leave_out if label == "estimated" and given is None else keep_all
+    solve = lambda weights: _solve(_with_weights(scaled, weights, data), weights, choose)
+    solved = solve(sample.weights)
+    if given is None:
+        solved = evidence.settled(sample, solved, solve, p)
+    on, (problem, best) = solved.kept, solved.whole
+    sample, scaled = sample._replace(weights=solved.weights).some(on), scaled._replace(problem=problem)
+    judged = evidence.judge(sample, solved.residual[on], solved.jacobian[on], solved.inside, p, level)
+    profile, free = _profile(problem, best, judged, scaled.time), _free(problem)
+    ends = profile(data.t[-1:])
+    found = _estimate(structure, scaled, best, ends, judged.slopes)
+    names = {PLACES[structure.size][place]: name for name, place in structure.where.items()}
+    fields = findings(
+        structure,
+        table,
+        level,
+        Volume("nu", options["nu"]),
+        judged,
+        found,
+        [names.get(int(i), "") for i in free],
+    )
+    said = _said(data, solved.kept, label, solved.weights, judged.evidence.noise)
     return CreepFit(
-        **findings(structure, table, level, Volume("nu", options["nu"]), quality, found), data=data, weights=label,
-        duration=scaled.time, curve=(name, unit, t[on], measured[on]), options=options, kept=kept,
-        notes=(*data.notes, *_said(data, kept, label, weight, quality.noise)),
-        combinations=_combinations(scaled, best, ends, spread),
+        **fields | {"notes": (*data.notes, *said, *fields["notes"])}, data=data, weights=label, duration=scaled.time,
+        curve=(name, unit, sample.t, sample.measured), options=options, kept=on, point_weights=solved.weights,
+        combinations=_combinations(scaled, best, ends, judged.slopes),
         profile=lambda t: profile(t)[5:].T * scaled.compliance,
     )  # fmt: skip
 
 
-def _fit_law(data: CreepData, law: Law, options: dict) -> CreepFit:
+def _with_weights(scaled: Scaled, weights: np.ndarray, data: CreepData) -> TauSearch:
+    """The problem with weights (n,) [1/unit of the response]."""
+    padded = padding.without_weight(weights * float(np.max(np.abs(data.response))))
+    return scaled.problem._replace(weights=padded)
+
+
+def _solve(problem: TauSearch, weights: np.ndarray, choose: Callable[..., Supported]) -> Solved:
+    """The optimum of the points that ``choose`` leaves, with residuals and slopes of all."""
+    (kept, fewer, best), n, free = choose(problem, weights.size), weights.size, _free(problem)
+    residual, J = (
+        np.asarray(creep_search.residuals(problem, best)),
+        np.asarray(creep_search.jacobian(problem, best)),
+    )
+    inside = np.asarray(creep_search.strictly_inside(best.parts, *problem.limits))
+    return Solved(residual[:n], J[:n, free], inside[free], kept, weights, (fewer, best))
+
+
+def _free(problem: TauSearch) -> np.ndarray:
+    """Places of the compliances that are fitted, among (j0, j2, f, j2/tau)."""
+    lower, upper = (np.asarray(side) for side in problem.limits)
+    return np.flatnonzero(lower < upper)
+
+
+def _fit_law(data: CreepData, sample: Sample, law: Law, options: dict, given: bool) -> CreepFit:
     """As ``fit_creep``, of a fractional law."""
     table, level = fractional.orders(limits(law, options["fixed"], options["bounds"])), options["level"]
-    weight, label = fit_weights(data, options["weights"], options["sigma"])
-    p, known = sum(low < high for low, high in table.values()), label == "sigma"
+    p = sum(low < high for low, high in table.values())
     evidence.check(level, data.t.size, p)
-    curve = fractional.Crept.of(data, weight)
+    curve = fractional.Crept.of(data, sample.weights)
     law = dataclasses.replace(law, span=curve.span)
-    objective = curve.objective(law, table)
-    best = nonlinear.minimise_from(objective, curve.starts(law))
-    name, unit, t, measured = measured_curve(data)
-    J = best.jacobian * without_noise(label, weight, measured, best.residual)[:, None]
-    allowed = evidence.allow(best.residual, J, p, float(np.sum((weight * measured) ** 2)), level, known)
-    ends = profiles.profile(objective, best, allowed.level)
-    quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, t)
-    found = fractional.estimate(curve, law, table, best, ends, quality.spread(known))
-    kept = np.ones(t.size, dtype=bool)
+    of = lambda weights: fractional.Crept.of(data, weights).objective(law, table)
+    best = nonlinear.minimise_from(of(sample.weights), curve.starts(law))
+    if not given:
+        sample, best, _ = settled(sample, of, best)
+    objective = of(sample.weights)
+    judged = evidence.judge(sample, best.residual, best.jacobian, off_bounds(objective, best), p, level)
+    ends = profiles.profile(objective, best, judged.levels())
+    found = fractional.estimate(curve, law, table, best, ends, judged.slopes)
+    kept = np.ones(sample.t.size, dtype=bool)
+    names = np.array(list(law.where))[objective.free]
+    fields = findings(law, table, level, Volume("nu", options["nu"]), judged, found, names)
+    said = _said(data, kept, sample.label, sample.weights, judged.evidence.noise)
     return CreepFit(
-        **findings(law, table, level, Volume("nu", options["nu"]), quality, found), data=data, weights=label,
-        duration=curve.duration, curve=(name, unit, t, measured), options=options, kept=kept, combinations={},
-        notes=(*data.notes, *_said(data, kept, label, weight, quality.noise), *law.notes),
-        profile=lambda t: np.stack(linear_band(law, found, level, t)),
+        **fields | {"notes": (*data.notes, *said, *law.notes, *fields["notes"])}, data=data, weights=sample.label,
+        duration=curve.duration, curve=measured_curve(data), options=options, kept=kept, combinations={},
+        point_weights=sample.weights, profile=lambda t: np.stack(linear_band(law, found, level, t)),
     )  # fmt: skip
 
 
@@ -188,14 +230,28 @@ def fit_weights(data: CreepData, weights: str | None, sigma: Any) -> tuple[np.nd
     return choose_weights(data.t, data.response, weights, sigma, data.scatter)
 
 
-def _profile(problem: TauSearch, best: Optimum, level: float, unit: float) -> Callable[[Any], np.ndarray]:
+def _profile(problem: TauSearch, best: Optimum, judged: Judged, unit: float) -> Callable[[Any], np.ndarray]:
     """Extents (m, 2) at times (k,) [s] as ``creep_search.profile`` has them, compiled for a few k."""
+    free = _free(problem)
 
     def at(t: np.ndarray) -> np.ndarray:
-        some = creep_search.profile(problem, best, np.asarray(level), padding.repeated(t / unit))
+        times = padding.repeated(t / unit) if t.size > 1 else t / unit
+        levels = judged.levels(_gradients(best, times)[free])
+        same = np.ptp(levels) <= 1e-12 * levels[0]
+        some = creep_search.profile(problem, best, levels[0] if same else levels, times)
         return np.asarray(some)[: 5 + t.size]
 
     return at
+
+
+def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
+    """Of j0, j2, f, j2/tau, slope0 and J(times) by (j0, j2, f, j2/tau), (4, m), scaled."""
+    (_, j2, _, _), tau = np.asarray(best.parts), float(best.tau)
+    decay, one = np.exp(-times / tau), np.ones(times.size)
+    # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
+    turn = -decay * times / tau if j2 > 0 else 0.0 * times
+    creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
+    return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
 
 
 def _said(data: CreepData, kept: np.ndarray, label: str, weight: np.ndarray, noise: float) -> list[str]:
@@ -215,39 +271,45 @@ def _said(data: CreepData, kept: np.ndarray, label: str, weight: np.ndarray, noi
 
 
 def _estimate(
-    structure: Structure, scaled: Scaled, best: Optimum, ends: np.ndarray, spread: float
+    structure: Structure, scaled: Scaled, best: Optimum, ends: np.ndarray, slopes: np.ndarray
 ) -> Estimate:
-    """The scaling undone, for the compliances that the material has."""
+    """The scaling undone, for the compliances that the material has; slopes (m, k) of those that are fitted."""
     own, unit = PLACES[structure.size], structure.units(scaled.compliance, scaled.time)
-    parts, J = np.asarray(best.parts)[own], np.asarray(creep_search.jacobian(scaled.problem, best))[:, own]
+    parts, J = np.asarray(best.parts)[own], _whole(slopes, scaled.problem)[:, own]
     lower, upper = (np.asarray(side)[own] for side in scaled.problem.limits)
     inside = creep_search.strictly_inside(parts, lower, upper)
     return Estimate(
         parts * unit, parts * unit, ends[own] * unit[:, None],
-        covariance(J, lower < upper, spread) * np.outer(unit, unit),
-        log_covariance(J * parts, inside, spread), lambda name: np.zeros(parts.size),
+        covariance(J, lower < upper) * np.outer(unit, unit),
+        log_covariance(J * parts, inside), lambda name: np.zeros(parts.size),
         Landscape(
             Partial(creep_search.residuals_at, scaled.problem), parts, np.stack([lower, upper], -1), unit
         ),
     )  # fmt: skip
 
 
-def _combinations(scaled: Scaled, best: Optimum, ends: np.ndarray, spread: float) -> dict:
+def _whole(slopes: np.ndarray, problem: TauSearch) -> np.ndarray:
+    """Slopes (m, 4) from those of the compliances that are fitted (m, k)."""
+    whole = np.zeros((len(slopes), 4))
+    whole[:, _free(problem)] = slopes
+    return whole
+
+
+def _combinations(scaled: Scaled, best: Optimum, ends: np.ndarray, slopes: np.ndarray) -> dict:
     """J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa]: (value, sd, low, high)."""
     (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
     lower, upper = scaled.problem.limits
-    decay = math.exp(-1.0 / tau)
-    # d J(T): with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
-    turn = -decay / tau if j2 > 0 else 0.0
-    by_j2 = 1.0 - decay + turn
-    by_ratio = -turn * tau
-    gradients = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 1.0], [1.0, by_j2, 1.0, by_ratio]])
-    J = np.asarray(creep_search.jacobian(scaled.problem, best))
-    sd = linear_sd(J, gradients, np.asarray(lower < upper), spread)
-    values = [j0, ratio + f, j0 + j2 * (1.0 - decay) + f]
+    gradients = _gradients(best, np.ones(1))[:, [0, 4, 5]].T
+    sd = linear_sd(_whole(slopes, scaled.problem), gradients, np.asarray(lower < upper))
+    values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
     units = scaled.compliance * np.array([1.0, 1.0 / scaled.time, 1.0])
     rows = zip(("J0", "slope0", "J(T)"), values, sd, ends[[0, 4, 5]], units, strict=True)
     return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
+
+
+def _r2(fit: Fit) -> str:
+    """For a table, "-" where it is not defined."""
+    return "-" if math.isnan(fit.r2) else f"{fit.r2:.6f}"
 
 
 class Comparison(NamedTuple):
@@ -262,7 +324,7 @@ class Comparison(NamedTuple):
     def __str__(self) -> str:
         head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
         rows = [
-            f"{f.model.__name__:22s}{f.p:11d}{f.r2:12.6f}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
+            f"{f.model.__name__:22s}{f.p:11d}{_r2(f):>12s}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
             f"  {'yes' if f.misfit else 'no':6s}  {f.verdict}"
             for f in self.fits
         ]
@@ -281,7 +343,7 @@ def compare(
 ) -> Comparison:
     """Fit several models to one creep curve; print the result for a table.
 
-    All have the same points: those that the model with the most parameters leaves.
+    All have the same points and the same estimated weights: those of the model with the most parameters.
 
     Args:
         data: the curve.
@@ -314,9 +376,9 @@ def compare(
     }
     richest = max(own, key=lambda model: len(own[model]))
     first = fit_creep(data, richest, **each[richest], **options)
-    data = _points(data, first.kept)
+    data, given = _points(data, first.kept), first.point_weights[first.kept]
     others = [
-        _fit(data, creep_structure(model), first.options | each[model], keep_all)
+        _fit(data, creep_structure(model), first.options | each[model], given)
         for model in own
         if model != richest
     ]

@@ -140,8 +140,8 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
 
 @_program
 def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
-    """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level; slope0
-    is the initial slope; the upper side is infinite where open."""
+    """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level, () or (m,);
+    slope0 is the initial slope; the upper side is infinite where open."""
     problem = problem._replace(origin=optimum.parts[:3])
 
     def rows(tau: Array) -> Array:
@@ -149,8 +149,13 @@ def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Ar
         slope = jnp.stack([jnp.array([0.0, 1 / tau, 0]), jnp.array([0.0, 1 / tau, 1.0])])
         return jnp.concatenate([base, slope, columns(Step(times), jnp.reshape(1.0 / tau, 1))])
 
-    ends, reach = varpro.extents(problem, optimum.tau, optimum.cost, level, rows)
-    return _opened(ends, reach, problem)
+    one = lambda most, d: varpro.extents(problem, optimum.tau, optimum.cost, most, d)
+    if jnp.ndim(level) == 0:
+        ends, reach = one(level, rows)
+        return _opened(ends, reach, problem)
+    single = lambda i: one(level[i], lambda tau: jax.lax.dynamic_slice_in_dim(rows(tau), i, 1))
+    ends, reach = jax.lax.map(single, jnp.arange(level.size))
+    return _opened(ends[:, 0], reach.T, problem)
 
 
 def _opened(ends: Array, reach: Array, problem: varpro.TauSearch) -> Array:
@@ -162,5 +167,7 @@ def _opened(ends: Array, reach: Array, problem: varpro.TauSearch) -> Array:
     low, high = jnp.log(problem.tau)
     slow = (reach[1] >= high) & ~jnp.isfinite(problem.upper[1])
     fast = (reach[0] <= low) & ~jnp.isfinite(problem.ratio[1])
-    open_end = jnp.zeros(ends.shape[0], bool).at[1].set(slow).at[3:5].set(fast)
+    slow, fast = (jnp.broadcast_to(side, ends.shape[:1]) for side in (slow, fast))
+    place = jnp.arange(ends.shape[0])
+    open_end = jnp.where(place == 1, slow, ((place == 3) | (place == 4)) & fast)
     return ends.at[:, 1].set(jnp.where(open_end, jnp.inf, ends[:, 1]))

@@ -1,5 +1,6 @@
 """The figure of a fit: data, model and residuals over time, the parameters, and whether the fit stands."""
 
+import math
 import textwrap
 from typing import Any
 
@@ -29,7 +30,7 @@ def draw(fit: Any, path: Any) -> Any:
     else:
         _compliance(figure.add_subplot(places[:2, 1]), fit)
     top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
-    label = f"{fit.model.__name__}, R² = {fit.r2:.5f}"
+    label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
     top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
     axis_units.label(top.yaxis, name, unit, measured)
     top.tick_params(labelbottom=False)

@@ -205,12 +205,14 @@ def values_of(law: Law, theta: Array) -> Array:
     return jnp.where(by_log, jnp.exp(jnp.where(by_log, theta, 0.0)), theta)
 
 
-def estimate(curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, spread: float) -> Estimate:
-    """From the optimum and the ends (m, 2) of its profiles: the coordinates undone."""
+def estimate(
+    curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, slopes: np.ndarray
+) -> Estimate:
+    """From the optimum and the ends (m, 2) of its profiles: the coordinates undone; slopes (n, k) of the free ones."""
     low, high = curve.box(law, table).T
     values, free = np.asarray(values_of(law, best.theta)), high > low
-    J = np.zeros((best.residual.size, values.size))
-    J[:, free] = best.jacobian
+    J = np.zeros((len(slopes), values.size))
+    J[:, free] = slopes
     by_log = np.array([1.0 if name != "alpha" else values[place] for name, place in law.where.items()])
     slope = values / by_log
     spans = np.stack([np.asarray(values_of(law, end)) for end in ends.T], -1)
@@ -220,8 +222,8 @@ def estimate(curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, 
     kind = functools.partial(_at_values, law, curve.decades)
     box = np.stack([np.asarray(values_of(law, end)) for end in (low, high)], -1) / values[:, None]
     return Estimate(
-        values, values, spans, covariance(J, free, spread) * np.outer(slope, slope),
-        log_covariance(J * by_log, inside, spread), lambda name: np.zeros(values.size),
+        values, values, spans, covariance(J, free) * np.outer(slope, slope),
+        log_covariance(J * by_log, inside), lambda name: np.zeros(values.size),
         Landscape(Partial(kind, values, *curve.arrays), np.ones(values.size), box, values),
     )  # fmt: skip
 

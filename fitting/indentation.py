@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting import evidence, half_space_search, layered_search, profiles, report
+from fitting import evidence, half_space_search, layered_search, report
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
-from fitting.estimating import estimate, inside_box
+from fitting.estimating import conclude
+from fitting.evidence import Sample
 from fitting.layered import Coating
 from fitting.press import Found, Medium, Press, prepare
 from fitting.probe import probe_of
-from fitting.result import Fit, findings, plain
+from fitting.result import Fit, plain
 from fitting.structure import Volume, limits, structure_of
-from fitting.weights import without_noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -206,20 +206,18 @@ def _check_layered(press: Press, rise: float | None) -> None:
 def _gather(found: Found, level: float, started: float) -> IndentationFit:
     """Profile, undo the scaling, and say what there is to say."""
     press, best, objective = found.press, found.best, found.objective
-    space, on, known, unit = press.space, press.kept, press.known, press.response_unit
-    p = space.free.size
-    J = best.jacobian[on][:, inside_box(space, best.theta)[space.free]]
-    measured, weights = press.measured[on] * unit, press.weights[on] / unit
-    J = J * without_noise(press.label, weights, measured, best.residual[on])[:, None]
-    allowed = evidence.allow(best.residual[on], J, p, press.size, level, known)
-    ends = profiles.profile(objective, best, allowed.level) + np.outer(found.medium.left, (-1.0, 1.0))
-    ends = np.clip(ends, *(bound[:, None] for bound in space.bounds))
-    quality = evidence.weigh(allowed, best.residual[on], weights, measured, p, known, J, press.data.t[on])
-    material = estimate(space, best, found.moves, ends, quality.spread(known), found.residual)
-    quality = quality._replace(refused=(*quality.refused, *found.against))
+    space, on, unit = press.space, press.kept, press.response_unit
+    t, measured = press.data.t[on], press.measured[on] * unit
+    marks = press.data.segments
+    parts = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
+    sample = Sample.of(t, measured, press.weights[on] / unit, press.label, parts[on])
+    fields, ends = conclude(
+        space, press.table, press.volume, sample, best, objective, level, found.moves, found.residual, on,
+        found.medium.left, found.against,
+    )  # fmt: skip
+    fields["notes"] = (*press.data.notes, *found.notes, *fields["notes"])
     return IndentationFit(
-        **findings(space.structure, press.table, level, press.volume, quality, material), data=press.data,
-        weights=press.label, duration=press.duration, notes=(*press.data.notes, *found.notes),
+        **fields, data=press.data, weights=press.label, duration=press.duration,
         indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
         nuisances=_nuisances(space, best.theta, ends), kept=on, adhesion=press.adhesion, slow_edge=_slow(found),
         runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),

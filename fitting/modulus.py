@@ -20,15 +20,16 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting import evidence, nonlinear, padding, profiles
+from fitting import evidence, nonlinear, padding
 from fitting.coordinates import NUISANCES, Coordinates, Space
-from fitting.estimating import estimate, inside_box
+from fitting.estimating import conclude, settled
+from fitting.evidence import Sample
 from fitting.halfspace import relaxation_modes
 from fitting.modulus_data import OscillationData, RelaxationData
 from fitting.nonlinear import Objective
-from fitting.result import Fit, findings
+from fitting.result import Fit
 from fitting.structure import Structure, Volume, limits, structure_of
-from fitting.weights import choose_weights, without_noise
+from fitting.weights import choose_weights
 
 STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  # tau over the duration, share
 LEAST = 1e-6  # scaled compliance below which no logarithm begins
@@ -186,26 +187,22 @@ def _fit(
     """Scale, search, and say what there is to say."""
     kind, curve, weight, label, duration = weighed
     *_, x, measured = curve
-    unit, n, known = 1.0 / float(np.max(np.abs(measured))), measured.size, label == "sigma"
+    unit = 1.0 / float(np.max(np.abs(measured)))
     space = material_space(structure, table, unit, duration)
-    p = space.free.size
-    evidence.check(level, n, p)
-    objective = _objective(
-        kind, space, x / duration if kind == "relaxation" else x * duration, measured * unit, weight / unit
+    evidence.check(level, measured.size, space.free.size)
+    scaled = x / duration if kind == "relaxation" else x * duration
+    of = lambda weights: _objective(kind, space, scaled, measured * unit, weights / unit)
+    best = nonlinear.minimise_from(of(weight), starts(space, STARTS))
+    second = np.cumsum(np.diff(x, prepend=x[0]) < 0)  # G'' begins where the frequencies begin again
+    sample = Sample.of(x, measured, weight, label, second)
+    sample, best, objective = settled(sample, of, best)
+    fields, _ = conclude(
+        space, table, Volume("nu", nu), sample, best, objective, level, residual=objective.residual
     )
-    best = nonlinear.minimise_from(objective, starts(space, STARTS))
-    J = best.jacobian[:, inside_box(space, best.theta)[space.free]]
-    if kind == "relaxation":  # those of an oscillation follow |G*|, which its noise hardly moves
-        J = J * without_noise(label, weight, measured, best.residual)[:, None]
-    allowed = evidence.allow(best.residual, J, p, float(np.sum((weight * measured) ** 2)), level, known)
-    ends = profiles.profile(objective, best, allowed.level)
-    quality = evidence.weigh(allowed, best.residual, weight, measured, p, known, J, x)
-    still = lambda name: np.zeros(best.theta.size)
-    found = estimate(space, best, still, ends, quality.spread(known), objective.residual)
+    fields["notes"] = (*data.notes, *fields["notes"])
     return ModulusFit(
-        **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label, curve=curve,
-        duration=duration, notes=data.notes, starts=(best.starts, best.agreed),
-    )  # fmt: skip
+        **fields, data=data, weights=label, curve=curve, duration=duration, starts=(best.starts, best.agreed)
+    )
 
 
 def material_space(structure: Structure, table: dict, unit: float, duration: float) -> Space:

@@ -23,14 +23,16 @@ STRAIGHT = 0.1  # share by which an end may be off that of the straight line
 BRANCHES, LOWER = 8, 0.02  # changes of branch, and how far below the level another has to be
 
 
-def profile(objective: Objective, best: Best, level: float) -> np.ndarray:
-    """(m, 2): where the profile of each free coordinate reaches RSS = ``level``; its bound where it does not.
+def profile(objective: Objective, best: Best, levels: np.ndarray) -> np.ndarray:
+    """(m, 2): where the profile of each free coordinate reaches its level of RSS, ``levels`` (k,); its bound where it
+    does not.
 
     Fixed coordinates keep their value.
     """
     ends = np.stack([best.theta, best.theta], -1)
-    rivals = [theta for theta in best.others if float(np.sum(objective.at(theta) ** 2)) < level]
-    for i in objective.free:
+    heights = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
+    for i, level in zip(objective.free, levels.tolist(), strict=True):
+        rivals = [theta for theta, rss in zip(best.others, heights, strict=True) if rss < level]
         ends[i] = [_Side(objective, best, rivals, level, int(i), sign).end() for sign in (-1.0, 1.0)]
     return ends
 

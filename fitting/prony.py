@@ -17,10 +17,11 @@ from jax.tree_util import Partial
 from fitting import evidence, history, nonlinear, profiles
 from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
+from fitting.estimating import off_bounds, settled
+from fitting.evidence import Sample
 from fitting.result import Estimate, Fit, Landscape, findings
 from fitting.structure import Volume, limits, series
 from fitting.uncertainty import covariance, log_covariance
-from fitting.weights import without_noise
 
 PER_DECADE = 3  # retardation times at most, where they are chosen
 
@@ -71,25 +72,33 @@ def fit_prony(
         notes = (*notes, f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s")
     structure = series(tau, instantaneous, flow)
     table, places = limits(structure, None, None), sorted(structure.where.values())
-    p, known = len(places), label == "sigma"
+    p = len(places)
     evidence.check(level, data.t.size, p)
     assert structure.tau is not None
-    whole = _columns(data, weight, structure.tau)[:, places]
-    scale = 1.0 / np.linalg.norm(whole, axis=0)
-    A, y = whole * scale, weight * data.response
-    objective = nonlinear.Objective(
+    bare = _columns(data, np.ones(data.t.size), structure.tau)[:, places]
+    scale = 1.0 / np.linalg.norm(weight[:, None] * bare, axis=0)
+    of = lambda weights: _objective(weights[:, None] * bare * scale, weights * data.response)
+    y, A = weight * data.response, weight[:, None] * bare * scale
+    best = nonlinear.minimise(of(weight), np.maximum(np.linalg.lstsq(A, y, rcond=None)[0], 0.0))
+    sample, best, objective = settled(Sample.of(data.t, data.response, weight, label), of, best)
+    judged = evidence.judge(sample, best.residual, best.jacobian, off_bounds(objective, best), p, level)
+    ends = profiles.profile(objective, best, judged.levels()) * scale[:, None]
+    y, A = sample.weights * data.response, sample.weights[:, None] * bare
+    found = _estimate(structure.size, places, best.theta * scale, ends, A, y, judged.slopes / scale)
+    names = {place: name for name, place in structure.where.items()}
+    fields = findings(structure, table, level, Volume("nu", nu), judged, found, [names[i] for i in places])
+    return PronyFit(
+        **fields | {"notes": (*notes, *fields["notes"])}, data=data, weights=label, duration=float(data.t[-1]),
+        curve=measured_curve(data),
+    )  # fmt: skip
+
+
+def _objective(A: np.ndarray, y: np.ndarray) -> nonlinear.Objective:
+    """|A x - y|^2 for x >= 0."""
+    p = A.shape[1]
+    return nonlinear.Objective(
         lambda x: A @ x - y, lambda x, free: A[:, free], np.zeros(p), np.full(p, np.inf),
         floor=1e-26 * float(y @ y),
-    )  # fmt: skip
-    best = nonlinear.minimise(objective, np.maximum(np.linalg.lstsq(A, y, rcond=None)[0], 0.0))
-    J = A[:, best.theta > 0] * without_noise(label, weight, data.response, best.residual)[:, None]
-    allowed = evidence.allow(best.residual, J, p, float(y @ y), level, known)
-    ends = profiles.profile(objective, best, allowed.level) * scale[:, None]
-    quality = evidence.weigh(allowed, best.residual, weight, data.response, p, known, J, data.t)
-    found = _estimate(structure.size, places, best.theta * scale, ends, whole, y, quality.spread(known))
-    return PronyFit(
-        **findings(structure, table, level, Volume("nu", nu), quality, found), data=data, weights=label,
-        duration=float(data.t[-1]), notes=notes, curve=measured_curve(data),
     )  # fmt: skip
 
 
@@ -120,18 +129,24 @@ def _basis(data: CreepData) -> history.Step | history.History:
 
 
 def _estimate(
-    size: int, places: list[int], x: np.ndarray, ends: np.ndarray, A: np.ndarray, y: np.ndarray, spread: float
-) -> Estimate:
-    """From the compliances sought, at ``places``, and their columns A (n, p); the others are zero."""
-    best, spans, J = np.zeros(size), np.zeros((size, 2)), np.zeros((len(A), size))
-    best[places], spans[places], J[:, places] = x, ends, A
+    size: int, places: list[int], x: np.ndarray, ends: np.ndarray, A: np.ndarray, y: np.ndarray,
+    slopes: np.ndarray,
+) -> Estimate:  # fmt: skip
+    """From the compliances sought, at ``places``, their columns A (n, p) and slopes (m, p); the others are zero."""
+    best, spans, J, whitened = (
+        np.zeros(size),
+        np.zeros((size, 2)),
+        np.zeros((len(A), size)),
+        np.zeros((len(slopes), size)),
+    )
+    best[places], spans[places], J[:, places], whitened[:, places] = x, ends, A, slopes
     free = np.isin(np.arange(size), places)
-    log = log_covariance(J * best, best > 0, spread)
+    log = log_covariance(whitened * best, best > 0)
     unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))  # alone is all
     box = np.where(free[:, None], [0.0, np.inf], 0.0)
     land = Landscape(Partial(_residual, J * unit, y), best / unit, box, unit)
     still = lambda name: np.zeros(size)
-    return Estimate(best, best, spans, covariance(J, free, spread), log, still, land)
+    return Estimate(best, best, spans, covariance(whitened, free), log, still, land)
 
 
 def _residual(A: Array, y: Array, values: Array) -> Array:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+WIDER = 1.05  # widening of the intervals that is worth a line
 ENOUGH = 4.0  # duration over the longest retardation time from which flow and retardation separate
 
 
@@ -45,16 +46,16 @@ def separation(fit: Any) -> list[str]:
 
 def quality(fit: Any) -> list[str]:
     """How well the model describes the data."""
-    lines = [
-        f"  R2 = {fit.r2:.6f}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"
-    ]
+    r2 = "R2 not defined for constant data" if math.isnan(fit.r2) else f"R2 = {fit.r2:.6f}"
+    lines = [f"  {r2}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"]
     if fit.misfit:
         lines.append(
             f"  MISFIT: residuals are correlated beyond chance; intervals were widened "
             f"{fit.widening:.2g} times and hold only if the model does"
         )
-    elif fit.widening > 1.0:
-        lines.append(f"  intervals were widened {fit.widening:.2g} times: the noise may be correlated")
+    elif fit.widening > WIDER:
+        why = "its size or correlation is uncertain" if fit.weights == "estimated" else "it may be correlated"
+        lines.append(f"  intervals were widened {fit.widening:.2g} times for the noise: {why}")
     return lines
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -12,9 +12,9 @@ import numpy as np
 from jax.tree_util import Partial
 
 from fitting import fit_picture, report, student
-from fitting.evidence import Evidence, identified
+from fitting.evidence import Judged, identified
 from fitting.structure import Compliances, Structure, Volume
-from fitting.uncertainty import LogCovariance
+from fitting.uncertainty import LogCovariance, inseparable
 
 
 class Landscape(NamedTuple):
@@ -225,22 +225,26 @@ def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> 
 
 
 def findings(
-    structure: Structure, table: dict, level: float, volume: Volume, evidence: Evidence, found: Estimate
-) -> dict[str, Any]:
-    """The fields of a ``Fit`` that follow from an estimate and its evidence."""
+    structure: Structure, table: dict, level: float, volume: Volume, judged: Judged, found: Estimate,
+    coordinates: Sequence[str],
+) -> dict[str, Any]:  # fmt: skip
+    """The fields of a ``Fit`` that follow from an estimate and its evidence; coordinates (k,): names of the columns of
+    the slopes."""
+    evidence = judged.evidence
     values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
     intervals = structure.intervals(found.spans, table)
     fixed = tuple(name for name, (low, high) in table.items() if low == high)
     names, log = {place: name for name, place in structure.where.items()}, found.log
     sd = dict.fromkeys(values, math.inf)
     sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
+    known = identified(intervals, table, level, evidence.refused)
     return evidence._asdict() | {
         "structure": structure, "level": level, "material": structure.material(values, volume), "values": values,
-        "intervals": intervals, "identified": identified(intervals, table, level, evidence.refused), "fixed": fixed,
+        "intervals": intervals, "identified": known, "fixed": fixed,
         "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
         "condition": log.condition, "weakest_sd": log.weakest_sd,
         "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
-        "estimate": found,
+        "estimate": found, "notes": inseparable(judged.slopes, coordinates, known),
     }  # fmt: skip
 
 

@@ -20,18 +20,18 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting import evidence, fit_picture, modulus, nonlinear, padding, profiles
+from fitting import evidence, fit_picture, modulus, noise, nonlinear, padding, profiles
 from fitting.coordinates import Coordinates, Space
+from fitting.correlation import lag_one
 from fitting.creep import fit_weights, measured_curve
 from fitting.data import CreepData
-from fitting.estimating import estimate, inside_box
-from fitting.evidence import Evidence
+from fitting.estimating import estimate, off_bounds
+from fitting.evidence import Judged, Sample, Solved
 from fitting.history import Step, columns, merge
 from fitting.modulus_data import OscillationData, RelaxationData
 from fitting.nonlinear import Best, Objective
 from fitting.result import Fit, findings
 from fitting.structure import Structure, Volume, limits, structure_of
-from fitting.weights import without_noise
 
 SHARES = (0.1, 0.5, 0.9)
 TURNS, STILL = 50, 1e-6  # of the weights, and their change that is none
@@ -137,19 +137,22 @@ def fit_together(
     parts = [_part(one, unit, duration) for one in data]
     for part in parts:
         evidence.check(level, part.weight.size, p)
-    best, objective, errors = _search(space, parts, _taus(data, duration))
-    J = best.jacobian[:, inside_box(space, best.theta)[space.free]]
-    quality, most = _evidence(parts, errors, best, J, p, level)
-    ends = profiles.profile(objective, best, most)
+    best, objective, errors, parts = _search(space, parts, _taus(data, duration))
+    judged = _judge(parts, errors, best, off_bounds(objective, best), p, level)
+    ends = profiles.profile(objective, best, judged.levels())
     still = lambda name: np.zeros(best.theta.size)
-    found = estimate(space, best, still, ends, quality.spread(False), objective.residual)
+    found = estimate(space, best, still, ends, judged.slopes, objective.residual)
+    fields = findings(
+        structure, table, level, Volume("nu", nu), judged, found, [space.names[i] for i in space.free]
+    )
+    notes = dict.fromkeys([*(note for one in data for note in one.notes), *fields["notes"]])
     _, scaled = _scaled(parts, errors)
     return JointFit(
-        **findings(structure, table, level, Volume("nu", nu), quality, found), data=data,
+        **fields | {"notes": tuple(notes)}, data=data,
         weights=", ".join(dict.fromkeys(part.label for part in parts)) + ", of each test apart",
         curve=("response", "-", np.concatenate([part.curve[2] for part in parts]), scaled), duration=duration,
-        notes=tuple(dict.fromkeys(note for one in data for note in one.notes)), starts=(best.starts, best.agreed),
-        curves=_curves(parts, errors, quality.residuals), errors=tuple(errors.tolist()),
+        starts=(best.starts, best.agreed), curves=_curves(parts, errors, judged.evidence.residuals),
+        errors=tuple(errors.tolist()),
     )  # fmt: skip
 
 
@@ -201,13 +204,30 @@ def _part(one: Any, unit: float, duration: float) -> Part:
     return Part(kind, curve, weight, label, (x, y, scaled), response)
 
 
-def _search(space: Space, parts: list[Part], taus: np.ndarray) -> tuple[Best, Objective, np.ndarray]:
-    """The least squares from several starts, and on, in turns with the errors (k,) of the tests."""
-    sizes = np.array([part.weight.size for part in parts])
-    ends, dof = np.cumsum(sizes)[:-1], sizes * (1.0 - space.free.size / sizes.sum())
+def _search(
+    space: Space, parts: list[Part], taus: np.ndarray
+) -> tuple[Best, Objective, np.ndarray, list[Part]]:
+    """The least squares from several starts, and on, in turns with the errors (k,) and the estimated weights of the
+    tests."""
     errors = np.ones(len(parts))
     objective = _objective(space, parts, errors)
-    best = first = nonlinear.minimise_from(objective, modulus.starts(space, itertools.product(taus, SHARES)))
+    first = nonlinear.minimise_from(objective, modulus.starts(space, itertools.product(taus, SHARES)))
+    best, objective, errors = _turns(space, parts, first, errors)
+    for _ in range(evidence.TURNS if any(part.label == "estimated" for part in parts) else 0):
+        last, parts = parts, _reweighed(parts, errors, best, off_bounds(objective, best), space.free.size)
+        best, objective, errors = _turns(space, parts, best, errors)
+        if all(evidence.close(new.weight, old.weight) for new, old in zip(parts, last, strict=True)):
+            break
+    best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+    return best, objective, errors, parts
+
+
+def _turns(
+    space: Space, parts: list[Part], best: Best, errors: np.ndarray
+) -> tuple[Best, Objective, np.ndarray]:
+    """The least squares and the errors (k,) of the tests in turns, until the errors stand still."""
+    sizes = np.array([part.weight.size for part in parts])
+    ends, dof = np.cumsum(sizes)[:-1], sizes * (1.0 - space.free.size / sizes.sum())
     for _ in range(TURNS):
         now = [float(np.sqrt(r @ r / n)) for r, n in zip(np.split(best.residual, ends), dof, strict=True)]
         factors = np.maximum(np.array(now), LEAST / errors)
@@ -216,8 +236,33 @@ def _search(space: Space, parts: list[Part], taus: np.ndarray) -> tuple[Best, Ob
         best = nonlinear.minimise(objective, best.theta)
         if np.all(np.abs(factors - 1.0) < STILL):
             break
-    best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
     return best, objective, errors
+
+
+def _reweighed(parts: list[Part], errors: np.ndarray, best: Best, inside: np.ndarray, p: int) -> list[Part]:
+    """The tests with estimated weights that agree with the residuals."""
+    found = []
+    for part, s, residual, jacobian in zip(parts, errors, *_split(parts, best), strict=True):
+        kept = np.ones(residual.size, dtype=bool)
+        solved = Solved(s * residual, s * jacobian, inside, kept, part.weight, None)
+        weight = _sample(part, 1.0).reweighed(solved, p) if part.label == "estimated" else part.weight
+        x, y, _ = part.arrays
+        arrays = (x, y, padding.without_weight(weight * part.unit))
+        found.append(part._replace(weight=weight, arrays=arrays))
+    return found
+
+
+def _split(parts: list[Part], best: Best) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Residuals and Jacobian of each test."""
+    ends = np.cumsum([part.weight.size for part in parts])[:-1]
+    return np.split(best.residual, ends), np.split(best.jacobian, ends)
+
+
+def _sample(part: Part, s: float) -> Sample:
+    """The data of a test, with weights over its error s."""
+    *_, x, measured = part.curve
+    second = np.cumsum(np.diff(x, prepend=x[0]) < 0) if part.kind == "oscillation" else None
+    return Sample.of(x, measured, part.weight / s, part.label, second)
 
 
 def _objective(space: Space, parts: list[Part], errors: np.ndarray) -> Objective:
@@ -268,38 +313,33 @@ def _scaled(parts: list[Part], errors: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.concatenate(weight), np.concatenate([part.curve[3] / part.unit for part in parts])
 
 
-def _evidence(
-    parts: list[Part], errors: np.ndarray, best: Best, J: np.ndarray, p: int, level: float
-) -> tuple[Evidence, float]:
-    """What the residuals of all tests say, and the level of RSS for the profiles: the intervals are as wide as the worst
-    test asks for, and a test that is not described refuses the fit."""
-    weight, scaled = _scaled(parts, errors)
-    ends = np.cumsum([part.weight.size for part in parts])[:-1]
-    allowed = evidence.allow(best.residual, J, p, float(np.sum((weight * scaled) ** 2)), level, False)
-    residuals, slopes, weights, responses = (np.split(a, ends) for a in (best.residual, J, weight, scaled))
-    rows = zip(parts, errors, residuals, slopes, weights, responses, strict=True)
-    each = [_judge(part, s, r, slope, w, y, p, level) for part, s, r, slope, w, y in rows]
-    widening = max(allowed.widening, *(test.widening for test, _ in each))
-    refused = tuple(
-        f"{part.curve[0]}: {why}" for part, (_, test) in zip(parts, each, strict=True) for why in test.refused
-    )
-    whole = evidence.weigh(allowed, best.residual, weight, scaled, p, False, J, np.arange(scaled.size))
-    whole = whole._replace(
-        refused=refused, widening=widening**0.5, r2=min(test.r2 for _, test in each),
-        misfit=any(test.misfit for _, test in each),
-    )  # fmt: skip
-    return whole, best.rss + (allowed.level - best.rss) * widening / allowed.widening
-
-
 def _judge(
-    part: Part, s: float, residual: np.ndarray, J: np.ndarray, weight: np.ndarray, scaled: np.ndarray, p: int,
-    level: float,
-) -> tuple[evidence.Allowance, Evidence]:  # fmt: skip
-    """Of one test alone."""
-    if part.kind != "oscillation":  # as in ``modulus``
-        J = J * without_noise(part.label, part.weight, part.curve[3], s * residual)[:, None]
-    allowed = evidence.allow(residual, J, p, float(np.sum((weight * scaled) ** 2)), level, False)
-    return allowed, evidence.weigh(allowed, residual, weight, scaled, p, False, J, part.curve[2])
+    parts: list[Part], errors: np.ndarray, best: Best, inside: np.ndarray, p: int, level: float
+) -> Judged:
+    """What the residuals of all tests say: the noise of each test is judged apart, and a
+    test that is not described refuses the fit."""
+    n, samples = best.residual.size, [_sample(part, s) for part, s in zip(parts, errors, strict=True)]
+    rows = list(zip(samples, *_split(parts, best), strict=True))
+    noises = [sample.noise(r, J, inside, p) for sample, r, J in rows]
+    each = [
+        evidence.judged(sample, r, J, inside, found, p, level).evidence
+        for (sample, r, J), found in zip(rows, noises, strict=True)
+    ]
+    # their parameters are shared: s^2 of each test is RSS/(n_k (1 - p/n))
+    shares = [(r.size - p) / (r.size * (1.0 - p / n)) for _, r, _ in rows]
+    shift = np.cumsum([0, *(sample.blocks[-1] + 1 for sample in samples)])
+    blocks = np.concatenate([sample.blocks + k for sample, k in zip(samples, shift, strict=False)])
+    weight, scaled = _scaled(parts, errors)
+    whole = Sample.of(np.concatenate([sample.t for sample in samples]), scaled, weight, "", blocks)
+    found = noise.joined(noises, best.jacobian, shares, lag_one(best.residual, blocks), float(n - p))
+    judged = evidence.judged(whole, best.residual, best.jacobian, inside, found, p, level)
+    refused = tuple(
+        f"{part.curve[0]}: {why}" for part, test in zip(parts, each, strict=True) for why in test.refused
+    )
+    quality = judged.evidence._replace(
+        refused=refused, r2=min(test.r2 for test in each), misfit=any(test.misfit for test in each)
+    )
+    return judged._replace(evidence=quality)
 
 
 def _curves(parts: list[Part], errors: np.ndarray, residuals: np.ndarray) -> tuple:

@@ -1,15 +1,17 @@
-"""What the Jacobian says: covariance by SVD, condition number, weakest direction, combinations.
+"""Covariance, condition number and weakest direction from a Jacobian, by SVD.
 
-The covariance is that of the log parameters, s^2 (J^T J)^-1 by the singular values of J. A
+The rows of a Jacobian J are such that (J^T J)^-1 is the covariance of the parameters (``Noise.whitened``). A
 direction whose singular value drowns in rounding gives sd = inf for the parameters it moves; it is
 never dropped as a pseudo-inverse would, which reports what is least known as best known.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+ALIKE = 0.9999  # correlation of two estimates from which the data know only a combination of them
 ROUNDING = 1e-9  # singular values below this share of the largest are noise of the arithmetic
 
 
@@ -28,11 +30,8 @@ class LogCovariance(NamedTuple):
     weakest_sd: float
 
 
-def log_covariance(J: np.ndarray, inside: np.ndarray, spread: float) -> LogCovariance:
-    """From the Jacobian J (n, m) with respect to log compliances and the mask ``inside`` (m,).
-
-    ``spread`` is s of the residuals.
-    """
+def log_covariance(J: np.ndarray, inside: np.ndarray) -> LogCovariance:
+    """From the Jacobian J (n, m) with respect to log compliances and the mask ``inside`` (m,)."""
     index = np.flatnonzero(inside)
     if index.size == 0:
         return LogCovariance((), np.zeros(0), math.nan, np.zeros(0), math.nan)
@@ -42,13 +41,13 @@ def log_covariance(J: np.ndarray, inside: np.ndarray, spread: float) -> LogCovar
     # a component at rounding level does not take part in a lost direction
     share = np.where(np.abs(V) < 1e-6, 0.0, np.abs(V)) if lost.any() else np.abs(V)
     terms = np.where(share > 0, share, 0.0) * np.where(share > 0, inverse[:, None], 0.0)
-    sd = spread * np.sqrt(np.sum(terms**2, 0))
+    sd = np.sqrt(np.sum(terms**2, 0))
     condition = math.inf if lost.any() else float((s[0] / s[-1]) ** 2)
     weakest = V[-1] * np.sign(V[-1][np.argmax(np.abs(V[-1]))])
-    return LogCovariance(tuple(index), sd, condition, weakest, spread * float(inverse[-1]))
+    return LogCovariance(tuple(index), sd, condition, weakest, float(inverse[-1]))
 
 
-def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray, spread: float) -> np.ndarray:
+def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray) -> np.ndarray:
     """sd of functions of the compliances with ``gradients`` (k, m), (k,): delta method with f = 0 allowed.
 
     ``free`` (m,) marks the compliances that were fitted, at their open end too. Directions lost to
@@ -60,15 +59,15 @@ def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray, spread: fl
     _, s, V = np.linalg.svd(J[:, index] / size, full_matrices=False)
     along = (gradients[:, index] / size) @ V.T
     lost = s <= ROUNDING * s[0]
-    sd = spread * np.sqrt(np.sum((along[:, ~lost] / s[~lost]) ** 2, -1))
+    sd = np.sqrt(np.sum((along[:, ~lost] / s[~lost]) ** 2, -1))
     reach = np.abs(along[:, lost]).max(-1, initial=0.0)
     return np.where(reach > 1e-6 * np.linalg.norm(along, axis=-1), np.inf, sd)
 
 
-def covariance(J: np.ndarray, free: np.ndarray, spread: float) -> np.ndarray:
+def covariance(J: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Of the coordinates (m, m), from their Jacobian J (n, m); zero for those not ``free`` (m,) bool or without effect."""
     whole, places = np.zeros((free.size, free.size)), np.flatnonzero(free & np.any(J != 0.0, axis=0))
-    whole[np.ix_(places, places)] = inverse(J[:, places]) * spread**2
+    whole[np.ix_(places, places)] = inverse(J[:, places])
     return whole
 
 
@@ -78,3 +77,21 @@ def inverse(jacobian: np.ndarray) -> np.ndarray:
     _, s, V = np.linalg.svd(jacobian / size, full_matrices=False)
     root = V.T / np.maximum(s, ROUNDING * s[0]) / size[:, None]
     return root @ root.T
+
+
+def inseparable(J: np.ndarray, names: Sequence[str], identified: Mapping[str, bool]) -> tuple[str, ...]:
+    """Notes on parameters that are not identified because the data depend on a combination of them and others alone.
+
+    J (n, k): the Jacobian of coordinates with ``names`` (k,), "" for those without one; identified: of the parameters.
+    """
+    places = [i for i in range(len(names)) if names[i] and np.any(J[:, i] != 0.0)]
+    spread = inverse(J[:, places])
+    size = np.sqrt(np.maximum(np.diag(spread), 1e-300))
+    alike = np.abs(spread / np.outer(size, size)) > ALIKE
+    groups = {tuple(names[places[j]] for j in np.flatnonzero(row)) for row in alike}
+    lost = sorted(g for g in groups if len(g) > 1 and not all(identified.get(name, False) for name in g))
+    return tuple(
+        f"{', '.join(group[:-1])} and {group[-1]} are not determined separately: their effects on the data are nearly"
+        " proportional; hold one of them at a known value"
+        for group in lost
+    )

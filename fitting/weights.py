@@ -3,7 +3,8 @@
 An estimated error has the variance a^2 + (b y)^2: readings near zero carry the noise of the instrument, a,
 however small they are, and large ones a share b of their value. a/b is that of greatest likelihood for what
 is left of four successive points when a parabola is taken off, under Student's t, which a few wild points
-do not sway; the model to be fitted has no part in it. b follows from the residuals of the fit.
+do not sway; the model to be fitted has no part in it. A fit begins with these weights, and goes on with those that its
+residuals make likely (``evidence.settled``). b follows from the residuals of the fit.
 """
 
 from typing import Any
@@ -41,20 +42,6 @@ def choose_weights(
     if weights == "absolute":
         return np.full(y.shape, 1.0 / np.max(np.abs(y))), weights
     raise ValueError(f"weights: expected one of {', '.join(KINDS)}, got {weights!r}")
-
-
-def without_noise(label: str, weights: np.ndarray, y: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Factor (n,) from weights to those that the fitted values would have, residual being weighted.
-
-    Weights that follow noisy data put its noise into the columns of a Jacobian, which then look rough.
-    """
-    fitted = y + residual / weights
-    if label == "relative":
-        return y / fitted
-    if label == "estimated":
-        floor = np.sqrt(np.maximum(weights**-2 - y**2, 0.0))
-        return 1.0 / (weights * np.hypot(floor, fitted))
-    return np.ones(y.size)
 
 
 def noise_floor(t: np.ndarray, y: np.ndarray) -> float:

@@ -5,11 +5,14 @@ import re
 
 import numpy as np
 import pytest
-from scipy import optimize
+from scipy import optimize, stats
 
 import fitting
+import jaxcontact as jc
 from fitting import correlation, verdict
+from fitting.noise import judge
 from fitting.weights import noise_floor
+from tests.benchmarks import coverage
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
 TIMES = np.linspace(0.5, 40.0, 40)
@@ -156,29 +159,99 @@ def test_compared_models_have_the_same_points():
     assert [found.verdict for found in table.fits] == ["stands", "refused"] and "verdict" in str(table)
 
 
-def test_the_correlation_is_judged_by_the_restricted_likelihood():
-    """Against its definition with whole matrices: log likelihood of the residuals in the space off the columns of X."""
-    rng, n = np.random.default_rng(0), 40
-    X = np.column_stack([np.ones(n), np.linspace(0, 1, n), np.exp(-np.linspace(0, 5, n))])
-    Q = correlation.basis(X)
-    residual = noise(n, 0.6, rng)
-    residual -= Q @ (Q.T @ residual)
-    likelihood, inflation = [], []
-    for rho in correlation.RHO:
-        V = rho ** np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
-        off = np.linalg.svd(Q)[0][:, 3:]
-        W, e = off.T @ V @ off, off.T @ residual
-        likelihood.append(-0.5 * (np.linalg.slogdet(W)[1] + (n - 3) * np.log(e @ np.linalg.solve(W, e))))
-        trace = np.trace(Q.T @ V @ Q)
-        inflation.append(trace / 3 * (n - 3) / (n - trace))
-    found = correlation.judge(residual, Q, 3)
-    np.testing.assert_allclose(found.inflation, inflation, rtol=1e-10)
+def test_the_noise_is_judged_by_the_restricted_likelihood():
+    """Against its definition with whole matrices: log likelihood of the residuals in the space off the columns of X, and
+    the covariance of the least squares estimate; two blocks, sizes that were estimated, and a correlation."""
+    rng, n, k = np.random.default_rng(0), 40, 3
+    x = np.linspace(0, 1, n)
+    X = np.column_stack([np.ones(n), x, np.exp(-5 * x)])
+    blocks, shapes = (np.arange(n) >= 25).astype(int), np.stack([np.ones(n), 0.3 + x])
+    e = (0.3 + x) * np.append(noise(25, 0.6, rng), noise(15, 0.6, rng))
+    residual = e - X @ np.linalg.lstsq(X, e, rcond=None)[0]
+    off, P = np.linalg.svd(X)[0][:, k:], np.linalg.pinv(X)
+    likelihood, variance = np.zeros((2, correlation.RHO.size)), np.zeros((2, correlation.RHO.size, k))
+    for i, j in np.ndindex(likelihood.shape):
+        V = correlation.RHO[j] ** np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+        V = V * (blocks == blocks[:, None]) * np.outer(shapes[i], shapes[i])
+        W, r = off.T @ V @ off, off.T @ residual
+        likelihood[i, j] = -0.5 * (np.linalg.slogdet(W)[1] + (n - k) * np.log(r @ np.linalg.solve(W, r)))
+        s2 = residual @ residual / np.trace(off.T @ V @ off)  # E[RSS] is s^2 trace
+        variance[i, j] = s2 * np.diag(P @ V @ P.T)
+    # the sizes count less where the fourth moment of the residuals is more than that of Gaussian noise
+    best = likelihood.max(1, keepdims=True)
+    kurtosis = np.mean((residual - residual.mean()) ** 4) / np.var(residual) ** 2
+    likelihood += best / max(1.0 + 0.5 * (kurtosis - 3.0), 1.0) - best
     # the prior: d rho/sqrt(1 - rho^2) in even steps of artanh(rho), and 0.3 on white noise
     prior = 0.7 * np.sqrt(1 - correlation.RHO**2) / np.sum(np.sqrt(1 - correlation.RHO**2))
     prior[0] += 0.3
-    share = prior * np.exp(np.array(likelihood) - max(likelihood))
-    np.testing.assert_allclose(found.share, share / share.sum(), rtol=1e-8)
-    assert correlation.widening(found, 0.95, n - 3) > 1.5
+    share = prior * np.exp(likelihood - likelihood.max())
+    kept = share > 1e-5 * share.max()
+    inside = np.ones(k, dtype=bool)
+    found = judge(residual, X, inside, blocks, shapes, np.array([0.0, 1.0]), k, known=False)
+    np.testing.assert_allclose(found.share, (share / share[kept].sum())[kept], rtol=1e-6)
+    for i in range(k):
+        half = found.rises(np.eye(k)[:, [i]], 0.95)[0] ** 0.5 * np.linalg.norm(P[i])
+        inner = stats.t.cdf(half / np.sqrt(variance[kept][:, i]), n - k) * 2 - 1
+        assert found.share @ inner == pytest.approx(0.95, abs=1e-6)
+
+
+def test_blocks_have_no_slip_nor_neighbours_between_them():
+    """A jump of the residuals at the seam of two blocks is none; within a block it is."""
+    rng = np.random.default_rng(3)
+    jump = rng.standard_normal(60) + 20.0 * (np.arange(60) > 29)
+    assert verdict.slipped(jump, 3) == 29
+    seam = (np.arange(60) > 29).astype(int)
+    assert verdict.slipped(jump, 3, seam) is None
+    assert verdict.slipped(jump, 3, (np.arange(60) > 39).astype(int)) == 29
+    level = np.repeat([1.0, -1.0], 30)
+    assert correlation.lag_one(level, seam) > correlation.lag_one(level, 0 * seam) > 0.9
+    assert verdict.isolated(np.append(np.zeros(29), [5.0, 5.0, *np.zeros(29)]), 29, seam[:60])
+
+
+@pytest.mark.slow
+def test_collinear_parameters_are_open_and_named():
+    """The machine's compliance and 1/G1 of a flat punch under a constant load are exactly collinear: h = P ((1 - nu)
+    J/(4 R) + C). Directions of the Jacobian that were rounding made outliers of ordinary points."""
+    t, R, nu = np.linspace(0.5, 40.0, 40), 1e-6, 0.4
+    J, P = 1 / 2e9 - np.expm1(-t / 8.0) / 1e9, np.full(40, 1e-3)
+    for seed in range(3):
+        depth = P * (1 - nu) * J / (4 * R)
+        depth = depth + 0.005 * depth.max() * np.random.default_rng(seed).standard_normal(40)
+        found = fitting.fit_indentation(
+            fitting.IndentationData(t=t, load=P, depth=depth), "StandardLinearSolid", nu=nu,
+            indenter=jc.FlatPunch(radius=R), machine_compliance="fit",
+        )  # fmt: skip
+        assert found.verdict == "stands" and not found.identified["G1"] and found.identified["G2"]
+        assert found.intervals["G1"][1] == np.inf and found.intervals["G1"][0] < 2e9
+        assert any(note.startswith("G1 and machine_compliance are not determined") for note in found.notes)
+
+
+def test_directions_that_are_rounding_are_not_in_the_basis():
+    """Three columns of rank two, up to rounding."""
+    x = np.linspace(0.0, 1.0, 30)
+    X = np.column_stack([np.ones(30), x, 3.0 - 2.0 * x + 1e-14 * np.cos(9.0 * x)])
+    Q = correlation.basis(X)
+    assert Q.shape == (30, 2)
+    np.testing.assert_allclose(Q @ (Q.T @ X), X, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_r2_of_constant_data_is_not_defined():
+    """Their variance is zero up to rounding, and nothing can be a share of it."""
+    J = np.full(40, 1e-5) * (1 + 1e-15 * np.arange(40) % 3e-15)
+    found = fit(TIMES, J, model="Elastic", weights="absolute")
+    assert np.isnan(found.r2) and found.verdict == "stands"
+    assert "R2 not defined" in found.summary() and json.loads(found.to_json())["r2"] is None
+
+
+@pytest.mark.slow
+def test_default_intervals_allow_for_the_estimated_noise():
+    """Constant noise of 1 % of the largest J, J0/J = 1/6: 88, 90 and 85 % of the intervals of G1, G2 and eta2 held the
+    truth where the estimated error was taken as known. The binomial standard error is 1.8 %; the whole table is
+    ``tests.benchmarks.coverage``."""
+    found = coverage.covered(coverage.Row("StandardLinearSolid", 6, "constant", "even"), 150)
+    assert found.refused < 0.03
+    assert 0.90 <= np.mean(list(found.held.values())) <= 0.98, found.held
 
 
 def test_standard_deviations_of_the_data_are_taken():
