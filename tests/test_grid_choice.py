@@ -56,7 +56,7 @@ def test_a_grid_around_a_film_of_any_thickness_holds_its_contact_and_not_much_mo
         radius = float(solved.contact_radius[0])
         thickest, thinnest = max(thickest, h / radius), min(thinnest, h / radius)
         assert int(solved.status[0]) == 0, (nu, h)
-        assert 1.1 * radius < float(grid.width[0]) / 2.0 < TWICE * radius, (nu, h)
+        assert 0.1 < 2.0 * radius / float(grid.width[0]) < 0.6, (nu, h)
     assert thinnest < 0.011 and thickest > 9.0
 
 
@@ -113,14 +113,14 @@ def test_the_contact_of_a_cone_and_of_a_roller_is_foretold():
 @pytest.mark.parametrize("indenter", INDENTERS)
 @pytest.mark.parametrize("name", BODIES)
 def test_every_contact_fits_its_grid_and_fills_a_good_part_of_it(name, indenter, control):
-    """Solved on 32 x 32 cells: never at the edge, and more than a tenth of the width along x and along y."""
+    """Solved on 32 x 32 cells: never at the edge, and 10 to 60 % of the width along x and along y."""
     body, times = BODIES[name]
     grid = AROUND(body, INDENTERS[indenter], control, times, n=32)
     solved = jc.indent(body, INDENTERS[indenter], control, times, grid=grid, tolerance=1e-6)
     assert jc.Status.AT_EDGE not in np.asarray(solved.status).tolist()
     touches = np.any(np.asarray(solved.pressure) > 0.0, 0)
     for axis in (0, 1):
-        assert np.mean(np.any(touches, axis)) > 0.1
+        assert 0.1 < np.mean(np.any(touches, axis)) < 0.6
 
 
 @pytest.mark.parametrize("control", [jc.Load(2.0), jc.Approach(1e-6)], ids=["load", "approach"])

@@ -3,9 +3,8 @@
 The speed is taken as pixel over step, which is the table's (1611 um/s in rows 15e and f, where it prints
 1661: only 1611 is one pixel in 5 ms). At W = 60 N and 0.0336 um/s the contact outgrows the paper's window, so that
 row has 320 cells of the same size a side. Where the contact on the film is at most 64 cells across, the window is
-smaller than the paper's, with cells of the same size: peaks differ by less than 3e-5 from those on 256 cells a side. On a
-half-space what leaves the window is missed: see
-``dropped`` in the tables.
+smaller than the paper's, with cells of the same size: the peaks of three of these runs were compared and differ by less
+than 3e-5 from those on 256 cells a side. On a half-space what leaves the window is missed: see ``dropped`` in the tables.
 """
 
 import warnings
