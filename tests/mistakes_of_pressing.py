@@ -105,9 +105,9 @@ PRESSING = {
         lambda: jc.Springpot(-1e9, 0.5).prony(1.0, 2.0),
         r"V: expected > 0, got -1e\+09",
     ),
-    "a springpot that is a dashpot": (
-        lambda: jc.Springpot(1e9, 1.0).prony(1.0, 2.0),
-        r"alpha: expected > 0 and <= 0.999, got 1",
+    "a springpot beyond a dashpot": (
+        lambda: jc.Springpot(1e9, 1.1).prony(1.0, 2.0),
+        r"alpha: expected > 0 and <= 1, got 1.1",
     ),
     "nu and a bulk modulus": (
         lambda: indent(body=on(jc.Elastic(1e9, nu=0.3, bulk_modulus=1e9))),
