@@ -36,7 +36,7 @@ from jaxcontact import _checks
 from jaxcontact._checks import Verdict, require
 from jaxcontact._pytree import pytree, static
 
-MARGIN = 1.75  # half the grid over the expected half-width of the contact, which then takes 57 % of the width
+MARGIN = 2.0  # half the grid over the expected half-width of the contact, which then takes half of the width
 
 
 @pytree

@@ -22,7 +22,7 @@ from jaxcontact.materials import Elastic
 from jaxcontact.predicted_contact import Outline, predicted
 from jaxcontact.response.half_space import HalfSpace
 
-POINTED = 1.25  # radius under a cone over the estimate by Hertz's pressure: 1.30 on a half-space, 1.21 on a bed of springs
+POINTED = 1.4  # radius under a cone over the estimate by Hertz's pressure, at most: 1.3 on a half-space, 1.2 on springs
 ENDS = 1.3  # half-width at the sharp ends of a roller over that between them, about
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
 

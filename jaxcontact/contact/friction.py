@@ -143,7 +143,7 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
 
 
 class _Level(NamedTuple):
-    """A level (2,), what its sum is in excess, the Newton step from it, the share of that to be tried, evaluations so far."""
+    """A level (2,), what its sum is in excess, the Newton step from it, the share of that to be tried, evaluations."""
 
     level: Array
     excess: Array
