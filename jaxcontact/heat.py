@@ -26,6 +26,7 @@ shape of the grid. It covers cells with a Peclet number |v| d/(2 kappa), d the l
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import jax
@@ -133,7 +134,7 @@ def _components(velocity: Array) -> tuple[Any, Any]:
     return (velocity, jnp.zeros_like(velocity)) if jnp.ndim(velocity) == 0 else (velocity[0], velocity[1])
 
 
-@jax.jit(static_argnames="periodic_y")
+@partial(jax.jit, static_argnames="periodic_y")
 def _rise(
     heat_flux: Array,
     spacing: Any,

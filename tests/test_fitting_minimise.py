@@ -19,6 +19,7 @@ def rosenbrock(p):
 START = {"x": np.array([-1.2, 1.0, -0.5, 0.8])}
 
 
+@pytest.mark.versions
 def test_a_curved_valley_ends_where_scipy_ends():
     found = fitting.minimise(rosenbrock, START, tolerance=1e-7)
     wanted = minimize(rosen, START["x"], jac=rosen_der, method="BFGS", options={"gtol": 1e-9})

@@ -61,6 +61,7 @@ def test_a_moving_square_source_is_that_of_jaegers_integral(peclet):
         assert field[i, j] == pytest.approx(jaeger((axis[i], axis[j]), velocity), abs=1e-7 * field.max())
 
 
+@pytest.mark.versions
 def test_a_disc_at_rest_has_the_closed_form_at_its_centre():
     grid = jc.Grid.square(129, 2.58e-3)
     x, y = grid.coordinates()
