@@ -76,6 +76,7 @@ def test_tractions_are_those_of_least_energy(load_controlled):
     assert min(slipping) < 0.8 and max(slipping) > 0.5
 
 
+@pytest.mark.versions
 @pytest.mark.parametrize("load_controlled", [True, False], ids=["sum", "shift"])
 def test_tractions_do_not_depend_on_the_start(load_controlled):
     """Not on one that turns against the slip, is far too large, or of another sum."""
