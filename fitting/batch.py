@@ -26,18 +26,20 @@ class BatchFit(NamedTuple):
         intervals: {parameter: (m, 2)}, empty unless asked for.
         lag1: correlation of neighbouring residuals (m,), nan without intervals.
         refused: (m,) bool, fits that do not stand (``fitting.verdict``); False without intervals.
+        notes: on the data, in words.
     """
 
     values: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
     lag1: np.ndarray
     refused: np.ndarray
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         rows = [(name, values, "") for name, values in self.values.items()]
         rows += [(f"{name} interval", ends, "") for name, ends in self.intervals.items()]
         rows += [("lag1", self.lag1, ""), ("refused", np.sum(self.refused), "")]
-        return described(f"BatchFit: {self.refused.size} curves, parameters in Pa and Pa s", rows)
+        return described(f"BatchFit: {self.refused.size} curves, parameters in Pa and Pa s", rows, self.notes)
 
 
 def fit_creep_batch(
@@ -73,6 +75,7 @@ def fit_creep_batch(
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
     curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
+    notes = tuple(dict.fromkeys(note for curve in curves for note in curve.notes))
     p = sum(low < high for low, high in table.values())
     evidence.check(level, curves[0].t.size, p)
     samples = [
@@ -88,7 +91,7 @@ def fit_creep_batch(
     rows = [structure.parameters(row) for row in np.asarray(best.parts)[:, own] * unit]
     values = {name: np.array([row[name] for row in rows]) for name in structure.where}
     if not intervals:
-        return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool))
+        return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool), notes)
     judged = [
         evidence.judge(sample, one.residual, one.jacobian, one.inside, p, level)
         for sample, one in zip(samples, _solved(samples, problems, best), strict=True)
@@ -98,7 +101,7 @@ def fit_creep_batch(
     found = [structure.intervals(row, table) for row in spans]
     gathered = {name: np.array([row[name] for row in found]) for name in structure.where}
     lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in judged), strict=True)
-    return BatchFit(values, gathered, np.array(lag1), np.array(refused))
+    return BatchFit(values, gathered, np.array(lag1), np.array(refused), notes)
 
 
 def _settled(

@@ -159,7 +159,7 @@ def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray
         structure,
         table,
         level,
-        Volume("nu", options["nu"]),
+        Volume.of(options["nu"], None),
         judged,
         found,
         [names.get(int(i), "") for i in free],
@@ -213,7 +213,7 @@ def _fit_law(data: CreepData, sample: Sample, law: Law, options: dict, given: bo
     found = fractional.estimate(curve, law, table, best, ends, judged.slopes)
     kept = np.ones(sample.t.size, dtype=bool)
     names = np.array(list(law.where))[objective.free]
-    fields = findings(law, table, level, Volume("nu", options["nu"]), judged, found, names)
+    fields = findings(law, table, level, Volume.of(options["nu"], None), judged, found, names)
     said = _said(data, kept, sample.label, sample.weights, judged.evidence.noise)
     return CreepFit(
         **fields | {"notes": (*data.notes, *said, *law.notes, *fields["notes"])}, data=data, weights=sample.label,

@@ -13,6 +13,7 @@ finite, or whose contact has a status other than fine, counts as too long and is
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,7 @@ LOWER, FLATTER = 1e-4, 0.9  # of the Wolfe conditions
 TRIALS = 30  # of one line search
 FIRST = 0.1  # norm of the first change of the coordinates, at most
 WINDOW = 10  # steps over which progress is judged
+SAME = 1e-9  # relative difference of a loss that is evaluated again
 STUCK = "no step, however short, lowers the loss or has a status of 0"
 MEMORY = 10  # pairs of changes that L-BFGS remembers
 
@@ -169,6 +171,8 @@ class _Minimisation:
         def of_coordinates(z: list[Array]) -> tuple[Array, Array]:
             found = loss(self.coordinates.outwards(z))
             value, status = found if isinstance(found, tuple) else (found, 0)
+            if jnp.shape(value) != ():
+                raise ValueError(f"loss: expected one number, got shape {jnp.shape(value)}")
             return value, jnp.all(jnp.asarray(status) == 0)
 
         return of_coordinates
@@ -276,7 +280,7 @@ class _Minimisation:
         """Return where an earlier call ended; ValueError for the state of another search."""
         assert self.file is not None
         try:
-            with np.load(self.file, allow_pickle=False) as stored:
+            with self.file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 kept = dict(stored)
             leaves, tree = jax.tree.flatten((here.z, memory))
             same = all(
@@ -284,8 +288,10 @@ class _Minimisation:
                 for i, leaf in enumerate(leaves)
             )
             same = same and f"leaf{len(leaves)}" not in kept and kept["values"][0] == here.value
-        except (OSError, ValueError, KeyError) as error:
-            raise ValueError(f"state: {self.file} is not the state of a search: {error}") from error
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+            raise ValueError(
+                f"state: {self.file} is damaged, or not the state of a search; expected another file"
+            ) from error
         if not same:
             raise ValueError(
                 f"state: {self.file} belongs to a search with other parameters, another start, loss or method;"
@@ -295,7 +301,12 @@ class _Minimisation:
         z, memory = jax.tree.unflatten(tree, stored_leaves)
         self.values, self.gradients = kept["values"].tolist(), kept["gradients"].tolist()
         self.evaluations = int(kept["evaluations"])
-        return self.at(z), memory
+        resumed = self.at(z)  # by the loss and the bounds of this call
+        if not np.isclose(resumed.value, self.values[-1], rtol=SAME, atol=0.0):
+            raise ValueError(
+                f"state: {self.file} belongs to a search with another loss or other bounds; expected another file"
+            )
+        return resumed, memory
 
 
 def _dot(a: list[Array], b: list[Array]) -> float:

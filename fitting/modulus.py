@@ -197,7 +197,7 @@ def _fit(
     sample = Sample.of(x, measured, weight, label, second)
     sample, best, objective = settled(sample, of, best)
     fields, _ = conclude(
-        space, table, Volume("nu", nu), sample, best, objective, level, residual=objective.residual
+        space, table, Volume.of(nu, None), sample, best, objective, level, residual=objective.residual
     )
     fields["notes"] = (*data.notes, *fields["notes"])
     return ModulusFit(

@@ -59,7 +59,7 @@ def write_json(path: Path, values: dict[str, Any]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """As UTF-8."""
-    write(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+    write(path, lambda partial: partial.write_text(text, encoding="utf-8", errors="backslashreplace"))
 
 
 def _curve(fit: Any, path: Path) -> None:

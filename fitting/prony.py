@@ -86,7 +86,7 @@ def fit_prony(
     y, A = sample.weights * data.response, sample.weights[:, None] * bare
     found = _estimate(structure.size, places, best.theta * scale, ends, A, y, judged.slopes / scale)
     names = {place: name for name, place in structure.where.items()}
-    fields = findings(structure, table, level, Volume("nu", nu), judged, found, [names[i] for i in places])
+    fields = findings(structure, table, level, Volume.of(nu, None), judged, found, [names[i] for i in places])
     return PronyFit(
         **fields | {"notes": (*notes, *fields["notes"])}, data=data, weights=label, duration=float(data.t[-1]),
         curve=measured_curve(data),

@@ -231,6 +231,10 @@ def limits(
         if not (isinstance(value, int | float | np.number) and math.isfinite(value) and value > 0):
             raise ValueError(f"fixed[{name!r}]: expected a number > 0, got {value!r}")
         table[name] = (float(value), float(value))
+    if all(low == high for low, high in table.values()):
+        raise ValueError(
+            f"fixed: expected at least one parameter left free of {list(table)}, got all of them"
+        )
     return table
 
 

@@ -128,6 +128,8 @@ def fit_together(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
+    if isinstance(data, CreepData | RelaxationData | OscillationData):
+        raise ValueError(f"data: expected a list of data sets, got one {type(data).__name__}")
     structure, data = structure_of(model, tau), tuple(data)
     _check(data, structure)
     table = limits(structure, fixed, bounds)
@@ -143,7 +145,7 @@ def fit_together(
     still = lambda name: np.zeros(best.theta.size)
     found = estimate(space, best, still, ends, judged.slopes, objective.residual)
     fields = findings(
-        structure, table, level, Volume("nu", nu), judged, found, [space.names[i] for i in space.free]
+        structure, table, level, Volume.of(nu, None), judged, found, [space.names[i] for i in space.free]
     )
     notes = dict.fromkeys([*(note for one in data for note in one.notes), *fields["notes"]])
     _, scaled = _scaled(parts, errors)

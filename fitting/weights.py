@@ -29,6 +29,8 @@ def choose_weights(
     if (weights is None) == (sigma is None):
         raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
     if sigma is not None:
+        if np.shape(sigma) not in ((), y.shape):
+            raise ValueError(f"sigma: expected a number or {y.size} values, got shape {np.shape(sigma)}")
         spread = np.broadcast_to(np.asarray(sigma, dtype=float), y.shape)
         if not np.all(np.isfinite(spread) & (spread > 0)):
             raise ValueError("sigma: expected finite values > 0")

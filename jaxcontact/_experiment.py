@@ -170,8 +170,8 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
         return ~(jnp.asarray(rigid) & (alone or film))
     _checks.require(
         not (bool(rigid) and alone),
-        "a Kelvin-Voigt surface has J(0) = 0: a rigid indenter cannot be pressed on it in a step;"
-        " expected an elastic indenter or a material with an instantaneous compliance",
+        "a Kelvin-Voigt surface has J(0) = 0 and is rigid at first: a rigid indenter cannot be pressed on it, not even by a"
+        " load that rises from zero; expected an elastic indenter or a material with an instantaneous compliance",
     )
     _checks.require(
         not (bool(rigid) and film),

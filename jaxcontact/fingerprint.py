@@ -271,7 +271,9 @@ class _Identity:
             if following.argval in OF_THE_SOURCE and following.opname.startswith("STORE"):
                 continue
             pieces.append(each.opname)
-            pieces.append(self.of(each.argval) if each.opcode in dis.hasconst else str(each.arg))
+            # by its place: dis does not know the argument of every instruction that names a constant (KW_NAMES)
+            constant = each.opcode in dis.hasconst and each.arg is not None
+            pieces.append(self.of(code.co_consts[each.arg]) if constant else str(each.arg))
         counts = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
         names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
         return _digest("code", repr(counts), repr(names), code.co_exceptiontable, *pieces)

@@ -216,4 +216,5 @@ def _at(run: _Run, step: int) -> str:
 
 
 def _step(run: _Run, step: int) -> str:
-    return f"step {step + 1} of {run.status.size} (t = {float(run.times[step]):g} s)"
+    time = float(run.times[step])  # nan where a value was out of range
+    return f"step {step + 1} of {run.status.size}" + (f" (t = {time:g} s)" if np.isfinite(time) else "")

@@ -166,7 +166,10 @@ def sweep_of(
     _checks.whole("processes", 1 if processes is None else processes, 1, 10**4)
     if folder.is_file():
         raise ValueError(f"out: expected a folder, got the file {folder}")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f"out: expected a folder that can be made, got {folder}: {error.strerror}") from None
     names = [_file(case) for case in cases]
     with locked(folder):
         _check_identity(folder, parts | fingerprint.packages_of("jaxcontact"))
@@ -214,9 +217,9 @@ def _notes_in(path: Path) -> tuple[str, ...]:
 
 
 def _whole(path: Path) -> bool:
-    """Whether a case is there and can be read; what cannot is computed again."""
+    """Return whether a case is there and all of it can be read; what cannot is computed again."""
     try:
-        return path.exists() and CASE in read_npz(path, CASE)
+        return path.exists() and CASE in read_npz(path)
     except ValueError:
         return False
 

@@ -23,6 +23,7 @@ KINDS = {
     "jump": ("def f(case): return 1 if case['x'] else 2", "if case['x']", "if not case['x']", "f"),
     "default": ("def f(case, k=1.0): return k", "k=1.0", "k=2.0", "f"),
     "keyword": ("def f(case, *, k=1.0): return k", "k=1.0", "k=2.0", "f"),
+    "name of a keyword in a call": ("def f(case): return dict(a=1, b=2)", "a=1, b=2", "b=1, a=2", "f"),
     "set": ("def f(case): return case['x'] in {'a', 'b', 'c', 'd'}", "'d'}", "'e'}", "f"),
     "set held": ("S = {'a', 'b', 'c', 'd'}\ndef f(case): return S", "'d'}", "'e'}", "S"),
     "global": ("K = 1.0\ndef f(case): return K", "1.0", "1.1", "K"),

@@ -357,3 +357,31 @@ def test_another_number_of_points_does_not_compile_again():
             (creep_search.minimise.compiled._cache_size(), creep_search.profile.compiled._cache_size())
         )
     assert counts[0] == counts[1] == counts[2]
+
+
+def everything_fixed():
+    t = np.geomspace(1.0, 100.0, 20)
+    return fitting.CreepData(t=t, J=1e-6 * (1.0 + 0.1 * t)), {"G": 1e6, "eta": 1e7}
+
+
+def test_a_fit_with_nothing_left_free_is_refused():
+    data, fixed = everything_fixed()
+    with pytest.raises(ValueError, match="fixed: expected at least one parameter left free"):
+        fitting.fit_creep(data, "Maxwell", fixed=fixed, weights="relative")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"nu": 0.7, "weights": "relative"}, "nu: expected -1 < nu <= 0.5, got 0.7"),
+        ({"sigma": [1.0, 2.0]}, "sigma: expected a number or 20 values, got shape"),
+    ],
+)
+def test_options_out_of_range_are_named(arguments, words):
+    with pytest.raises(ValueError, match=words):
+        fitting.fit_creep(everything_fixed()[0], "Maxwell", **arguments)
+
+
+def test_one_data_set_is_no_list_of_them():
+    with pytest.raises(ValueError, match="expected a list of data sets, got one CreepData"):
+        fitting.fit_together(everything_fixed()[0], "Maxwell")

@@ -142,3 +142,35 @@ def test_the_history_is_drawn_and_printed():
     panels = found.plot().axes
     assert [panel.get_yscale() for panel in panels] == ["log", "log"]
     np.testing.assert_array_equal(panels[0].lines[0].get_ydata(), found.values)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"bounds": (0.0, 4.0)},
+        {"bounds": (0.5, 1.5)},
+        {"loss": lambda x: (x - 1.25) ** 2 + 5.0 * (x - 1.0) ** 2},
+    ],
+    ids=["wider bounds", "narrower bounds", "another loss"],
+)
+def test_a_state_is_not_that_of_another_loss_or_of_other_bounds(tmp_path, changed):
+    """The two searches have the same start, at the same coordinate, with the same loss there."""
+    given = {
+        "loss": lambda x: (x - 1.25) ** 2,
+        "start": 1.0,
+        "bounds": (0.0, 2.0),
+        "state": tmp_path / "s.npz",
+    }
+    fitting.minimise(**given)
+    with pytest.raises(ValueError, match="another loss or other bounds"):
+        fitting.minimise(**given | changed)
+
+
+def test_a_truncated_state_and_a_loss_of_several_numbers_are_named(tmp_path):
+    path = tmp_path / "s.npz"
+    fitting.minimise(rosenbrock, START, steps=3, state=path)
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(ValueError, match="is damaged, or not the state of a search"):
+        fitting.minimise(rosenbrock, START, state=path)
+    with pytest.raises(ValueError, match=r"loss: expected one number, got shape \(4,\)"):
+        fitting.minimise(lambda p: p["x"] ** 2, START)

@@ -153,3 +153,10 @@ def test_a_window_of_a_clock_that_counts_from_the_load_is_none_of_a_late_one(tmp
     data = fitting.read_creep(path, window=(100.0, None))
     assert data.t[0] == 100.0
     assert fitting.resample(data, 20).t[0] >= 100.0
+
+
+def test_a_batch_has_the_notes_of_its_clock():
+    t, J = late(31.0)
+    batch = fitting.fit_creep_batch(t, [J, 2.0 * J], "Maxwell", weights="relative")
+    (note,) = batch.notes
+    assert "start=31" in note and "start=31" in repr(batch)

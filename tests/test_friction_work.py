@@ -60,3 +60,15 @@ def test_a_cycle_in_which_load_and_place_change_costs_the_work_of_the_force():
         print(f"{n} steps a cycle: {spent:.6g} J of {work:.6g} J")
         errors.append(abs(spent / work - 1.0))
     assert errors[0] < 0.05 and errors[1] < 0.4 * errors[0]
+
+
+@pytest.mark.parametrize("mu", [1e3, 1e6])
+def test_a_contact_that_sticks_everywhere_dissipates_nothing(mu):
+    """Friction that holds everything; the slip that the solver leaves is no slip."""
+    force = np.array([0.0, 0.1, 0.2, 0.0, -0.2, 0.0])
+    pushed = jc.TangentialLoad(np.stack([force, 0.0 * force], 1))
+    history = jc.shear(
+        BODY, BALL, jc.Load(2.0), pushed, np.arange(6.0), friction=mu, coupled=False, grid=GRID
+    )
+    assert np.all(history.status == 0) and np.all(history.stick == (history.pressure > 0.0))
+    assert float(history.dissipated[-1]) == 0.0

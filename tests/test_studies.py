@@ -328,3 +328,23 @@ def test_serial_vmapped_sharded_process_and_cluster_runs_agree(tmp_path):
     differences = [line.split() for line in done.stdout.splitlines()]
     assert {way for way, *_ in differences} == {"vmapped", "sharded", "processes", "cluster"}
     assert len(differences) == 8 and all(float(each[-1]) <= 1e-12 for each in differences), done.stdout
+
+
+def test_a_case_whose_array_is_damaged_is_computed_again(tmp_path):
+    """Two bytes in the middle of a file that is otherwise whole."""
+    cases = [{"x": 1.0}, {"x": 2.0}]
+    f = lambda case: {"a": np.full(50, case["x"])}
+    jc.sweep(f, cases, tmp_path, processes=1)
+    damaged = sorted(tmp_path.glob("*.npz"))[0]
+    content = bytearray(damaged.read_bytes())
+    at = content.find(np.full(50, 1.0).tobytes()[:64])
+    at = at if at > 0 else content.find(np.full(50, 2.0).tobytes()[:64])
+    content[at + 160] ^= 0xFF
+    damaged.write_bytes(bytes(content))
+    np.testing.assert_array_equal(jc.sweep(f, cases, tmp_path, processes=1).stacked("a")[:, 0], [1.0, 2.0])
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(ValueError, match="out: expected a folder that can be made"):
+        jc.sweep(lambda case: {"a": 1.0}, [{"x": 1.0}], tmp_path / "file" / "study")

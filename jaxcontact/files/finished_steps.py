@@ -9,6 +9,8 @@ import functools
 import hashlib
 import shutil
 import warnings
+import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -116,7 +118,7 @@ class FinishedSteps:
     def _whole_blocks(self, count: int) -> tuple[int, Path | None]:
         """Return how many of the first blocks can be read, and the file of the first that cannot."""
         for index in range(count):
-            if _whole(self._block(index), *SERIES) is None:
+            if not _intact(self._block(index)):
                 return index, self._block(index)
         return count, None
 
@@ -183,6 +185,15 @@ def _whole(path: Path, *names: str) -> dict[str, np.ndarray] | None:
         return read_npz(path, *names)
     except (ValueError, FileNotFoundError):
         return None
+
+
+def _intact(path: Path) -> bool:
+    """Return whether every array of a file has the check sum that it was written with."""
+    try:
+        with zipfile.ZipFile(path) as file:
+            return file.testzip() is None
+    except (OSError, zipfile.BadZipFile, zlib.error):
+        return False
 
 
 def _standing(checkpoint: dict[str, np.ndarray]) -> Standing:

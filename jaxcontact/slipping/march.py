@@ -107,7 +107,10 @@ def advance(setup: ShearSetup, carry: ShearCarry, step: ShearStep) -> tuple[Shea
     shift = carry.shift + jnp.where(
         jnp.any(p > 0.0) | (not setup.tangential_load_controlled), found.tangential.shift, 0.0
     )
-    work = carry.work + _friction_work(setup.coefficient, carry.traction[2], p, slip, step.dt)
+    slipping = jnp.where(
+        found.tangential.stick, 0.0, length(slip)
+    )  # a stuck cell's slip is what the solver left
+    work = carry.work + _friction_work(setup.coefficient, carry.traction[2], p, slipping, step.dt)
     status = inherited(_status(setup, problem, found), carry.failed)
     carry = ShearCarry(fields, traction, rate, moved, shift, work, passed_on(status))
     numbers = {"film_strain": memory.film_strain(fields, p, step.dt), "status": status}
@@ -115,9 +118,9 @@ def advance(setup: ShearSetup, carry: ShearCarry, step: ShearStep) -> tuple[Shea
 
 
 def _friction_work(coefficient: Array, before: Array, after: Array, slip: Array, dt: Array) -> Array:
-    """Return the friction work of a step per area, (nx, ny), from the pressures at its ends; see the module."""
+    """Return the friction work of a step per area, (nx, ny), from the pressures at its ends and the length of the slip."""
     mean = jnp.where(dt > 0.0, (before + after) / 2.0, after)
-    return coefficient * mean * length(slip)
+    return coefficient * mean * slip
 
 
 def _outcome(
