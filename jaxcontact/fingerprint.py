@@ -272,8 +272,8 @@ class _Identity:
                 continue
             pieces.append(each.opname)
             # by its place: dis does not know the argument of every instruction that names a constant (KW_NAMES)
-            constant = each.opcode in dis.hasconst and each.arg is not None
-            pieces.append(self.of(code.co_consts[each.arg]) if constant else str(each.arg))
+            is_constant = each.opcode in dis.hasconst and each.arg is not None
+            pieces.append(self.of(code.co_consts[each.arg or 0]) if is_constant else str(each.arg))
         counts = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
         names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
         return _digest("code", repr(counts), repr(names), code.co_exceptiontable, *pieces)

@@ -86,7 +86,7 @@ def test_a_resumed_search_is_the_undisturbed_one(tmp_path):
     with pytest.raises(ValueError, match="belongs to a search with other parameters"):
         fitting.minimise(rosenbrock, {"x": 2.0 * START["x"]}, state=tmp_path / "search.npz")
     (tmp_path / "search.npz").write_text("no")
-    with pytest.raises(ValueError, match="is not the state of a search"):
+    with pytest.raises(ValueError, match="not the state of a search"):
         fitting.minimise(rosenbrock, START, state=tmp_path / "search.npz")
 
 
