@@ -25,6 +25,7 @@ from fitting.uncertainty import ROUNDING
 WHITE = 0.3  # prior probability of white noise
 MORE_LIKELY_THAN_NOT = 0.5
 NEGLIGIBLE = 1e-5  # probability, in parts of the largest, of noise that is left out of the mixture
+LEAST_SPREAD = 1e-100  # of residuals that are all zero: squares of what is divided by it are still numbers
 STEP = 0.5  # of log(a/b)
 BEYOND = 64.0  # factor by which a/b goes beyond the least and the greatest value
 LEAST = 1e-5  # a/b over the largest value at which its range ends in any case
@@ -74,7 +75,7 @@ class Noise(NamedTuple):
         if not mean.size or np.allclose(
             mean, mean[0, 0] * np.eye(len(mean)), rtol=1e-9, atol=1e-9 * mean[0, 0]
         ):
-            return jacobian / max(spread, 1e-300)
+            return jacobian / max(spread, LEAST_SPREAD)
         values, vectors = np.linalg.eigh(mean)
         return (vectors.T @ self.columns) / np.sqrt(values)[:, None]
 

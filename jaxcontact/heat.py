@@ -81,7 +81,7 @@ def flash_temperature(
     Example:
         >>> grid = jc.Grid.square(n=32, width=3.2e-3)
         >>> x, y = grid.coordinates()
-        >>> disc = jnp.where(x**2 + y**2 < 1e-6, 1e6, 0.0)           # 1 MW/m2 on a radius of 1 mm
+        >>> disc = np.where(x**2 + y**2 < 1e-6, 1e6, 0.0)           # 1 MW/m2 on a radius of 1 mm
         >>> rise = jc.flash_temperature(disc, grid, velocity=0.0, conductivity=50.0, diffusivity=1.4e-5)
         >>> f"{rise.max():.1f} K"                                    # Carslaw and Jaeger: q a/k = 20 K at the centre
         '20.0 K'

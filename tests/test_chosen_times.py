@@ -41,6 +41,11 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         np.testing.assert_array_equal(course[name], every[name], err_msg=name)
     assert set(every.files) - set(course.files) == {
         "y",
+        "notes",
+        "separation_error",
+        "image_error",
+        "single_contact",
+        "widenings",
         "profile",
         "pressure",
         "displacement",

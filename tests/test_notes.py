@@ -192,10 +192,10 @@ def test_errors_of_the_kernels_are_noted_where_they_are_given(tmp_path):
     """Not the size of the errors is tested here but that they are told, also by jit and in files."""
     ready = jc.kernels(COATED, BALL, WIDE)
     worse = dataclasses.replace(
-        ready, separation_error=jnp.asarray(0.02), image_errors=jnp.array([[0.0, 3e-4]])
+        ready, separation_error=jnp.asarray(0.005), image_errors=jnp.array([[0.0, 3e-4]])
     )
     history, words = said(lambda: pressed(0.1e-6, worse))
-    assert words == history.notes and "off by up to 0.02" in words[0] and "off by up to 0.0003" in words[1]
+    assert words == history.notes and "off by up to 0.005" in words[0] and "off by up to 0.0003" in words[1]
     assert jax.jit(lambda kernels: pressed(0.1e-6, kernels))(worse).notes == words
     assert jc.load(jc.save(history, tmp_path / "a.npz")).notes == words
 

@@ -164,7 +164,7 @@ def _status(setup: ShearSetup, problem: SlipProblem, found: Round) -> Array:
     status = status_of(problem.pressed(found.tangential.traction), found.normal, setup.tolerance, setup.edges)
     tangential = found.tangential
     met = solved(tangential.error, setup.tolerance, tangential.traction, tangential.slip, tangential.shift)
-    status = jnp.where(met, status, int(Status.NOT_CONVERGED))
+    status = jnp.where(met | (status == Status.NOT_FINITE), status, int(Status.NOT_CONVERGED))
     if not setup.tangential_load_controlled:
         return status
     asked = length(problem.tangential_target[:, None, None])[0, 0]

@@ -207,7 +207,7 @@ def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -
     fine = status == Status.FINE
     status = jnp.where(fine & ~rolled.steady, int(Status.NOT_STEADY), status)
     met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
-    status = jnp.where(met, status, int(Status.NOT_CONVERGED))
+    status = jnp.where(met | (status == Status.NOT_FINITE), status, int(Status.NOT_CONVERGED))
     if not contact.tangential_load_controlled:
         return status
     asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
