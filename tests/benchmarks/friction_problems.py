@@ -1,6 +1,6 @@
 """Two hundred random contacts with friction, and their residuals by code that shares nothing with the solver.
 
-    python -m tests.benchmarks.friction_problems [--first N] [--only CONTROL] [--long]
+    python -m tests.benchmarks.friction_problems [--cells N ...] [--only NUMBER ...]
 
 Balls and rough balls on half-spaces, on elastic films and on films that creep; moduli in ratios from 1e-2 to 1e3, Poisson's
 ratios from 0 to 0.49, coefficients of friction from 0.05 to 1; histories of six steps in which the load changes and the
