@@ -142,7 +142,10 @@ def test_a_process_that_is_killed_twice_ends_as_if_it_had_not_been(long_case, tm
         errors = [line for line in process.communicate()[1].splitlines() if "error" in line]
         assert process.returncode == (-number if number == signal.SIGKILL else 128 + number)
         assert len(errors) == (number == signal.SIGTERM)
-    for folder in (out, whole):  # with the programs of the runs before: another compilation may round differently
+    for folder in (
+        out,
+        whole,
+    ):  # with the programs of the runs before: another compilation may round differently
         process, _ = started(long_case, folder, tmp_path / "cache")
         errors = process.communicate()[1]
         assert process.returncode == 0, errors
