@@ -139,7 +139,8 @@ def _solved(samples: list[Sample], problems: varpro.TauSearch, best: Optimum) ->
 
 
 def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
-    """Of RSS for each curve (m,), or for each of its extents (m, 5) where they differ; slope0 has the greatest."""
+    """Return the RSS allowed for each curve (m,), or for each of its extents (m, 5) where they differ; slope0 has the
+    greatest."""
     lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
     levels = np.zeros((len(judged), 5))
     levels[:, np.flatnonzero(lower < upper)] = [one.levels() for one in judged]

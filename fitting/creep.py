@@ -245,7 +245,7 @@ def _profile(problem: TauSearch, best: Optimum, judged: Judged, unit: float) -> 
 
 
 def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
-    """Of j0, j2, f, j2/tau, slope0 and J(times) by (j0, j2, f, j2/tau), (4, m), scaled."""
+    """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) by (j0, j2, f, j2/tau), (4, m), scaled."""
     (_, j2, _, _), tau = np.asarray(best.parts), float(best.tau)
     decay, one = np.exp(-times / tau), np.ones(times.size)
     # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)

@@ -22,7 +22,7 @@ def inside_box(space: Space, theta: np.ndarray) -> np.ndarray:
 
 
 def off_bounds(objective: Objective, best: Best) -> np.ndarray:
-    """Which of the free coordinates are off their bounds, (k,) bool."""
+    """Return which of the free coordinates are off their bounds, (k,) bool."""
     return ((best.theta > objective.lower) & (best.theta < objective.upper))[objective.free]
 
 

@@ -156,7 +156,7 @@ def floors_for(fitted: np.ndarray) -> np.ndarray:
 
 
 def _prior() -> np.ndarray:
-    """Of every RHO (k,): d rho is (1 - rho^2) of the even steps in artanh(rho)."""
+    """Return the prior weight of every RHO (k,): d rho is (1 - rho^2) of the even steps in artanh(rho)."""
     prior = np.sqrt(1.0 - RHO**2)
     prior *= (1.0 - WHITE) / prior.sum()
     prior[0] += WHITE

@@ -1,4 +1,4 @@
-"""What the readers and fits say of their options, in the words of the shell: flags in place of keywords."""
+"""Messages of the readers and fits in the words of the shell: flags in place of keywords."""
 
 import re
 
@@ -49,7 +49,7 @@ FLAGS = (
 
 
 def in_flags(message: str) -> str:
-    """What the readers and fits say, a line or several, with the flag for each option that it names."""
+    """Return a message of the readers and fits, of one or several lines, with the flag for each option that it names."""
     for pattern, flag in FLAGS:
         message = re.sub(pattern, flag, message, flags=re.MULTILINE)  # type: ignore[call-overload]
     return message

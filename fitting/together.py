@@ -318,7 +318,7 @@ def _scaled(parts: list[Part], errors: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def _judge(
     parts: list[Part], errors: np.ndarray, best: Best, inside: np.ndarray, p: int, level: float
 ) -> Judged:
-    """What the residuals of all tests say: the noise of each test is judged apart, and a
+    """Return the judgement on the residuals of all tests: the noise of each test is judged apart, and a
     test that is not described refuses the fit."""
     n, samples = best.residual.size, [_sample(part, s) for part, s in zip(parts, errors, strict=True)]
     rows = list(zip(samples, *_split(parts, best), strict=True))

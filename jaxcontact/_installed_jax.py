@@ -1,4 +1,4 @@
-"""What is asked of the installed jax when jaxcontact is imported: a release without known faults, and silence."""
+"""Requirements on the installed jax when jaxcontact is imported: a release without known faults, and silence."""
 
 import logging
 import os
