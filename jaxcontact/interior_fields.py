@@ -65,7 +65,7 @@ class InteriorFields:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What a user should know of the fields, in words: whether a value was out of range, which jit or vmap hides."""
+        """The warnings on these fields, in words: whether a value was out of range, which jit or vmap hides."""
         if not is_concrete(self) or not hasattr(self.stress, "__array__"):
             raise ValueError("notes: expected fields with numbers, got some traced by jit, vmap or grad")
         message = Status.OUT_OF_RANGE.message

@@ -211,7 +211,7 @@ def brief(message: str) -> str:
 
 
 def _at(run: _Run, step: int) -> str:
-    """Where in a history; empty where there is one step alone."""
+    """Return the step and time of a history in words, or an empty string if there is only one step."""
     return f", at {_step(run, step)}" if run.status.size > 1 else ""
 
 

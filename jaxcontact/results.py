@@ -46,7 +46,7 @@ class Readable:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What a user should know of the result, in words: the warnings that a plain call issues.
+        """The notes on this result, in words: the warnings that a plain call issues.
 
         They are formed from numbers in the result, so that one computed inside ``jax.jit`` or ``jax.vmap`` has them as well
         once it is returned. Of many runs in one (``jax.vmap``), one of each kind: the worst, with the number of runs that

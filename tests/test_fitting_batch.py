@@ -1,4 +1,4 @@
-"""Where a batch of fits puts its results: nothing outside its directory, nothing over anything else."""
+"""The directories of a batch of fits: nothing is written outside them, and nothing is overwritten."""
 
 import itertools
 import json
@@ -18,7 +18,7 @@ NAMES = [
 
 
 def test_folders_are_different_and_stay_inside():
-    """Of every pair and triple of awkward names, and of all of them at once; also where case does not count."""
+    """For every pair and triple of awkward names, and for all at once, also where case is ignored."""
     for files in [
         *itertools.permutations(NAMES, 2),
         *itertools.combinations(NAMES, 3),

@@ -21,7 +21,7 @@ from jaxcontact._pytree import pytree
 
 
 class ContactLaw(abc.ABC):
-    """What the contact asks of a law; its parameters, if any, are leaves in the scale of the problem.
+    """The interface of a contact law; its parameters, if any, are leaves in the scale of the problem.
 
     homogeneous: whether every positive multiple of admissible pressures is admissible; prescribes: whether the law
     gives the pressure of some cells in contact, which then do not follow from a gap of zero.

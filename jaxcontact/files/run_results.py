@@ -97,7 +97,7 @@ def write_picture(path: Path, figure: Any) -> None:
 
 
 def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
-    """What ``BESIDE`` has, and the peak pressure, which a history with the map of its last time does not know."""
+    """Return the arrays of ``BESIDE`` and the peak pressure, which a history with only its last map does not have."""
     return {
         "peak_pressure": run.peak_pressure,
         "pressure_line": run.pressure_line,
