@@ -22,6 +22,5 @@ CENTRAL_DIFFERENCE = 1e-5  # central differences with a step of 3e-4 in log para
 FORETOLD_RADIUS = (
     0.18  # Hertz's pressure in place of the film's own (measured: 0.08 at nu = 0.3, 0.17 at 0.49)
 )
-FEW_PARTS = 5e-3  # what a series leaves out (measured: 4e-3)
 FORETOLD_STRAIN = 1.55  # a factor: 0.65 where the pressure of a film that keeps its volume is peaked
 QUADRATURE = 2e-4  # the integral over wavenumbers against Hertz

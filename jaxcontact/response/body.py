@@ -56,23 +56,3 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
     safe = jnp.where(k == 0.0, 1.0, k)
     response = jnp.where(k == 0.0, jnp.inf, response_of(body).step(safe, t, t) / safe)
     return jnp.where(valid, response, jnp.nan)
-
-
-def bulge_creep(body: LayeredHalfSpace, t: Array | float) -> Array:
-    """How a thin film yields by moving aside, after a time t [s]: c [m^3/Pa] in alpha N = springs alpha + c alpha^3.
-
-    Of all layers as one film on a rigid base; zero without layers. The expansion of ``volume.film_shape`` about 0 is
-
-        F(x) = (1 - 2 nu)/(2 (1 - nu)) x + nu (4 nu - 1)/(6 (1 - nu)^2) x^3 + ...,
-
-    whose second term is all there is at nu = 1/2. Below nu = 1/4, where it is negative, zero. Derived here.
-    """
-    layers = body.sublayers()
-    thickness = sum(layer.thickness for layer in layers)
-    total = jnp.zeros(())
-    for layer in layers:
-        J = layer.material.creep(t)
-        nu = layer.material.nu_at(J)
-        aside = jnp.maximum(nu * (4.0 * nu - 1.0), 0.0) / (6.0 * (1.0 - nu) ** 2)
-        total = total + J * aside * layer.thickness * thickness**2
-    return total
