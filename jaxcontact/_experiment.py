@@ -25,9 +25,10 @@ from jaxcontact.history import march as marching
 from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
 from jaxcontact.indenters import HeightField, Indenter, checked_indenter
-from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact.layers import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.notes import Diagnostics, announce
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
+from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
 from jaxcontact.response.body import response_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results import ContactStep, marked
@@ -59,7 +60,8 @@ class Options:
 class Experiment:
     """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
 
-    thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: they stay as they are.
+    thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: they stay as they are. film_map: the
+    thickness of a film that varies in the plane; the layer of ``body`` is then as thick as the film is at most.
     """
 
     body: LayeredHalfSpace
@@ -69,10 +71,11 @@ class Experiment:
     grid: Grid
     tolerance: Array
     max_iterations: Array
-    kernels: Kernels | None
+    kernels: Kernels | VaryingKernels | None
     valid: Array | None
     options: Options = static()
     thicknesses: Array | None = None
+    film_map: ThicknessMap | None = None
 
     @classmethod
     def of(
@@ -86,6 +89,7 @@ class Experiment:
         tolerance: Any = 1e-8,
         max_iterations: Any = 500,
         kernels: Kernels | None = None,
+        film_map: ThicknessMap | None = None,
         **options: Any,
     ) -> Experiment:
         """Check all that verbs have in common; ValueError for what cannot be computed."""
@@ -104,10 +108,11 @@ class Experiment:
             _checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
         valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
-        valid = valid & _can_be_reached(control, indenter, grid)
+        valid = valid & _can_be_reached(control, indenter, grid, film_map)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
-        return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
+        iterations = jnp.asarray(max_iterations, int)
+        return cls(*given, iterations, kernels, known, static_options, film_map=as_float64(film_map))
 
     def also(self, verdict: Verdict) -> Experiment:
         """The experiment with one more condition on values that are not known yet."""
@@ -119,13 +124,27 @@ class Experiment:
         """The experiment with its kernels built, unless they are given or the way of its march needs none."""
         if self.kernels is not None or self.options.correspondence != "exact":
             return self
+        if self.film_map is not None:
+            thickness = self.film_map.values
+            return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
         return replace(self, kernels=compiled_build(self.body, self.indenter, self.grid))
 
     @property
     def ready_kernels(self) -> Kernels:
         """Those given or built."""
-        assert self.kernels is not None
+        assert isinstance(self.kernels, Kernels)
         return self.kernels
+
+    @property
+    def varying_kernels(self) -> VaryingKernels:
+        """The kernels of a film whose thickness varies in the plane."""
+        assert isinstance(self.kernels, VaryingKernels)
+        return self.kernels
+
+    @property
+    def profile(self) -> Array:
+        """The gap before contact at an approach of zero [m], (nx, ny): that of the indenter over the film as it is at first."""
+        return profile_over_film(self.indenter, self.grid, self.film_map)
 
     @property
     def load_controlled(self) -> bool:
@@ -148,7 +167,7 @@ class Experiment:
 
     def plan(self, memory: Memory, inputs: Any, scale: Scale, errors: Errors) -> Plan:
         """Ready to march, with a memory and its inputs (nt, substeps, ...)."""
-        profile = self.indenter.profile(self.grid) / scale.length
+        profile = self.profile / scale.length
         setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled, self.edges)
         substeps = self.options.substeps
         targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
@@ -181,11 +200,26 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
     return True
 
 
-def _can_be_reached(control: Control, indenter: Indenter, grid: Grid) -> Verdict:
+def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | None) -> Array:
+    """Return the gap before contact at an approach of zero [m], (nx, ny), over a film that stands on a flat base.
+
+    The approach is zero at first touch of the film as it is at first: the lowest point of the gap is as low as that of the
+    indenter alone.
+    """
+    profile = indenter.profile(grid)
+    if film_map is None:
+        return profile
+    over = profile - film_map.at_first
+    return over - (jnp.min(over) - jnp.min(profile))
+
+
+def _can_be_reached(
+    control: Control, indenter: Indenter, grid: Grid, film_map: ThicknessMap | None
+) -> Verdict:
     """On a periodic grid the mean of the surface stays where it is, and so does the mean gap."""
-    if isinstance(control, Load) or not all(grid.periodic):
+    if isinstance(control, Load) or not all(grid.periodic) or (film_map is not None and film_map.over_times):
         return True
-    highest = jnp.mean(indenter.profile(grid))
+    highest = jnp.mean(profile_over_film(indenter, grid, film_map))
     inside = jnp.max(jnp.asarray(control.value)) < highest
     if not is_concrete(control, highest):
         return inside
@@ -204,9 +238,9 @@ def fine_steps(times: Array, substeps: int) -> Array:
 
 
 def fine_values(values: Array, substeps: int) -> Array:
-    """Values (nt,) at the ends of the inner steps, (nt, substeps), linear between times."""
-    before = jnp.append(values[:1], values[:-1])
-    share = jnp.arange(1, substeps + 1) / substeps
+    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
     return before[:, None] + (values - before)[:, None] * share
 
 
@@ -249,7 +283,25 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    if experiment.film_map is not None:
+        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment))
     return marked(replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid)
+
+
+def _steepness(experiment: Experiment) -> dict[str, Array]:
+    """Return the largest slope of a film's thickness, and whether the film is stiffer than its base."""
+    assert experiment.film_map is not None
+    grid, values = experiment.grid, experiment.film_map.values
+    along = [axis for axis, n in enumerate(grid.shape) if n > 1]
+    steps = [jnp.abs(_differences(values, axis - 2, grid.periodic[axis])) for axis in along]
+    slopes = [jnp.max(step) / grid.spacing[axis] for axis, step in zip(along, steps, strict=True)]
+    ratio = response_of(experiment.body).stiffness_ratio()
+    return {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+
+
+def _differences(values: Array, axis: int, periodic: bool) -> Array:
+    """Return the differences between neighbours along an axis."""
+    return values - jnp.roll(values, 1, axis) if periodic else jnp.diff(values, axis=axis)
 
 
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
@@ -270,5 +322,6 @@ def _doubted(result: Any, errors: Errors) -> Array:
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
     """Return the status, with those marked that are fine but for a response known to be off by more than 1 %."""
-    off = (jnp.maximum(errors.separation, errors.images) > LARGEST_ERROR) | (elapsed > errors.horizon)
+    largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
+    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
     return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

@@ -15,12 +15,12 @@ from jaxcontact._pytree import is_concrete, replace
 from jaxcontact._status import Status
 from jaxcontact.controls import Control
 from jaxcontact.grid import Grid
-from jaxcontact.history.growing import GrowingMemory, GrowthStep
+from jaxcontact.history.growing import GrowingMemory, GrowthStep, ThicknessStep, VaryingMemory
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indenters import Indenter
 from jaxcontact.kept_traces import Program
-from jaxcontact.layers import LayeredHalfSpace, body_at_first
+from jaxcontact.layers import LayeredHalfSpace, ThicknessMap, body_at_first, separate_map
 from jaxcontact.notes import announce
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.results import ContactHistory
@@ -122,13 +122,26 @@ def _solved(
 ) -> ContactHistory:
     """Return the history on a given grid, without warnings."""
     body, thicknesses, thick = body_at_first(body, np.size(times))
+    body, film_map, in_range = separate_map(body, getattr(grid, "shape", ()), np.size(times))
     experiment = Experiment.of(
-        body, indenter, control, times, grid=grid, kernels=kernels, correspondence=correspondence, **options
+        body,
+        indenter,
+        control,
+        times,
+        grid=grid,
+        kernels=kernels,
+        correspondence=correspondence,
+        film_map=film_map,
+        **options,
     )
-    if thicknesses is not None:
+    experiment = experiment.also(thick).also(in_range)
+    if thicknesses is not None or film_map is not None:
         plain = kernels is None and correspondence == "exact"
-        _checks.require(plain, 'layer thickness over times: expected no kernels and correspondence="exact"')
-        experiment = replace(experiment.also(thick), thicknesses=thicknesses)
+        varying = "over times" if film_map is None else "(nx, ny)"
+        _checks.require(
+            plain, f'layer thickness {varying}: expected no kernels and correspondence="exact"'
+        )
+        experiment = replace(experiment, thicknesses=thicknesses)
     result, errors = _run(experiment.with_kernels())
     return finished(result, errors, experiment)
 
@@ -164,6 +177,8 @@ def planned(experiment: Experiment) -> Plan:
     dt = fine_steps(experiment.times, experiment.options.substeps)
     if experiment.options.correspondence == "quasi-elastic":
         return _superposed(experiment)
+    if experiment.film_map is not None:
+        return _varying(experiment, experiment.film_map, dt)
     kernels = experiment.ready_kernels
     if experiment.thicknesses is not None:
         memory = GrowingMemory(experiment.body, experiment.indenter, experiment.grid, kernels)
@@ -173,10 +188,23 @@ def planned(experiment: Experiment) -> Plan:
     return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors(experiment.duration))
 
 
+def _varying(experiment: Experiment, film: ThicknessMap, dt: Array) -> Plan:
+    """The march on a film whose thickness varies in the plane, and in time where it does."""
+    kernels = experiment.varying_kernels
+    scale, errors = kernels.uniform.scale, kernels.errors(experiment.duration)
+    if not film.over_times:
+        return experiment.plan(RecursiveMemory(kernels.at(film.values)), dt, scale, errors)
+    ends = fine_values(film.values, experiment.options.substeps)
+    flat = ends.reshape(-1, *experiment.grid.shape)
+    before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(ends.shape)
+    memory = VaryingMemory(kernels, film.at_first)
+    return experiment.plan(memory, ThicknessStep(dt, before, ends), scale, errors)
+
+
 def _growth(experiment: Experiment, dt: Array) -> GrowthStep:
     """The inner steps, (nt, substeps), with the thicknesses in the middle of each."""
     assert experiment.thicknesses is not None
-    fine = jax.vmap(lambda h: fine_values(h, experiment.options.substeps), 1, 2)(experiment.thicknesses)
+    fine = fine_values(experiment.thicknesses, experiment.options.substeps)
     ends = fine.reshape(dt.size, -1)
     middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
     return GrowthStep(dt, middle.reshape(fine.shape))

@@ -19,6 +19,8 @@ STRAIN_LIMIT = 0.2
 SEPARATION_LIMIT = 1e-3
 IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
+SERIES_LIMIT = 1e-3
+STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
 
 
 class Note(str):
@@ -42,13 +44,18 @@ class Diagnostics:
 
     separation_error: relative error of the decay rates shared by all wavenumbers; image_error: relative error of the
     response on the grid; single_contact: whether the indenter makes one contact, so that few cells across it are worth
-    a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened.
+    a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film whose
+    thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope: the
+    largest slope between two cells, stiff_film: whether it is stiffer than its base.
     """
 
     separation_error: Any = np.float64(0.0)
     image_error: Any = np.float64(0.0)
     single_contact: Any = np.bool_(False)
     widenings: Any = np.int64(0)
+    thickness_error: Any = np.float64(0.0)
+    thickness_slope: Any = np.float64(0.0)
+    stiff_film: Any = np.bool_(False)
 
 
 class _Run(NamedTuple):
@@ -64,6 +71,9 @@ class _Run(NamedTuple):
     image_error: np.ndarray
     single_contact: np.ndarray
     widenings: np.ndarray
+    thickness_error: np.ndarray
+    thickness_slope: np.ndarray
+    stiff_film: np.ndarray
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
@@ -141,6 +151,7 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     yield from _of_status(run)
     yield from _of_strain(run)
     yield from _of_errors(run)
+    yield from _of_thickness(run)
     if run.single_contact:  # else its patches are each of their own size
         yield from _of_cells(run, plane_strain)
     if run.widenings:
@@ -182,6 +193,26 @@ def _of_errors(run: _Run) -> Iterator[Note]:
             f"the response on the grid is off by up to {images:.1g}: its images reach too little",
             f"response on the grid off by more than {IMAGE_LIMIT:g}",
             images,
+        )
+
+
+def _of_thickness(run: _Run) -> Iterator[Note]:
+    """A film whose thickness varies in the plane."""
+    error, slope = float(run.thickness_error), float(run.thickness_slope)
+    limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
+    if slope > limit:
+        yield Note(
+            f"the film's thickness varies with a slope of {slope:.2g}: above {limit} the displacement of a {film} film is off"
+            " by more than 1 to 2 %",
+            f"slope of the film's thickness above {limit}",
+            slope,
+        )
+    if error > SERIES_LIMIT:
+        yield Note(
+            f"the series in the film's thickness is off by up to {error:.1g}: the thickness varies over too wide a range of"
+            " cells",
+            f"series in the film's thickness off by more than {SERIES_LIMIT:g}",
+            error,
         )
 
 

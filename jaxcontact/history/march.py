@@ -87,9 +87,9 @@ def start(setup: Setup) -> Carry:
 
 def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     """One inner step."""
-    operator, earlier, fields = setup.memory.predict(carry.memory, carry.pressure, steps.memory)
+    operator, earlier, fields, raised = setup.memory.predict(carry.memory, carry.pressure, steps.memory)
     lowest = jnp.min(setup.profile)
-    gap = setup.profile + earlier
+    gap = setup.profile + earlier - raised
     problem = Problem(operator, gap, steps.target, lowest, setup.load_controlled, setup.law)
     guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
     solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
@@ -101,7 +101,7 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     if setup.memory.inherits:
         status = inherited(status, carry.failed)
     outcome = Outcome(
-        displacement=earlier + solution.displacement,
+        displacement=earlier - raised + solution.displacement,
         saved=None,
         film_strain=observed.film_strain,
         status=status,

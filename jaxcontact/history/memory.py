@@ -14,18 +14,22 @@ A step of the march is
 import abc
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.operators.base import Operator
 
 
 class Prediction(NamedTuple):
-    """operator: of the coming step; earlier (nx, ny): the displacement left by all earlier pressure; fields."""
+    """The coming step as far as it is known before its pressure.
+
+    operator: of the step; earlier (nx, ny): the displacement left by all earlier pressure; fields: the memory's own;
+    raised: how far growth has raised the surface since the start, (nx, ny) or 0.
+    """
 
     operator: Operator
     earlier: Array
     fields: Any
+    raised: Array | float = 0.0
 
 
 class Observed(NamedTuple):
@@ -58,12 +62,3 @@ class Memory(abc.ABC):
     @abc.abstractmethod
     def observe(self, fields: Any, pressure: Array, step: Any) -> Observed:
         """What a step shows, from the fields after it."""
-
-
-def deepest_strain(coefficients: Array, strain: Array) -> Array:
-    """Shortening of the film on a rigid base at the deepest point of the hereditary integral, both (nx, ny)."""
-    nx, ny = strain.shape
-    deepest = jnp.unravel_index(jnp.argmax(strain), strain.shape)
-    row = jnp.abs(jnp.arange(nx) - deepest[0])
-    column = jnp.abs(jnp.arange(ny) - deepest[1])
-    return jnp.sum(coefficients[row][:, column] * strain)

@@ -29,9 +29,10 @@ from jax import Array
 
 from jaxcontact._exponential import ramps
 from jaxcontact._pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Observed, Prediction
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import Rubbing

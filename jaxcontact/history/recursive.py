@@ -16,7 +16,7 @@ from jax import Array
 
 from jaxcontact._exponential import ramps
 from jaxcontact._pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Observed, Prediction
 from jaxcontact.operators.kernels import Kernels
 
 
@@ -49,5 +49,4 @@ class RecursiveMemory(Memory):
         film = self.kernels.film
         if film is None:
             return Observed(jnp.zeros(()), None)
-        strain = film.weights[0] * pressure + jnp.tensordot(film.weights[1:], eta, 1)
-        return Observed(deepest_strain(film.coefficients, strain), None)
+        return Observed(film.strain(pressure, eta), None)

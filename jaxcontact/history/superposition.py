@@ -11,9 +11,10 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Observed, Prediction
 from jaxcontact.indenters import Indenter
 from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import ImageKernels, image_weights
 from jaxcontact.response.body import response_of
 

@@ -33,9 +33,9 @@ from jax import Array
 from jaxcontact._experiment import Experiment
 from jaxcontact._exponential import phi1
 from jaxcontact._pytree import pytree, replace, static
-from jaxcontact.history.memory import deepest_strain
 from jaxcontact.history.moving import Shift, along
 from jaxcontact.operators import spectral
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import Kernels, build
 from jaxcontact.operators.moving import Moving
 from jaxcontact.response.body import response_of

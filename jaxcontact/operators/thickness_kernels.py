@@ -1,0 +1,136 @@
+"""Kernels of one film whose thickness varies in the plane, on an elastic half-space.
+
+The response of one layer depends on alpha h alone, with rates and a mix that are those of every thickness. Its images are
+therefore made once: for another thickness their depths change in proportion, and their heights stay.
+"""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._pytree import pytree, replace
+from jaxcontact.grid import Grid
+from jaxcontact.indenters import Indenter
+from jaxcontact.kept_traces import Program
+from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.operators.film import VaryingFilm
+from jaxcontact.operators.kernels import Errors, Expansion, Kernels, compiled_expansion, on_grid, scaled_images
+from jaxcontact.operators.kernels import assembled as uniform_kernels
+from jaxcontact.operators.varying import ThicknessSeries, VaryingFamily
+from jaxcontact.response.body import response_of
+from jaxcontact.response.images import Images
+from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
+
+DEFAULT_TERMS = 4
+SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
+WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
+
+
+@pytree
+class VaryingKernels:
+    """What a body with a film of varying thickness, an indenter and a grid come to.
+
+    uniform: the kernels of a film of the largest thickness, for all that does not depend on it; spectra (n, M + 1, ...) and
+    circulant (n, M + 1, ...): of the terms of the series; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): as
+    in ``VaryingFamily``, over the thickness in units of the scale; series_error: largest relative error of the series, ().
+    """
+
+    uniform: Kernels
+    series: ThicknessSeries
+    spectra: Array
+    circulant: Array
+    film_series: Array
+    slopes: Array
+    series_error: Array
+
+    def errors(self, duration: Array | float = jnp.inf) -> Errors:
+        """Return what a run of a duration [s] on them is told to be off by."""
+        return self.uniform.errors(duration)._replace(thickness=self.series_error)
+
+    def at(self, thickness: Array) -> Kernels:
+        """Return the kernels for a thickness (nx, ny) [m]."""
+        shares = self.series.shares(thickness)
+        scaled = thickness / self.uniform.scale.length
+        family = VaryingFamily(
+            self.spectra,
+            self.circulant,
+            shares,
+            self.slopes,
+            scaled - jnp.mean(scaled),
+            self.uniform.grid.periodic,
+        )
+        assert self.uniform.film is not None
+        film = VaryingFilm(self.film_series, shares, thickness > 0.0, self.uniform.film.weights)
+        return replace(self.uniform, family=family, film=film)
+
+
+def compiled_varying(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    grid: Grid,
+    thickness: Array,
+    nodes: int = DEFAULT_NODES,
+    terms: int = DEFAULT_TERMS,
+) -> VaryingKernels:
+    """Build the kernels for all values of a thickness [m]; body: with a film of any one thickness."""
+    expansion = compiled_expansion(body, nodes=nodes)
+    return _assembled(body, indenter, grid, expansion, thickness, nodes=nodes, terms=terms)
+
+
+def assembled(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    grid: Grid,
+    expansion: Expansion,
+    thickness: Array,
+    nodes: int,
+    terms: int,
+) -> VaryingKernels:
+    """Return the kernels from the expansion of a film of one thickness."""
+    uniform = uniform_kernels(body, indenter, grid, expansion, nodes)
+    scaled = scaled_images(expansion, indenter, uniform.scale)
+    reference = jnp.asarray(body.layers[0].thickness, float)
+    cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
+    series = ThicknessSeries.of(thickness, cell, terms)
+
+    def node(h: Array) -> tuple[Array, Array, Array]:
+        family, coefficients = on_grid(grid, Images(scaled.depths * (h / reference), scaled.heights))
+        film = coefficients[1] * uniform.scale.length / h
+        return family.members.spectrum, family.members.circulant, film
+
+    spectra, circulant, film = map(series.coefficients, jax.lax.map(node, series.nodes()))
+    slopes = _slopes(scaled) / reference * uniform.scale.length
+    error = jax.lax.stop_gradient(_series_error(series, expansion, uniform, reference, grid))
+    return VaryingKernels(uniform, series, spectra, circulant, film, slopes, error)
+
+
+_assembled = Program(assembled, ("nodes", "terms"), in_haste=True)
+
+
+def _slopes(images: Images) -> Array:
+    """Return d(alpha N)/d alpha at alpha = 0, (M + 1,): the change of N with the depths of all images in proportion."""
+    steps = jnp.diff(images.depths, prepend=0.0)
+    return (images.heights[:, :-1] - images.heights[:, -1:]) @ steps
+
+
+def _series_error(
+    series: ThicknessSeries, expansion: Expansion, uniform: Kernels, reference: Array, grid: Grid
+) -> Array:
+    """Return the largest error of the series relative to the response, over waves that the grid resolves, times and
+    thicknesses in the range of the series."""
+    width = grid.width[0] if grid.plane_strain else jnp.maximum(*grid.width)
+    cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
+    alpha = 2.0 * jnp.pi / jnp.exp(jnp.linspace(jnp.log(SHORTEST_WAVE * cell), jnp.log(width), WAVES))
+    times = check_times(expansion.separable.rates)[:, None]
+    images = expansion.images
+
+    def response(h: Array) -> Array:
+        at = Images(images.depths * (h / reference), images.heights).at(alpha)
+        return products(expansion.separable, at, times)
+
+    checked = series.spread(THICKNESSES)
+    exact, nodes = jax.vmap(response)(checked), jax.vmap(response)(series.nodes())
+    found = jnp.tensordot(series.shares(checked).T, series.coefficients(nodes), 1)
+    return jnp.max(jnp.abs(found / exact - 1.0))
