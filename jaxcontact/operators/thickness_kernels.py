@@ -34,7 +34,7 @@ class VaryingKernels:
 
     uniform: the kernels of a film of the largest thickness, for all that does not depend on it; spectra (n, M + 1, ...) and
     circulant (n, M + 1, ...): of the terms of the series; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): as
-    in ``VaryingFamily``, over the thickness in units of the scale; series_error: largest relative error of the series, ().
+    in ``VaryingFamily``; series_error: largest relative error of the series, ().
     """
 
     uniform: Kernels
@@ -101,7 +101,9 @@ def assembled(
         return family.members.spectrum, family.members.circulant, film
 
     spectra, circulant, film = map(series.coefficients, jax.lax.map(node, series.nodes()))
-    slopes = _slopes(scaled) / reference * uniform.scale.length
+    assert uniform.film is not None
+    bed = _bed(scaled) / reference * uniform.scale.length
+    slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, uniform, reference, grid))
     return VaryingKernels(uniform, series, spectra, circulant, film, slopes, error)
 
@@ -109,10 +111,10 @@ def assembled(
 _assembled = Program(assembled, ("nodes", "terms"), in_haste=True)
 
 
-def _slopes(images: Images) -> Array:
-    """Return d(alpha N)/d alpha at alpha = 0, (M + 1,): the change of N with the depths of all images in proportion."""
-    steps = jnp.diff(images.depths, prepend=0.0)
-    return (images.heights[:, :-1] - images.heights[:, -1:]) @ steps
+def _bed(images: Images) -> Array:
+    """Return the displacement of a film on a rigid base under a uniform pressure, over the response of its creep, ()."""
+    heights = images.heights[1]
+    return (heights[:-1] - heights[-1]) @ jnp.diff(images.depths, prepend=0.0)
 
 
 def _series_error(

@@ -13,11 +13,10 @@ The variable of the series is xi ~ log(1 + h/c), c the size of a cell: linear in
 the kernels are linear in h too, and logarithmic where it is thick, where they vary over lengths of the order of h. A series
 of n terms costs n convolutions.
 
-On a grid that is periodic along both axes a mean pressure p0 shortens the film by c_0 h p0, c_0 its compliance in uniaxial
-strain (over a base of finite stiffness: the first-order change of the response with the thickness). The mean over the
-film is left out, as it is of a uniform body, and the rest is added, symmetrically:
-
-    u_0 = c_0/2 [(h - mean h) mean(p) + mean((h - mean h) p)].
+On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A mean
+pressure p0 moves no point of the base sideways and shortens the film by c_0 h p0, c_0 its compliance in uniaxial strain. The
+mean of that is left out, as it is of a uniform body. With reciprocity, displacement is then from the mean of the surface,
+but for mean[c_0 (h - mean h) p]: thick places under pressure lower the mean.
 """
 
 from __future__ import annotations
@@ -55,10 +54,12 @@ class Varying(Operator):
 
     def __call__(self, pressure: Array) -> Array:
         total = self.field(self.waves(pressure), pressure.shape)
-        return total + self.of_mean_pressure(pressure) if all(self.periodic) else total
+        return total - jnp.mean(total) + self.of_mean_pressure(pressure) if all(self.periodic) else total
 
     def waves(self, pressure: Array) -> Array:
         """Return the spectra of all K_n and T_n p in the place of p under the sum, and of K_n p/2, (n, my/2 + 1, mx)."""
+        if all(self.periodic):
+            pressure = pressure - jnp.mean(pressure)
         fields = jnp.concatenate([pressure[None], self.shares * pressure / 2.0])
         waves = spectral.transform(fields, self.periodic)
         whole = jnp.sum(self.spectra * waves, 0)
@@ -70,8 +71,8 @@ class Varying(Operator):
         return whole + sum(share * part for share, part in zip(self.shares, parts, strict=True))
 
     def of_mean_pressure(self, pressure: Array) -> Array:
-        """Return u_0 of the module, (nx, ny)."""
-        return (self.uneven * jnp.mean(pressure) + jnp.mean(self.uneven * pressure)) / 2.0
+        """Return the displacement by a mean pressure, and the mean displacement, on a periodic grid, (nx, ny)."""
+        return self.uneven * jnp.mean(pressure) + jnp.mean(self.uneven * pressure)
 
     def tangent(self, change: Operator, pressure: Array) -> Array:
         """Return the change of K p: the operator is bilinear in its spectra and the shares."""
@@ -138,7 +139,7 @@ class VaryingFamily(Family):
         total = members[0].field(waves, shape)
         if all(self.periodic):
             pairs = zip(members, fields, strict=True)
-            total = total + sum(member.of_mean_pressure(field) for member, field in pairs)
+            total = total - jnp.mean(total) + sum(member.of_mean_pressure(field) for member, field in pairs)
         return total
 
     def _member(self, index: int) -> Varying:
