@@ -5,7 +5,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._support.pytree import pytree
 
 
 @pytree

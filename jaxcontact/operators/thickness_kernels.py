@@ -10,18 +10,25 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace
-from jaxcontact.grid import Grid
-from jaxcontact.indenters import Indenter
-from jaxcontact.kept_traces import Program
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support.pytree import pytree, replace
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.film import VaryingFilm
-from jaxcontact.operators.kernels import Errors, Expansion, Kernels, compiled_expansion, on_grid, scaled_images
+from jaxcontact.operators.kernels import (
+    Errors,
+    Expansion,
+    Kernels,
+    compiled_expansion,
+    on_grid,
+    scaled_images,
+)
 from jaxcontact.operators.kernels import assembled as uniform_kernels
 from jaxcontact.operators.varying import ThicknessSeries, VaryingFamily
 from jaxcontact.response.body import response_of
-from jaxcontact.response.images import Images
-from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
+from jaxcontact.response.influence.images import Images
+from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
 DEFAULT_TERMS = 4
 SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
@@ -32,9 +39,9 @@ WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 class VaryingKernels:
     """What a body with a film of varying thickness, an indenter and a grid come to.
 
-    uniform: the kernels of a film of the largest thickness, for all that does not depend on it; spectra (n, M + 1, ...) and
-    circulant (n, M + 1, ...): of the terms of the series; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): as
-    in ``VaryingFamily``; series_error: largest relative error of the series, ().
+    uniform: the kernels of a film of one thickness, for all that does not depend on it; spectra and circulant
+    (n, M + 1, ...) and slopes (M + 1,): as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``;
+    series_error: the largest relative error of the series, ().
     """
 
     uniform: Kernels
@@ -91,21 +98,22 @@ def assembled(
     """Return the kernels from the expansion of a film of one thickness."""
     uniform = uniform_kernels(body, indenter, grid, expansion, nodes)
     scaled = scaled_images(expansion, indenter, uniform.scale)
-    reference = jnp.asarray(body.layers[0].thickness, float)
+    film = response_of(body).film()
+    assert film is not None and uniform.film is not None
+    reference = jnp.asarray(film.thickness, float)
     cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
     series = ThicknessSeries.of(thickness, cell, terms)
 
     def node(h: Array) -> tuple[Array, Array, Array]:
         family, coefficients = on_grid(grid, Images(scaled.depths * (h / reference), scaled.heights))
-        film = coefficients[1] * uniform.scale.length / h
-        return family.members.spectrum, family.members.circulant, film
+        strains = coefficients[1] * uniform.scale.length / h
+        return family.members.spectrum, family.members.circulant, strains
 
-    spectra, circulant, film = map(series.coefficients, jax.lax.map(node, series.nodes()))
-    assert uniform.film is not None
+    spectra, circulant, strains = map(series.coefficients, jax.lax.map(node, series.nodes()))
     bed = _bed(scaled) / reference * uniform.scale.length
     slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, uniform, reference, grid))
-    return VaryingKernels(uniform, series, spectra, circulant, film, slopes, error)
+    return VaryingKernels(uniform, series, spectra, circulant, strains, slopes, error)
 
 
 _assembled = Program(assembled, ("nodes", "terms"), in_haste=True)

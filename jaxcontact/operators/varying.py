@@ -27,7 +27,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Family, Linear, Operator
 from jaxcontact.operators.convolution import FLOOR, held_compliance
@@ -201,5 +201,3 @@ def _polynomials(xi: Array, count: int) -> Array:
     for _ in range(count - 2):
         values.append(2.0 * xi * values[-1] - values[-2])
     return jnp.stack(values[:count])
-
-
