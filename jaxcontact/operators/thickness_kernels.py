@@ -26,7 +26,7 @@ from jaxcontact.operators.kernels import (
 )
 from jaxcontact.operators.kernels import assembled as uniform_kernels
 from jaxcontact.operators.varying import ThicknessSeries, VaryingFamily
-from jaxcontact.response.body import response_of
+from jaxcontact.response.body import response_of, sideways_compliance
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
@@ -111,7 +111,8 @@ def assembled(
 
     spectra, circulant, strains = map(series.coefficients, jax.lax.map(node, series.nodes()))
     bed = _bed(scaled) / reference * uniform.scale.length
-    slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
+    lifted = sideways_compliance(body) / uniform.scale.compliance
+    slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed - lifted).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, uniform, reference, grid))
     return VaryingKernels(uniform, series, spectra, circulant, strains, slopes, error)
 

@@ -14,9 +14,9 @@ the kernels are linear in h too, and logarithmic where it is thick, where they v
 of n terms costs n convolutions.
 
 On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A mean
-pressure p0 moves no point of the base sideways and shortens the film by c_0 h p0, c_0 its compliance in uniaxial strain. The
-mean of that is left out, as it is of a uniform body. With reciprocity, displacement is then from the mean of the surface,
-but for mean[c_0 (h - mean h) p]: thick places under pressure lower the mean.
+pressure p0 moves the surface by c_0 (h - mean h) p0, c_0 the film's compliance in uniaxial strain less what the film, which
+presses sideways on the base, lifts the base where it is thick (``response.body.sideways_compliance``). By reciprocity,
+displacement is then from the mean of the surface but for mean[c_0 (h - mean h) p].
 """
 
 from __future__ import annotations

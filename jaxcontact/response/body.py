@@ -10,6 +10,7 @@ from jaxcontact.response.base import Response
 from jaxcontact.response.half_space import HalfSpace
 from jaxcontact.response.layered import Stack
 from jaxcontact.response.one_layer import OneLayer
+from jaxcontact.response.volume import nu_at_first
 
 
 def response_of(body: LayeredHalfSpace) -> Response:
@@ -25,6 +26,20 @@ def response_of(body: LayeredHalfSpace) -> Response:
 def _keeps_nu(material: Material) -> bool:
     """Whether its Poisson's ratio is the same at all times: given, or that of an elastic solid."""
     return material.bulk_modulus is None or isinstance(material, Elastic)
+
+
+def sideways_compliance(body: LayeredHalfSpace) -> Array:
+    """Return by how much a uniform pressure raises the base of a film more where the film is thicker, over the pressure and
+    the thickness [1/Pa], ().
+
+    Under a pressure p the film, which cannot widen, presses sideways with p nu_c/(1 - nu_c). Where its thickness h varies,
+    the base balances this by a shear traction of that times dh/dx, which lifts the surface of the base by
+    (1 - 2 nu_s)/(2 Gs) times the integral of the traction: by nu_c (1 - 2 nu_s)/(2 (1 - nu_c) Gs) p h but for a constant. With
+    a bulk modulus nu_c is that at first.
+    """
+    (film,), base = body.sublayers(), body.substrate
+    nu_c, nu_s = nu_at_first(film.material), nu_at_first(base)
+    return nu_c * (1.0 - 2.0 * nu_s) / (2.0 * (1.0 - nu_c)) * base.spectrum().instantaneous
 
 
 def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) -> Array:
