@@ -15,6 +15,7 @@ from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.operators import spectral
 from jaxcontact.operators.film import VaryingFilm
 from jaxcontact.operators.kernels import (
     Errors,
@@ -28,6 +29,7 @@ from jaxcontact.operators.kernels import assembled as uniform_kernels
 from jaxcontact.operators.varying import ThicknessSeries, VaryingFamily
 from jaxcontact.response.body import response_of, sideways_compliance
 from jaxcontact.response.influence.images import Images
+from jaxcontact.response.influence.periodic import wavenumbers
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
 DEFAULT_TERMS = 4
@@ -39,11 +41,12 @@ WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 class VaryingKernels:
     """What a body with a film of varying thickness, an indenter and a grid come to.
 
-    uniform: the kernels of a film of one thickness, for all that does not depend on it; spectra and circulant
-    (n, M + 1, ...) and slopes (M + 1,): as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``;
-    series_error: the largest relative error of the series, ().
+    body: with a film of one thickness; uniform: its kernels, for all that does not depend on the thickness; spectra and
+    circulant (n, M + 1, ...): as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): of
+    the displacement under a mean pressure over the thickness; series_error: the largest relative error of the series, ().
     """
 
+    body: LayeredHalfSpace
     uniform: Kernels
     series: ThicknessSeries
     spectra: Array
@@ -58,19 +61,21 @@ class VaryingKernels:
 
     def at(self, thickness: Array) -> Kernels:
         """Return the kernels for a thickness (nx, ny) [m]."""
-        shares = self.series.shares(thickness)
-        scaled = thickness / self.uniform.scale.length
-        family = VaryingFamily(
-            self.spectra,
-            self.circulant,
-            shares,
-            self.slopes,
-            scaled - jnp.mean(scaled),
-            self.uniform.grid.periodic,
-        )
+        shares, periodic = self.series.shares(thickness), self.uniform.grid.periodic
+        uneven = self._uneven(thickness) if all(periodic) else jnp.zeros((self.slopes.size, 1, 1))
+        family = VaryingFamily(self.spectra, self.circulant, shares, uneven, periodic)
         assert self.uniform.film is not None
         film = VaryingFilm(self.film_series, shares, thickness > 0.0, self.uniform.film.weights)
         return replace(self.uniform, family=family, film=film)
+
+
+    def _uneven(self, thickness: Array) -> Array:
+        """Return the displacement by a mean pressure of one, less its mean, of all members, (M + 1, nx, ny)."""
+        scale, mean = self.uniform.scale, jnp.mean(thickness)
+        excess = (thickness - mean) / scale.length
+        raised = sideways_compliance(self.body, mean, wavenumbers(self.uniform.grid)) / scale.compliance
+        shortened = self.slopes[:, None, None] * excess
+        return shortened.at[0].add(-spectral.apply_circulant(raised, excess))
 
 
 def compiled_varying(
@@ -111,10 +116,9 @@ def assembled(
 
     spectra, circulant, strains = map(series.coefficients, jax.lax.map(node, series.nodes()))
     bed = _bed(scaled) / reference * uniform.scale.length
-    lifted = sideways_compliance(body) / uniform.scale.compliance
-    slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed - lifted).at[1].set(bed)
+    slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, uniform, reference, grid))
-    return VaryingKernels(uniform, series, spectra, circulant, strains, slopes, error)
+    return VaryingKernels(body, uniform, series, spectra, circulant, strains, slopes, error)
 
 
 _assembled = Program(assembled, ("nodes", "terms"), in_haste=True)

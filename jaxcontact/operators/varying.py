@@ -14,9 +14,9 @@ the kernels are linear in h too, and logarithmic where it is thick, where they v
 of n terms costs n convolutions.
 
 On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A mean
-pressure p0 moves the surface by c_0 (h - mean h) p0, c_0 the film's compliance in uniaxial strain less what the film, which
-presses sideways on the base, lifts the base where it is thick (``response.body.sideways_compliance``). By reciprocity,
-displacement is then from the mean of the surface but for mean[c_0 (h - mean h) p].
+pressure p0 moves the surface by w(x) p0, which is, less its mean, the film's compliance in uniaxial strain times its thickness
+less what the film, which presses sideways, lifts the surface where it is thick (``response.body.sideways_compliance``). By
+reciprocity, displacement is then from the mean of the surface but for mean(w p).
 """
 
 from __future__ import annotations
@@ -40,8 +40,7 @@ class Varying(Operator):
     """The operator of the module.
 
     spectra (n, my/2 + 1, mx): of K_n on the padded grid, real; circulant: of the mean operator, as in ``Convolution``;
-    shares (n - 1, nx, ny): T_1, T_2, ... at each cell; uneven (nx, ny): c_0 (h - mean h), zero on a grid that is not
-    periodic along both axes.
+    shares (n - 1, nx, ny): T_1, T_2, ... at each cell; uneven (nx, ny): w, used on a grid that is periodic along both axes.
     """
 
     spectra: Array
@@ -113,22 +112,21 @@ class VaryingFamily(Family):
     """Several such operators.
 
     spectra (n, m, my/2 + 1, mx) and circulant (n, m, ny/2 + 1, nx): of the terms of the series of each member; shares:
-    T_0, T_1, ... at each cell, (n, nx, ny); slopes (m,): c_0 of each; unevenness: h - mean h, (nx, ny).
+    T_0, T_1, ... at each cell, (n, nx, ny); uneven (m, nx, ny): w of each.
     """
 
     spectra: Array
     circulant: Array
     shares: Array
-    slopes: Array
-    unevenness: Array
+    uneven: Array
     periodic: spectral.Periodic = static(default=spectral.FREE)
 
     def combined(self, weights: Sequence[Array | float]) -> Varying:
         mixed = lambda a: sum(w * a[:, k] for k, w in enumerate(weights))
         spectra = mixed(self.spectra)
         mean = jnp.tensordot(jnp.mean(self.shares, (1, 2)), mixed(self.circulant), 1)
-        slope = sum(w * slope for w, slope in zip(weights, self.slopes, strict=True))
-        return Varying(spectra, mean, self.shares[1:], slope * self.unevenness, self.periodic)
+        uneven = sum(w * part for w, part in zip(weights, self.uneven, strict=True))
+        return Varying(spectra, mean, self.shares[1:], uneven, self.periodic)
 
     def total(self, fields: Array) -> Array:
         shape, first = self.shares.shape[1:], self.spectra.shape[1] - len(fields)
@@ -143,8 +141,8 @@ class VaryingFamily(Family):
         return total
 
     def _member(self, index: int) -> Varying:
-        spectra, uneven = self.spectra[:, index], self.slopes[index] * self.unevenness
-        return Varying(spectra, self.circulant[0, index], self.shares[1:], uneven, self.periodic)
+        parts = self.spectra[:, index], self.circulant[0, index], self.shares[1:], self.uneven[index]
+        return Varying(*parts, self.periodic)
 
 
 @pytree
