@@ -84,10 +84,10 @@ FEM = [
 ]
 PERIODIC = jc.Grid((128, 1), (1 / 128, 1 / 128), periodic=True)
 X = np.arange(128) / 128
-GAUSSIAN = lambda x: np.exp(-(((x) % 1 - 0.5) ** 2) / (2 * 0.08**2))
+GAUSSIAN = lambda x: np.exp(-((((x) + 0.25) % 1 - 0.5) ** 2) / (2 * 0.08**2))  # where the thickness is steepest
 
 
-def against_fem(film, mean, waves, operator_film=None):
+def against_fem(film, mean, waves):
     """The largest error, and that of a film of the mean thickness, in parts of the range of the displacement."""
     thickness = lambda x: mean * (1 + 0.5 * np.cos(2 * np.pi * waves * x))
     exact = fem_film.surface_displacement(thickness, GAUSSIAN, (film, 0.35), (1.0, 0.3), X)
@@ -106,4 +106,4 @@ def test_against_finite_elements(film, mean, waves, error):
     varying, uniform = against_fem(film, mean, waves)
     print(f"{film} {mean} {waves}: {varying:.4f}, uniform {uniform:.3f}")
     assert varying < 1.2 * error
-    assert waves > 1 or varying < 0.4 * uniform
+    assert waves > 1 or varying < 0.4 * uniform, "a film of one thickness is nearly as good"
