@@ -17,7 +17,7 @@ from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.controls import Approach, Control
 from jaxcontact.grid import Grid
-from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.history.pressing import contact_outcome, status_of
 from jaxcontact.indenters import Indenter
 from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace

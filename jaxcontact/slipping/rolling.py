@@ -16,7 +16,7 @@ from jaxcontact._pytree import as_float64, is_concrete
 from jaxcontact._status import Status
 from jaxcontact.controls import Control, TangentialControl, TangentialLoad, check_friction, check_tangential
 from jaxcontact.grid import Grid, check_free_along_x
-from jaxcontact.history.march import contact_outcome, solved, status_of
+from jaxcontact.history.pressing import contact_outcome, solved, status_of
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.indenters import Indenter
 from jaxcontact.kept_traces import Program
@@ -170,7 +170,7 @@ def _surface(
         nothing = jnp.zeros(experiment.grid.shape)
         operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
         return elastic_surface(kernels, operator), lambda p: {
-            "film_strain": memory.observe(fields, p, no_time).film_strain,
+            **memory.observe(fields, p, no_time),
             "hysteresis_power": no_time,
         }
     wake = wake_of(experiment, kernels.normal, velocity, across=across)
