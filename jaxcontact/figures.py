@@ -1,4 +1,4 @@
-"""What ``plot`` of a result shows, and the pictures that a run leaves: one figure for each kind of result."""
+"""The figure of each kind of result, which its ``plot`` returns, and those that a run writes."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from jaxcontact.interior_fields import InteriorFields
 from jaxcontact.picture_style import styled
 from jaxcontact.results import ContactHistory
 from jaxcontact.rough_figures import is_round, rough_figure
-from jaxcontact.sliding.results import SteadySliding
+from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
 WIDE, HIGH = 4.4, 3.8  # of a panel [inches]
@@ -33,24 +33,13 @@ def figure_of(result: Any) -> Figure:
 
 
 @styled
-def pictures_of(result: Any) -> dict[str, Figure]:
-    """The pictures of a run, by file name: its figure, and of a history its course in time."""
-    if not isinstance(result, ContactHistory):
-        return {"contact.png": figure_of(result)}
-    return {"overview.png": figure_of(result), "pressure_map.png": map_figure(result)} | (
-        {"history.png": plotting.history_figure(result)} if isinstance(result, ShearHistory) else {}
-    )
-
-
-def map_figure(history: ContactHistory) -> Figure:
-    """Pressure of the first and the last time, or of the last alone with ``save="last"``; in plane strain a line."""
-    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
-    if history.grid.plane_strain:
-        lines = pressure.reshape(-1, pressure.shape[-2])
-        return plotting.profiles_figure(history.grid.axes()[0], lines, times[-len(lines) :])
-    fields = [pressure] if pressure.ndim == 2 else [pressure[0], pressure[-1]]
-    titles = [f"t = {time:g} s" for time in (times[0], times[-1])][-len(fields) :]
-    return plotting.maps_figure(*history.grid.axes(), fields, titles)
+def overview_of(history: ContactHistory) -> Figure | None:
+    """Return the figure of stick and slip, or of a rough body that slides; None for what profiles and course show."""
+    if isinstance(history, ShearHistory):
+        return shear_figure(history)
+    if isinstance(history, SlidingHistory) and not (history.grid.plane_strain or is_round(history)):
+        return rough_figure(history)
+    return None
 
 
 def shear_figure(history: ShearHistory) -> Figure:

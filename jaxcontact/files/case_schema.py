@@ -11,15 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from jaxcontact import indenters, materials
+from jaxcontact._experiment import TimedExperiment
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
-from jaxcontact.indentation import indent
+from jaxcontact.indentation import Indentation, indent
 from jaxcontact.results import ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 from jaxcontact.sliding.steady import slide_steady
-from jaxcontact.sliding.transient import slide
+from jaxcontact.sliding.transient import Sliding, slide
 from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 from jaxcontact.slipping.rolling import roll_steady
-from jaxcontact.slipping.shearing import shear
+from jaxcontact.slipping.shearing import Shearing, shear
 
 
 @dataclass(frozen=True)
@@ -226,9 +227,10 @@ TIMES_KEYS: Keys = {
 
 @dataclass(frozen=True)
 class Kind:
-    """An experiment: the function that runs it, what that gives, and its own keys; without times it is a steady state.
+    """An experiment: the function that runs it, its kind of result, and its own keys.
 
-    beside: those beside "kind"; control: what is prescribed; solver: the options of the function.
+    beside: those beside "kind"; control: what is prescribed; solver: the options of the function; times, march: the keys
+    of times, and the class that checks the arguments for a march in blocks; None for a steady state.
     """
 
     verb: Callable[..., Any]
@@ -237,6 +239,7 @@ class Kind:
     control: Keys
     solver: Keys
     times: Keys | None = None
+    march: type[TimedExperiment] | None = None
 
 
 KINDS: dict[str, Kind] = {
@@ -253,6 +256,7 @@ KINDS: dict[str, Kind] = {
             "save": SAVE,
         },
         TIMES_KEYS,
+        Indentation,
     ),
     "shear": Kind(
         shear,
@@ -261,6 +265,7 @@ KINDS: dict[str, Kind] = {
         {"load": LOAD_ON, "approach": APPROACH} | TANGENTIAL,
         {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
         TIMES_KEYS,
+        Shearing,
     ),
     "sliding": Kind(
         slide,
@@ -272,6 +277,7 @@ KINDS: dict[str, Kind] = {
         {"load": LOAD_ON, "approach": APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
         TIMES_KEYS,
+        Sliding,
     ),
     "steady-sliding": Kind(
         slide_steady,

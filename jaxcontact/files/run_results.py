@@ -14,7 +14,7 @@ from jaxcontact.files import storage
 from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
-from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, course_of
+from jaxcontact.files.chosen_times import COURSE, FEW, at_times, course_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.npz import Stacked, write_npz, write_whole
 from jaxcontact.files.run_figures import figures_in, values_of
@@ -23,7 +23,7 @@ AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {
     "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
     "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
-}  # in an indentation, beside fields and derived quantities
+}  # of an experiment over time, beside fields and derived quantities
 TOLD = {
     "notes": "what a user should know of the result, a line each",
     "separation_error": "relative error of the decay rates shared by all wavenumbers [1]",
@@ -49,7 +49,7 @@ class Report:
 
 
 def of_steps(run: FinishedRun, kept: str) -> Report:
-    """The report of an indentation, from its finished steps."""
+    """Return the report of an experiment over time, from its finished steps."""
     values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
     whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | lines_and_peaks(run)
     course = course_of(whole) if kept == FEW else {}
@@ -57,13 +57,10 @@ def of_steps(run: FinishedRun, kept: str) -> Report:
     return Report(run.history, arrays, course, values, pictures(run))
 
 
-def of_result(result: Any, kept: str) -> Report:
-    """The report of any other experiment."""
-    whole, drawn = labels.arrays_of(result) | labels.numbers_of(result), figures.pictures_of(result)
-    if kept != FEW or not hasattr(result, "times"):
-        return Report(result, dict(whole), {}, values_of(result), drawn)
-    few = at_times(whole, chosen(FEW, result.times.size))
-    return Report(result, dict(few), course_of(whole), values_of(result), drawn)
+def of_result(result: Any) -> Report:
+    """Return the report of a steady state."""
+    whole: dict[str, Any] = {**labels.arrays_of(result), **labels.numbers_of(result)}
+    return Report(result, whole, {}, values_of(result), {"contact.png": figures.figure_of(result)})
 
 
 def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
@@ -133,7 +130,7 @@ def _extent(result: Any, case: Case) -> dict[str, Any]:
 
 
 def pictures(run: FinishedRun) -> dict[str, Any]:
-    """The pictures of an indentation, by file name."""
+    """Return the pictures of an experiment over time, by file name."""
     history = run.history
     x = history.grid.axes()[0]
     times, middle = np.asarray(history.times), history.grid.shape[1] // 2
@@ -143,6 +140,7 @@ def pictures(run: FinishedRun) -> dict[str, Any]:
         "pressure_map.png": _maps(run),
         "history.png": plotting.history_figure(history),
         "surface.png": plotting.surface_figure(x, profile, run.displacement_line, history.approach, times),
+        "overview.png": figures.overview_of(history),
     }
     return {name: figure for name, figure in own.items() if figure is not None}
 
