@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._status import inherited, passed_on, to_next_row
+from jaxcontact._support.status import inherited, passed_on, to_next_row
 from jaxcontact.contact.implicit import KEPT
 
 

@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, static
-from jaxcontact._status import Status, first_of
+from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.status import Status, first_of
 from jaxcontact.contact.edge import contact_cells, memory_factor
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.law import UNILATERAL, ContactLaw
