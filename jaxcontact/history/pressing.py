@@ -24,7 +24,7 @@ LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2
 LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solution
 
 
-class Pressed(NamedTuple):
+class PressCarry(NamedTuple):
     """The carry: the memory's fields, the last pressure (nx, ny), and its rate of change over the last step."""
 
     memory: Any
@@ -48,11 +48,11 @@ class PressStepper(Stepper):
     def inherits(self) -> bool:
         return self.memory.inherits
 
-    def start(self) -> Pressed:
+    def start(self) -> PressCarry:
         zero = jnp.zeros_like(self.profile)
-        return Pressed(self.memory.start(zero.shape), zero, zero)
+        return PressCarry(self.memory.start(zero.shape), zero, zero)
 
-    def advance(self, carry: Pressed, step: Steps) -> tuple[Pressed, Outcome]:
+    def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
         operator, earlier, fields = self.memory.predict(carry.memory, carry.pressure, step.more)
         lowest = jnp.min(self.profile)
         problem = Problem(
@@ -68,7 +68,7 @@ class PressStepper(Stepper):
         }
         numbers |= self.memory.observe(fields, pressure, step.more)
         shown = {"pressure": numbers.pop("pressure"), "displacement": earlier + solution.displacement}
-        return Pressed(fields, pressure, rate), Outcome(shown, numbers)
+        return PressCarry(fields, pressure, rate), Outcome(shown, numbers)
 
 
 def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:

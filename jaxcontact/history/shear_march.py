@@ -28,7 +28,7 @@ from jaxcontact.history.memory import Memory
 from jaxcontact.history.pressing import contact_outcome, solved, status_of
 
 
-class Sheared(NamedTuple):
+class ShearCarry(NamedTuple):
     """The carry: the memory's fields; traction (3, nx, ny) of q_x, q_y and p; rate (nx, ny) of the pressure; moved
     (2, nx, ny): the tangential displacement; shift (2,) of the indenter; work (nx, ny): friction work per area."""
 
@@ -57,12 +57,12 @@ class ShearStepper(Stepper):
     tangential_load_controlled: bool = static()
     coupled: bool = static()
 
-    def start(self) -> Sheared:
+    def start(self) -> ShearCarry:
         shape = self.profile.shape
         zeros = lambda *axes: jnp.zeros((*axes, *shape))
-        return Sheared(self.memory.start(shape), zeros(3), zeros(), zeros(2), jnp.zeros(2), zeros())
+        return ShearCarry(self.memory.start(shape), zeros(3), zeros(), zeros(2), jnp.zeros(2), zeros())
 
-    def advance(self, carry: Sheared, step: Steps) -> tuple[Sheared, Outcome]:
+    def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
         operator, earlier, fields = self.memory.predict(carry.memory, carry.traction, step.dt)
         problem = SlipProblem(
             operator=operator,
@@ -82,7 +82,7 @@ class ShearStepper(Stepper):
         p, sheared = found.normal.pressure, found.tangential
         traction = jnp.concatenate([sheared.traction, p[None]])
         moves = jnp.any(p > 0.0) | (not self.tangential_load_controlled)
-        carry = Sheared(
+        carry = ShearCarry(
             memory=self.memory.update(fields, traction, step.dt),
             traction=traction,
             rate=(p - before) / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
@@ -93,7 +93,7 @@ class ShearStepper(Stepper):
         strain = self.memory.observe(carry.memory, traction, step.dt)
         return carry, self._outcome(problem, found, carry, earlier[2], strain)
 
-    def overall(self, carry: Sheared) -> dict[str, Array]:
+    def overall(self, carry: ShearCarry) -> dict[str, Array]:
         return {"friction_work": carry.work}
 
     def _friction_work(self, found: Round, before: Array, dt: Array) -> Array:
@@ -104,7 +104,7 @@ class ShearStepper(Stepper):
         return self.coefficient * mean * slip  # a stuck cell's slip is what the solver left
 
     def _outcome(
-        self, problem: SlipProblem, found: Round, carry: Sheared, sunk: Array, strain: dict[str, Array]
+        self, problem: SlipProblem, found: Round, carry: ShearCarry, sunk: Array, strain: dict[str, Array]
     ) -> Outcome:
         """Return the outcome; sunk: the normal displacement left by earlier traction, (nx, ny)."""
         pressed, sheared = found.normal, found.tangential

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from jaxcontact.results import plotting
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.picture_style import styled
 from jaxcontact.results.rough_figures import is_round, rough_figure
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
-from jaxcontact.verbs.subsurface import InteriorFields
 
 WIDE, HIGH = 4.4, 3.8  # of a panel [inches]
 

@@ -58,8 +58,8 @@ def roll_steady(
     creeps adds what it remembers of all tractions that it has passed (``verbs.steady.rolled``). Material flows through the
     contact from its leading edge, where it enters without traction; of the displacement it is the difference from a cell
     to the one ahead that slips, askew to the axes between its neighbours, and the error is of first order in the cell. The
-    steady state is the limit of a rolling start (``verbs.steady.rolling_contact``). Derivatives, in both modes, are those of
-    the state itself, with what touches, sticks and slips held.
+    steady state is the limit of a rolling start (``verbs.steady.rolling_contact``). Derivatives, in both modes, are
+    those of the state itself, with what touches, sticks and slips held.
 
     In plane strain a cylinder rolls along x; creepage along y shears across it.
 

@@ -13,7 +13,7 @@ from jaxcontact._support.pytree import as_float64, pytree
 from jaxcontact._support.status import Status
 from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.moving import Motion, MovingMemory, Shift, moving_memory
-from jaxcontact.history.pressing import Pressed, PressStepper
+from jaxcontact.history.pressing import PressCarry, PressStepper
 from jaxcontact.history.track import (
     FARTHEST,
     as_array,
@@ -163,10 +163,10 @@ class Sliding(TimedExperiment):
         return moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
 
 
-class Slid(NamedTuple):
+class SlideCarry(NamedTuple):
     """The carry: that of the contact; the largest approach so far; whether a step so far moved too far."""
 
-    contact: Pressed
+    contact: PressCarry
     depth: Array
     far: Array
 
@@ -178,10 +178,10 @@ class SlideStepper(PressStepper):
 
     farthest: Array = field(kw_only=True)
 
-    def start(self) -> Slid:
-        return Slid(super().start(), jnp.zeros(()), jnp.zeros((), bool))
+    def start(self) -> SlideCarry:
+        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool))
 
-    def advance(self, carry: Slid, step: Steps) -> tuple[Slid, Outcome]:
+    def advance(self, carry: SlideCarry, step: Steps) -> tuple[SlideCarry, Outcome]:
         contact, outcome = super().advance(carry.contact, step)
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
@@ -189,7 +189,7 @@ class SlideStepper(PressStepper):
         status = jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
         back = returned(contact.memory.overlaps, contact.memory.dropped, depth)
         status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
-        return Slid(contact, depth, far), outcome._replace(numbers=outcome.numbers | {"status": status})
+        return SlideCarry(contact, depth, far), outcome._replace(numbers=outcome.numbers | {"status": status})
 
     def _moves_too_far(self, shift: Shift) -> Array:
         way = jnp.stack([shift.x, jnp.zeros(()) if shift.y is None else shift.y])
