@@ -20,33 +20,44 @@ import jax
 import numpy as np
 
 from jaxcontact._support import sources
+from jaxcontact._support.fields import FIELDS, TIME
 from jaxcontact._support.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.storage import arrays_of, stored_fields
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.contact import ContactHistory
-from jaxcontact.results.labels import FIELDS, TIME
+from jaxcontact.results.labels import numbers_of
 from jaxcontact.verbs.simulation import FinishedBlock
 
 CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks
-LINES = ("pressure_line", "displacement_line", "peak_pressure")
+FROM_MAPS = (
+    "pressure_line",
+    "displacement_line",
+    "peak_pressure",
+    "sticking_share",
+)  # of all times, whatever is kept
 SLIP = "slip"  # the map that is a sum over the time since the map before
 
 
 @dataclass(frozen=True)
 class StoredFields:
-    """The stored fields of a kind of result: over the grid at each time, of the whole run, and numbers at each time."""
+    """The names of what is stored of a kind of result: fields over the grid at each time, of the whole run, numbers at each
+    time, and lines and numbers at each time that follow from the maps."""
 
     maps: tuple[str, ...]
     whole: tuple[str, ...]
     series: tuple[str, ...]
+    lines: tuple[str, ...]
 
     @classmethod
     def of(cls, kind: type) -> "StoredFields":
         names = stored_fields(kind)
-        whole = tuple(name for name in names if TIME[0] not in FIELDS[name][0])
-        maps = tuple(name for name in names if name not in whole and "x" in FIELDS[name][0])
-        return cls(maps, whole, tuple(name for name in names if name not in (*maps, *whole)))
+        whole = tuple(name for name in names if TIME[0] not in FIELDS[name].dimensions)
+        maps = tuple(name for name in names if name not in whole and FIELDS[name].is_map)
+        series = tuple(name for name in names if name not in (*maps, *whole))
+        return cls(
+            maps, whole, series, tuple(n for n in FROM_MAPS if n.endswith("_line") or hasattr(kind, n))
+        )
 
 
 @dataclass(frozen=True)
@@ -69,17 +80,15 @@ class FinishedRun:
     """The finished steps, together.
 
     history: of the kind of the experiment, with the maps of the last step; chosen: the indices of the times of ``maps``,
-    none for those of the last alone; first_pressure (nx, ny) [Pa]: of the first of them; pressure_line [Pa],
-    displacement_line [m]: along x at the row of cells nearest to y = 0, (nt, nx); peak_pressure (nt,) [Pa].
+    none for those of the last alone; first_pressure (nx, ny) [Pa]: of the first of them; lines: those of ``FROM_MAPS`` that
+    the history has, over all times.
     """
 
     history: ContactHistory
     chosen: np.ndarray
     first_pressure: np.ndarray | None
     maps: dict[str, Stacked]
-    pressure_line: np.ndarray
-    displacement_line: np.ndarray
-    peak_pressure: np.ndarray
+    lines: dict[str, np.ndarray]
 
 
 def fingerprint(case: Case) -> str:
@@ -167,7 +176,7 @@ class FinishedSteps:
         last = {name: arrays[name] for name in fields.whole} | {
             name: arrays[name][-1] for name in fields.maps
         }
-        kept = {name: arrays[name] for name in (*fields.series, *LINES)}
+        kept = {name: arrays[name] for name in (*fields.series, *fields.lines)}
         kept |= {name: arrays[name][steps] for name in fields.maps}
         self.folder.mkdir(exist_ok=True)
         write_whole(self._block(before.blocks), lambda path: write_npz(path, kept))
@@ -179,16 +188,16 @@ class FinishedSteps:
         checkpoint, fields = self._checkpoint(count), StoredFields.of(self.kind)
         last = read_npz(checkpoint, *fields.whole, *fields.maps)
         blocks = [self._block(index) for index in range(count)]
-        series = _joined(blocks, (*fields.series, *LINES))
-        lines = {name: series.pop(name) for name in LINES}
+        series = _joined(blocks, (*fields.series, *fields.lines))
+        lines = {name: series.pop(name) for name in fields.lines}
         history = self.kind(**series, **last, saved=None, grid=grid)
         if not self.chosen.size:
-            return FinishedRun(history, self.chosen, None, {}, **lines)
+            return FinishedRun(history, self.chosen, None, {}, lines)
         end = history.times.size - 1  # a run that was stopped ends at none of the chosen
         chosen = np.append(self.chosen[self.chosen < end], end)
         files = blocks if end in self.chosen else [*blocks, checkpoint]
         maps = {name: _stacked(files, name, chosen.size, last[name]) for name in fields.maps}
-        return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, **lines)
+        return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, lines)
 
     def _slip(self, before: Standing, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
         """Return the slip of each step of a block since the last chosen step before it, or since the step before."""
@@ -243,11 +252,11 @@ def _salvaged(damaged: list[Path], standing: Standing) -> str:
 
 
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
-    """Arrays of a block beside its history, see ``FinishedRun``."""
+    """Return the lines of a block, see ``FinishedRun``."""
     middle = history.grid.shape[1] // 2
     pressure, displacement = np.asarray(history.pressure), np.asarray(history.displacement)
-    lines = (pressure[:, :, middle], displacement[:, :, middle], np.max(pressure, axis=(1, 2)))
-    return dict(zip(LINES, lines, strict=True))
+    lines = {"pressure_line": pressure[:, :, middle], "displacement_line": displacement[:, :, middle]}
+    return lines | {name: values for name, values in numbers_of(history).items() if name in FROM_MAPS}
 
 
 def _joined(blocks: list[Path], names: tuple[str, ...]) -> dict[str, np.ndarray]:

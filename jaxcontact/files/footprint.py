@@ -16,12 +16,13 @@ from typing import Any
 import jax
 
 from jaxcontact._compile.kept_traces import shapes
+from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.run_directory import UNFINISHED
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import FEW, chosen, maps_of
 from jaxcontact.files.finished_steps import StoredFields
-from jaxcontact.results.labels import FIELDS, VECTOR, stored_fields
+from jaxcontact.results.labels import stored_fields
 from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.simulation import BLOCK, first_block
 
@@ -69,12 +70,10 @@ def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
     if experiment.options.correspondence == "quasi-elastic":
         work = max(work, WEIGHING * steps)
     (nx, ny), stored = case.grid.shape, StoredFields.of(KINDS[case.kind].result)
-    kept, numbers = (
-        chosen(case.kept, case.times.size).size,
-        sum(1 + (FIELDS[n][0] == VECTOR) for n in stored.series),
-    )
+    kept = chosen(case.kept, case.times.size).size
+    numbers = sum(1 + (FIELDS[name].dimensions == VECTOR) for name in stored.series)
     each, whole = _bytes(block[1].fields) / BLOCK, 8.0 * nx * ny * len(stored.whole)
-    line = 8.0 * (2 * nx + numbers + 3)
+    line = 8.0 * (2 * nx + numbers + 3)  # with radius, peak and verdict
     maps, lines = each * kept, line * case.times.size
     memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
     heads = HEADS * (case.times.size / BLOCK + 3.0)

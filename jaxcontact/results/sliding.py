@@ -1,7 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
-from typing import Any
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -125,6 +125,7 @@ class SteadySliding(_RenamedTotal, SteadyContact):
     Zero otherwise.
     """
 
+    view: ClassVar[str] = "steady sliding"
     grid: Grid
     velocity: Array
     profile: Array
