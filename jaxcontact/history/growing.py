@@ -29,7 +29,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
@@ -101,11 +101,11 @@ class IncrementalMemory(Memory):
         displacement = fields.earlier + fields.operator(pressure)
         return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, fields.film)
 
-    def observe(self, fields: Grown, pressure: Array, step: Any) -> Observed:
+    def observe(self, fields: Grown, pressure: Array, step: Any) -> dict[str, Array]:
         """Return the strain of a film that has always been as thick as in the middle of the step."""
         if fields.film is None:
-            return Observed(jnp.zeros(()), None)
-        return Observed(fields.film.strain(pressure, fields.eta), None)
+            return {"film_strain": jnp.zeros(())}
+        return {"film_strain": fields.film.strain(pressure, fields.eta)}
 
 
 @pytree

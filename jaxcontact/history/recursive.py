@@ -16,7 +16,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.operators.kernels import Kernels
 
 
@@ -45,8 +45,8 @@ class RecursiveMemory(Memory):
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
         return eta + jnp.tensordot(dt * ramps(self.kernels.rates * dt)[2], pressure, 0)
 
-    def observe(self, eta: Array, pressure: Array, dt: Array) -> Observed:
+    def observe(self, eta: Array, pressure: Array, dt: Array) -> dict[str, Array]:
         film = self.kernels.film
         if film is None:
-            return Observed(jnp.zeros(()), None)
-        return Observed(film.strain(pressure, eta), None)
+            return {"film_strain": jnp.zeros(())}
+        return {"film_strain": film.strain(pressure, eta)}

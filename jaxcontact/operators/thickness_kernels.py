@@ -68,7 +68,6 @@ class VaryingKernels:
         film = VaryingFilm(self.film_series, shares, thickness > 0.0, self.uniform.film.weights)
         return replace(self.uniform, family=family, film=film)
 
-
     def _uneven(self, thickness: Array) -> Array:
         """Return the displacement by a mean pressure of one, less its mean, of all members, (M + 1, nx, ny)."""
         scale, mean = self.uniform.scale, jnp.mean(thickness)

@@ -14,8 +14,8 @@ the kernels are linear in h too, and logarithmic where it is thick, where they v
 of n terms costs n convolutions.
 
 On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A mean
-pressure p0 moves the surface by w(x) p0, which is, less its mean, the film's compliance in uniaxial strain times its thickness
-less what the film, which presses sideways, lifts the surface where it is thick (``response.body.sideways_compliance``). By
+pressure p0 moves the surface by w(x) p0: without its mean, the film's compliance in uniaxial strain times its thickness less
+what the film, which presses sideways, lifts the surface where it is thick (``response.body.sideways_compliance``). By
 reciprocity, displacement is then from the mean of the surface but for mean(w p).
 """
 

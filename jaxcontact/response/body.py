@@ -35,8 +35,8 @@ def sideways_compliance(body: LayeredHalfSpace, thickness: Array, wavenumber: Ar
 
     Under a pressure p the film, which cannot widen, presses sideways with s p, s = nu/(1 - nu). Where its thickness exceeds
     the mean ``thickness`` [m] by h', equilibrium along the surface needs the traction s p dh'/dx, to which the body with a
-    film of the mean thickness responds: by s alpha K(alpha) p h', K the coupling of ``response.stack``, at first. It is exact
-    to first order in h'.
+    film of the mean thickness responds: by s alpha K(alpha) p h', K the coupling of ``response.stack``, at first. It is
+    exact to first order in h'.
     """
     (film,), base = body.sublayers(), body.substrate
     solids = film.material, base

@@ -1,6 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -69,7 +70,8 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
     contact has come back to where history had left the grid, by enough to move it (``dropped`` above 1 % of
-    the approach): the grid does not hold the track and the contact; 9: an earlier step failed, and the body remembers it.
+    the largest approach so far): the grid does not hold the track and the contact; 9: an earlier step failed, and the
+    body remembers it.
     """
 
     velocity: Array
@@ -103,6 +105,11 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
         return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
 
 
+def sliding_history(**given: Any) -> SlidingHistory:
+    """Return a history from its fields without the totals."""
+    return SlidingHistory(**with_totals(given, given["velocity"]))
+
+
 @pytree
 class SteadySliding(_RenamedTotal, SteadyContact):
     """Steady sliding, in the frame of the indenter, SI units.
@@ -118,6 +125,7 @@ class SteadySliding(_RenamedTotal, SteadyContact):
     Zero otherwise.
     """
 
+    view: ClassVar[str] = "steady sliding"
     grid: Grid
     velocity: Array
     profile: Array

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
 BASE = jc.Elastic(G=80e9, nu=0.3)
 FILM = jc.StandardLinearSolid(G1=1e9, G2=5e8, eta2=1e10, nu=0.35)
 GRIDS = {
-    "free": jc.Grid.square(16, 48e-6),
+    "free": jc.Grid.square(16, 80e-6),
     "periodic": jc.Grid((16, 12), (3e-6, 3e-6), periodic=True),
     "strip": jc.Grid((16, 12), (3e-6, 3e-6), periodic=(False, True)),
     "plane strain": jc.Grid((24, 1), (3e-6, 3e-6), periodic=(False, True)),
