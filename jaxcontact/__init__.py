@@ -41,6 +41,9 @@ from jaxcontact.inputs.fractional import FractionalKelvinVoigt as FractionalKelv
 from jaxcontact.inputs.fractional import FractionalMaxwell as FractionalMaxwell  # noqa: E402
 from jaxcontact.inputs.fractional import Springpot as Springpot  # noqa: E402
 from jaxcontact.inputs.grid import Grid as Grid  # noqa: E402
+from jaxcontact.inputs.laws import Archard as Archard  # noqa: E402
+from jaxcontact.inputs.laws import ProportionalRemoval as ProportionalRemoval  # noqa: E402
+from jaxcontact.inputs.laws import StressActivated as StressActivated  # noqa: E402
 from jaxcontact.inputs.layers import Graded as Graded  # noqa: E402
 from jaxcontact.inputs.layers import Layer as Layer  # noqa: E402
 from jaxcontact.inputs.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
@@ -66,6 +69,7 @@ from jaxcontact.results.rough_contact import PressureHistogram as PressureHistog
 from jaxcontact.results.rough_contact import contact_clusters as contact_clusters  # noqa: E402
 from jaxcontact.results.rough_contact import contact_statistics as contact_statistics  # noqa: E402
 from jaxcontact.results.rough_contact import pressure_histogram as pressure_histogram  # noqa: E402
+from jaxcontact.results.rubbing import RubbingHistory as RubbingHistory  # noqa: E402
 from jaxcontact.results.sliding import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.results.sliding import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
@@ -73,6 +77,8 @@ from jaxcontact.results.topography import surface_statistics as surface_statisti
 from jaxcontact.verbs.flash_temperature import flash_temperature as flash_temperature  # noqa: E402
 from jaxcontact.verbs.indent import indent as indent  # noqa: E402
 from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
+from jaxcontact.verbs.rub import Thermal as Thermal  # noqa: E402
+from jaxcontact.verbs.rub import rub as rub  # noqa: E402
 from jaxcontact.verbs.sensitivity import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.verbs.sensitivity import sensitivity as sensitivity  # noqa: E402
 from jaxcontact.verbs.shear import shear as shear  # noqa: E402
@@ -85,6 +91,7 @@ from jaxcontact.verbs.subsurface import subsurface as subsurface  # noqa: E402
 # what the reference shows; tests/project/test_public_api.py holds the same names
 __all__ = [
     "Approach",
+    "Archard",
     "Burgers",
     "Cone",
     "ContactClusters",
@@ -106,6 +113,8 @@ __all__ = [
     "Maxwell",
     "PressureHistogram",
     "Prony",
+    "ProportionalRemoval",
+    "RubbingHistory",
     "Sensitivity",
     "ShearHistory",
     "SlidingHistory",
@@ -115,11 +124,13 @@ __all__ = [
     "Status",
     "SteadyRolling",
     "SteadySliding",
+    "StressActivated",
     "Study",
     "Surface",
     "SurfaceStatistics",
     "TangentialDisplacement",
     "TangentialLoad",
+    "Thermal",
     "cite",
     "contact_clusters",
     "contact_statistics",
@@ -133,6 +144,7 @@ __all__ = [
     "pressure_histogram",
     "read_surface",
     "roll_steady",
+    "rub",
     "save",
     "self_affine",
     "sensitivity",

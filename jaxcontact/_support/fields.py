@@ -101,6 +101,9 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "slip_ratio": Field(VECTOR_MAP, "1", "slip velocity of the body over the indenter, over the speed"),
     "stick": Field(MAP, "1", "in contact without slip"),
     "friction_work": Field(PLANE, "J m-2", "lost to friction per area from the first time to the last"),
+    "thickness": Field(MAP, "m", "thickness of the film, or of what has formed on the indenter"),
+    "temperature": Field(MAP, "K", "temperature of the surface"),
+    "step_error": Field(TIME, "m", "estimated error of the thickness by the steps in time"),
     "dropped": Field(TIME, "m", "bound on the displacement of the history that left the grid"),
 }
 

@@ -29,6 +29,8 @@ class Status(IntEnum):
     INHERITED = 9
     NOT_FINITE = 10
     NOT_RESOLVED = 11
+    STEP_TOO_LONG = 12
+    TOO_THICK = 13
 
     @property
     def message(self) -> str:
@@ -49,6 +51,8 @@ MESSAGES = {
     Status.INHERITED: "an earlier step failed (see its own status), and this step builds on its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the body's response is off by more than 1 %: kernels with more nodes, or a shorter time",
+    Status.STEP_TOO_LONG: "growth or wear in a step is off by more than 1 %: more substeps",
+    Status.TOO_THICK: "the film has grown thicker than its kernels are made for: a larger thickest",
 }
 
 

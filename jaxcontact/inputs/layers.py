@@ -160,6 +160,17 @@ class ThicknessMap(NamedTuple):
         return self.values[0] if self.over_times else self.values
 
 
+def over_the_plane(body: LayeredHalfSpace, shape: tuple[int, ...]) -> LayeredHalfSpace:
+    """Return the body with the thickness of its only layer at all cells of a grid; other bodies as they are."""
+    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], Layer):
+        return body
+    if np.ndim(layers[0].thickness) > 0:
+        return body
+    everywhere = jnp.broadcast_to(jnp.asarray(layers[0].thickness, float), shape)
+    return replace(body, layers=(replace(layers[0], thickness=everywhere),))
+
+
 def separate_map(
     body: LayeredHalfSpace, shape: tuple[int, ...], count: int
 ) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:

@@ -72,7 +72,7 @@ class Experiment:
     kernels: Kernels | VaryingKernels | None
     valid: Array | None
     options: Options = static()
-    film_map: ThicknessMap | None = None
+    film_map: ThicknessMap | None
 
     @classmethod
     def of(
@@ -303,7 +303,8 @@ class Plan:
         """Return an outcome in SI, for a user's function."""
         gap = self.stepper.profile + outcome.fields["displacement"] - outcome.numbers["approach"]
         in_si = self.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
-        return self.step(**{field.name: in_si[field.name] for field in fields(self.step)})
+        known = {field.name for field in fields(self.step)} & in_si.keys()
+        return self.step(**{name: in_si[name] for name in known})
 
     def result(
         self, outcomes: Outcome, carry: Carry, last: dict[str, Array], rows: slice = slice(None)

@@ -144,7 +144,9 @@ class Indentation(TimedExperiment):
         cls, body: LayeredHalfSpace, indenter: Indenter, control: Control, times: Any, **options: Any
     ) -> Self:
         body, thicknesses, thick = body_at_first(body, np.size(times))
-        body, film_map, in_range = separate_map(body, getattr(options.get("grid"), "shape", ()), np.size(times))
+        body, film_map, in_range = separate_map(
+            body, getattr(options.get("grid"), "shape", ()), np.size(times)
+        )
         experiment = super().of(body, indenter, control, times, film_map=film_map, **options)
         if thicknesses is None and film_map is None:
             return experiment
