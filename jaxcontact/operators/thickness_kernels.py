@@ -32,7 +32,7 @@ from jaxcontact.response.influence.images import Images
 from jaxcontact.response.influence.periodic import wavenumbers
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
-DEFAULT_TERMS = 4
+DEFAULT_TERMS = 6
 SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
 WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 

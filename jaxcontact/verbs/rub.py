@@ -94,7 +94,7 @@ def rub(
     Args:
         body: one ``Layer`` on an ``Elastic`` substrate, its thickness a number or (nx, ny), >= 0; with wears="indenter"
             any body of layers with one thickness each.
-        velocity: of the rubbing [m/s]: a number, (2,), or (nt, 2) over times, linear between them; only its magnitude counts.
+        velocity: of the rubbing [m/s]: a number, (2,), or (nt, 2) over times, linear between them; its magnitude counts.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with ``rate(step)`` -> (nx, ny) [m/s], step an ``inputs.laws.RubbingState``.
         friction: coefficient of friction, a number or (nx, ny): for the shear stress and the heat.

@@ -29,7 +29,9 @@ def surface_displacement(thickness, pressure, film, base, x):
     mesh = skfem.MeshQuad2(nodes, skfem.MeshQuad2.from_mesh(flat).t)
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad2()), intorder=4)
     of_film = (flat.p[1][flat.t].mean(0) > 0.0)[:, None]
-    shear, poisson = (np.where(of_film, f, b) * np.ones_like(basis.dx) for f, b in zip(film, base, strict=True))
+    shear, poisson = (
+        np.where(of_film, f, b) * np.ones_like(basis.dx) for f, b in zip(film, base, strict=True)
+    )
     lame = 2.0 * shear * poisson / (1.0 - 2.0 * poisson)
 
     @skfem.BilinearForm
@@ -68,4 +70,6 @@ def _periodic(basis, places):
     master = np.arange(places.shape[1])
     master[right] = left
     kept, index = np.unique(master, return_inverse=True)
-    return sparse.csr_matrix((np.ones(master.size), (np.arange(master.size), index)), (master.size, kept.size))
+    return sparse.csr_matrix(
+        (np.ones(master.size), (np.arange(master.size), index)), (master.size, kept.size)
+    )

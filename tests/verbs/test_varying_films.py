@@ -66,7 +66,11 @@ def test_a_uniform_map_is_the_layer(name):
         for field in ("pressure", "displacement", "approach", "film_strain", "smooth_area"):
             expected = np.asarray(getattr(layer, field))
             np.testing.assert_allclose(
-                getattr(varying, field), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max(), err_msg=field
+                getattr(varying, field),
+                expected,
+                rtol=1e-6,
+                atol=1e-6 * np.abs(expected).max(),
+                err_msg=field,
             )
 
 
@@ -84,7 +88,9 @@ FEM = [
 ]
 PERIODIC = jc.Grid((128, 1), (1 / 128, 1 / 128), periodic=True)
 X = np.arange(128) / 128
-GAUSSIAN = lambda x: np.exp(-((((x) + 0.25) % 1 - 0.5) ** 2) / (2 * 0.08**2))  # where the thickness is steepest
+GAUSSIAN = lambda x: np.exp(
+    -((((x) + 0.25) % 1 - 0.5) ** 2) / (2 * 0.08**2)
+)  # where the thickness is steepest
 
 
 def against_fem(film, mean, waves):
