@@ -24,8 +24,8 @@ class RubbingHistory(ContactHistory):
 
     thickness (nt, nx, ny) [m]: of the film, or, with ``wears="indenter"``, of what has formed on the indenter, negative
     where it is worn; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; both (nx, ny) of the last time
-    unless save="all"; friction_work (nx, ny) [J/m2]: of friction from the first time to the last; step_error (nt,) [m]: sum of the
-    estimated errors of the thickness by the steps in time, each the largest over the grid.
+    unless save="all"; friction_work (nx, ny) [J/m2]: of friction from the first time to the last; step_error (nt,) [m]: sum
+    of the estimated errors of the thickness by the steps in time, each the largest over the grid.
 
     displacement is that of the surface: elastic and viscous displacement less what has formed; profile is the gap at first
     touch of the surfaces as they are at first. status 12: a step of growth or wear is too long; 13: the film is thicker than
