@@ -22,12 +22,13 @@ from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.labels import arrays_of, dataset, numbers_of, status_names, stored_fields
 from jaxcontact.results.notes import Diagnostics
+from jaxcontact.results.rubbing import RubbingHistory
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *TIMELESS)
+    cls.__name__: cls for cls in (ContactHistory, RubbingHistory, ShearHistory, SlidingHistory, *TIMELESS)
 }
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
@@ -46,7 +47,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all (ParaView's files each by itself).
 
     Args:
-        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
+        result: ``ContactHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
             ``InteriorFields``; what a ``save`` function kept is left out.
         path: with the ending ``.npz`` or ``.nc``, or ``.pvd`` for ParaView: a film of all times, in files of their own
             in a folder of the same name beside it, to look at and not to load again.

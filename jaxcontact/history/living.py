@@ -76,7 +76,7 @@ class Heated:
         return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
 
 
-class Coming(NamedTuple):
+class Predicted(NamedTuple):
     """A step before its pressure is known: the contact without the change of the surface, the displacement left by earlier
     pressure, and the memory's fields and input."""
 
@@ -147,15 +147,15 @@ class RubStepper(PressStepper):
         """Return the thickness after a change [m]; that of a film ends at zero."""
         return jnp.maximum(thickness + change, 0.0) if self.of_film else thickness + change
 
-    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Coming:
+    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Predicted:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
         driven = ThicknessStep(step.dt, carry.thickness, guessed) if self.of_film else step.dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
         lowest, gap = jnp.min(self.profile), self.profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
-        return Coming(problem, found.earlier, found.fields, driven)
+        return Predicted(problem, found.earlier, found.fields, driven)
 
-    def _rubbed(self, coming: Coming, thickness: Array, guess: Array, step: Steps) -> Rubbed:
+    def _rubbed(self, coming: Predicted, thickness: Array, guess: Array, step: Steps) -> Rubbed:
         """Return the contact on a film of a thickness, and the rate of the law in it."""
         raised = (thickness - self.at_first) / self.scale.length
         problem = replace(coming.problem, gap=coming.problem.gap - raised)
@@ -180,7 +180,7 @@ class RubStepper(PressStepper):
         return self.friction * pressure * self.scale.unit("pressure") * speed
 
     def _outcome(
-        self, carry: RubCarry, coming: Coming, first: Rubbed, second: Rubbed, estimate: Array
+        self, carry: RubCarry, coming: Predicted, first: Rubbed, second: Rubbed, estimate: Array
     ) -> Outcome:
         solution, state = second.solution, second.state
         numbers = contact_outcome(second.problem, solution, coming.earlier)

@@ -78,7 +78,7 @@ class SumOfLaws(Law):
     def check(self) -> Verdict:
         valid: Verdict = True
         for term in self.terms:
-            valid = valid & check_law(term)
+            valid = valid & check_law(term, heated=True)
         return valid
 
 
@@ -95,7 +95,7 @@ class StressActivated(Law):
     Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24 (shear stress).
 
     Args:
-        rate: [m/s] > 0.
+        rate_constant: rate [m/s] > 0.
         activation_energy: [J] >= 0.
         activation_volume: [m3].
         temperature: T [K] > 0; None: that of the contact, with ``thermal=``.
@@ -133,7 +133,7 @@ class ProportionalRemoval(Law):
     """Removal in proportion to the thickness where there is contact: dh/dt = -rate h.
 
     Args:
-        rate_constant: [1/s] >= 0.
+        rate_constant: rate [1/s] >= 0.
 
     Example:
         >>> law = jc.ProportionalRemoval(1e-3)
@@ -170,10 +170,13 @@ class Archard(Law):
         return checks.non_negative("Archard coefficient [1/Pa]", self.coefficient)
 
 
-def check_law(law: Any) -> Verdict:
-    """Return whether a law's parameters are in range; ValueError for what is no law."""
+def check_law(law: Any, *, heated: bool) -> Verdict:
+    """Return whether a law's parameters are in range; ValueError for what is no law, or needs a temperature without heat."""
     rate = getattr(law, "rate", None)
     checks.require(
         callable(rate), f"law: expected an object with a method rate(step), got {type(law).__name__}"
     )
+    for term in _terms(law):
+        known = heated or not isinstance(term, StressActivated) or term.temperature is not None
+        checks.require(known, "law: expected a temperature, or thermal=, for StressActivated, got None")
     return law.check() if isinstance(law, Law) else True

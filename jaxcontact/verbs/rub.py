@@ -170,7 +170,7 @@ class Rubs(TimedExperiment):
             body, indenter, control, times, grid=grid, film_map=film_map, **options
         )
         velocity = as_array(velocity)
-        valid = valid & check_law(law) & check_friction(friction, grid.shape)
+        valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
         valid = valid & _check_velocity(velocity, np.shape(times)) & _check_thermal(thermal, grid)
         if thickest is None:
             thickest = _reach(film_map, grid)

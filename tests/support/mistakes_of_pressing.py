@@ -18,7 +18,9 @@ from right_calls import (
     TIMES,
     indent,
     on,
+    rub,
     steady,
+    varying,
 )
 
 import jaxcontact as jc
@@ -38,10 +40,50 @@ PRESSING = {
         r"layer: expected at most 1e\+06 times the substrate's modulus, got 5e\+06 times",
     ),
     "a thickness over the plane": (
-        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): a response belongs to one thickness everywhere\."
-        r" Give the film's mean here and its uneven top as the heights of a HeightField",
+        lambda: steady(1.0, body=varying()),
+        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): .* is for a Layer in indent and rub alone",
     ),
+    "a thickness of another plane": (
+        lambda: indent(body=varying((8, 9))),
+        r"layer thickness \[m\]: expected a number or shape \(8, 8\) or \(2, 8, 8\) as the grid and the times",
+    ),
+    "a thickness over the plane below zero": (
+        lambda: indent(body=varying(value=-1e-9)),
+        r"layer thickness \[m\]: expected >= 0",
+    ),
+    "two films over the plane": (
+        lambda: indent(body=varying(layers=2)),
+        r"body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got 2 on Elastic",
+    ),
+    "the quasi-elastic way for a film over the plane": (
+        lambda: indent(body=varying(), correspondence="quasi-elastic"),
+        r"layer thickness in the plane: expected no kernels",
+    ),
+    "two films that are rubbed": (
+        lambda: rub(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)] * 2, STEEL)),
+        r"body: expected one Layer of a thickness that is a number or \(nx, ny\) in rub",
+    ),
+    "a number for a law": (lambda: rub(law=1e-18), r"law: expected an object with a method rate\(step\), got float"),
+    "a wear coefficient below zero": (
+        lambda: rub(law=jc.ProportionalRemoval(0.0) + jc.Archard(-1.0)),
+        r"Archard coefficient \[1/Pa\]: expected >= 0",
+    ),
+    "removal below zero": (lambda: rub(law=jc.ProportionalRemoval(-1.0)), r"ProportionalRemoval rate \[1/s\]: expected"),
+    "growth without temperature": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 0.0)),
+        r"StressActivated temperature \[K\]: expected > 0",
+    ),
+    "a temperature that nobody knows": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, None)),
+        r"law: expected a temperature, or thermal=, for StressActivated",
+    ),
+    "a velocity over other times": (
+        lambda: rub(velocity=np.ones(3)),
+        r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
+    ),
+    "a number for heat": (lambda: rub(thermal=300.0), r"thermal: expected Thermal or None, got float"),
+    "no conductivity": (lambda: rub(thermal=jc.Thermal(300.0, 0.0)), r"Thermal conductivity \[W/\(m K\)\]: expected > 0"),
+    "kernels of no thickness": (lambda: rub(thickest=0.0), r"thickest \[m\]: expected > 0"),
     "a thickness over other times": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
         r"layer thickness \[m\]: expected a number or shape \(2,\) as times, got \(3,\)",
