@@ -58,7 +58,8 @@ def indent(
 
     Args:
         body: a ``LayeredHalfSpace``, SI units; a ``Layer`` may have a thickness (nt,) over the times, which costs
-            kernels at each step and takes no ``kernels``: ``history.growing``.
+            kernels at each step, or (nx, ny) or (nt, nx, ny) in the plane; both take no ``kernels``: ``history.growing``,
+            ``operators.varying``.
         indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
             between times.

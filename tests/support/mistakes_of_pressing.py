@@ -63,12 +63,18 @@ PRESSING = {
         lambda: rub(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)] * 2, STEEL)),
         r"body: expected one Layer of a thickness that is a number or \(nx, ny\) in rub",
     ),
-    "a number for a law": (lambda: rub(law=1e-18), r"law: expected an object with a method rate\(step\), got float"),
+    "a number for a law": (
+        lambda: rub(law=1e-18),
+        r"law: expected an object with a method rate\(step\), got float",
+    ),
     "a wear coefficient below zero": (
         lambda: rub(law=jc.ProportionalRemoval(0.0) + jc.Archard(-1.0)),
         r"Archard coefficient \[1/Pa\]: expected >= 0",
     ),
-    "removal below zero": (lambda: rub(law=jc.ProportionalRemoval(-1.0)), r"ProportionalRemoval rate \[1/s\]: expected"),
+    "removal below zero": (
+        lambda: rub(law=jc.ProportionalRemoval(-1.0)),
+        r"ProportionalRemoval rate \[1/s\]: expected",
+    ),
     "growth without temperature": (
         lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 0.0)),
         r"StressActivated temperature \[K\]: expected > 0",
@@ -82,7 +88,10 @@ PRESSING = {
         r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
     ),
     "a number for heat": (lambda: rub(thermal=300.0), r"thermal: expected Thermal or None, got float"),
-    "no conductivity": (lambda: rub(thermal=jc.Thermal(300.0, 0.0)), r"Thermal conductivity \[W/\(m K\)\]: expected > 0"),
+    "no conductivity": (
+        lambda: rub(thermal=jc.Thermal(300.0, 0.0)),
+        r"Thermal conductivity \[W/\(m K\)\]: expected > 0",
+    ),
     "kernels of no thickness": (lambda: rub(thickest=0.0), r"thickest \[m\]: expected > 0"),
     "a thickness over other times": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),

@@ -113,3 +113,107 @@ def test_against_finite_elements(film, mean, waves, error):
     print(f"{film} {mean} {waves}: {varying:.4f}, uniform {uniform:.3f}")
     assert varying < 1.2 * error
     assert waves > 1 or varying < 0.4 * uniform, "a film of one thickness is nearly as good"
+
+
+@pytest.mark.slow
+def test_a_viscoelastic_film_is_the_elastic_one_of_its_short_and_long_times():
+    """By the operator after a step of pressure: instantaneous, and after 1e6 relaxation times."""
+    grid = PERIODIC
+    thickness = 0.05 * (1 + 0.5 * np.cos(2 * np.pi * X))[:, None]
+    film, base = jc.StandardLinearSolid(G1=1.0, G2=0.25, eta2=1.0, nu=0.35), jc.Elastic(1.0, 0.3)
+    body = jc.LayeredHalfSpace((jc.Layer(film, 0.075),), base)
+    given = as_float64((body, jc.HeightField(np.zeros(grid.shape)), grid, thickness))
+    kernels = compiled_varying(*given)
+    here, p = kernels.at(jnp.asarray(thickness)), GAUSSIAN(X)[:, None]
+    late = here.mix @ jnp.where(here.rates > 0.0, 1.0 / here.rates, 0.0)
+    for weights, G in ((np.zeros(len(here.mix)), 1.0), (late, 0.2)):
+        found = here.family.combined([1.0, *weights])(jnp.asarray(p))
+        found = np.asarray(found) * float(kernels.uniform.scale.compliance * kernels.uniform.scale.length)
+        expected = operator_of(grid, thickness, jc.Elastic(G, 0.35), base, terms=6)[0](p)
+        np.testing.assert_allclose(found, expected, atol=1e-4 * np.ptp(expected))
+
+
+@pytest.mark.slow
+def test_a_patchy_film_is_the_bare_base_and_the_whole_film_far_from_its_edges():
+    """Two balls on a periodic body, one on a patch and one beside it, against one of each kind on its own."""
+    grid = jc.Grid((64, 1), (2e-6, 1e-3), periodic=True)
+    x = np.asarray(grid.coordinates()[0])
+    stripe = np.where(x < 0.0, 2e-7, 0.0)
+    pressure = np.exp(-(((x - 32e-6) / 6e-6) ** 2)) + np.exp(-(((x + 32e-6) / 6e-6) ** 2))
+    found = [
+        operator_of(grid, h, FILM, BASE)[0](pressure)[:, 0]
+        for h in (stripe, 0.0 * stripe, 2e-7 + 0.0 * stripe)
+    ]
+    patchy, bare, whole = (u - u.mean() for u in found)
+    bare_there, film_there = np.abs(x[:, 0] - 32e-6) < 15e-6, np.abs(x[:, 0] + 32e-6) < 15e-6
+    lift = lambda u, v, mask: np.ptp((u - v)[mask]) / np.ptp(whole)
+    assert lift(patchy, bare, bare_there) < 0.01 and lift(patchy, whole, film_there) < 0.01
+    assert lift(patchy, whole, bare_there) > 0.2
+
+
+@pytest.mark.slow
+def test_no_film_at_all_is_the_bare_base():
+    grid = GRIDS["free"]
+    bare = jc.indent(
+        jc.LayeredHalfSpace([], BASE), jc.Sphere(1e-3), jc.Load(0.3), TIMES[:1], grid=grid, tolerance=1e-11
+    )
+    none = press(np.zeros(grid.shape), grid, times=TIMES[:1])
+    np.testing.assert_allclose(none.pressure, bare.pressure, atol=1e-6 * bare.pressure.max())
+
+
+@pytest.mark.slow
+def test_the_pressure_converges_with_the_grid():
+    """On a wavy film, of the second order; the peak of 32, 64 and 128 cells in plane strain."""
+
+    def peak(n):
+        grid = jc.Grid((n, 1), (96e-6 / n, 1e-3), periodic=(False, True))
+        x = np.asarray(grid.coordinates()[0])
+        thickness = 2e-6 * (1 + 0.5 * np.cos(2 * np.pi * x / 48e-6))
+        run = press(thickness, grid, film=jc.Elastic(5e9, 0.35), times=TIMES[:1], load=jc.Load(60.0))
+        return float(jnp.max(run.pressure))
+
+    coarse, middle, fine = map(peak, (31, 63, 127))
+    assert abs(middle - fine) < 0.5 * abs(coarse - middle) and abs(middle - fine) < 5e-3 * fine
+
+
+@pytest.mark.slow
+def test_relief_enters_the_gap_and_growth_raises_the_surface():
+    """A film that grows uniformly is that of (nt,), but for the approach; the first touch is that of the relief."""
+    grid, growing = GRIDS["free"], np.linspace(5e-7, 8e-7, 5)
+    alike, varying = press(growing, grid), press(growing[:, None, None] * np.ones(grid.shape), grid)
+    np.testing.assert_allclose(varying.pressure, alike.pressure, atol=2e-5 * alike.pressure.max())
+    np.testing.assert_allclose(varying.approach, alike.approach - (growing - growing[0]), rtol=1e-5)
+    np.testing.assert_allclose(varying.gap, alike.gap, atol=1e-5 * np.ptp(alike.gap))
+    bump = wavy(grid)
+    touch = press(bump, grid, times=TIMES[:1], load=jc.Approach(0.0))
+    ball = np.asarray(jc.Sphere(1e-3).profile(grid))
+    lowest = (ball - bump).min()
+    np.testing.assert_allclose(touch.gap[0], ball - bump - lowest + ball.min(), atol=1e-15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("over_times", [False, True])
+def test_derivatives_by_the_map(over_times):
+    """Along a direction in the space of maps: forward, reverse, central differences."""
+    grid = GRIDS["plane strain"]
+    shape = (5, *grid.shape) if over_times else grid.shape
+    grows = np.linspace(1.0, 1.4, 5)[:, None, None] if over_times else 1.0
+    change = 1e-7 * np.random.default_rng(1).random(shape)
+
+    def found(share):
+        run = press(jnp.asarray(grows * wavy(grid)) + share * change, grid)
+        return jnp.stack([jnp.sum(run.pressure[-1] ** 2) * 1e-14, run.approach[-1] * 1e7])
+
+    run = jax.jit(found)
+    forward, reverse = jax.jit(jax.jacfwd(found))(0.0), jax.jit(jax.jacrev(found))(0.0)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-7)
+    np.testing.assert_allclose(forward, (run(1e-3) - run(-1e-3)) / 2e-3, rtol=1e-4)
+
+
+def test_a_note_tells_of_a_steep_film():
+    grid = GRIDS["plane strain"]
+    steep = wavy(grid, mean=6e-6)
+    with pytest.warns(UserWarning, match="thickness varies with a slope of 0.2[0-9]: above 0.2"):
+        press(steep, grid, times=TIMES[:1])
+    with pytest.warns(UserWarning, match="above 0.1 the displacement of a stiff film"):
+        press(steep / 2, grid, times=TIMES[:1], film=jc.Elastic(200e9, 0.3))
