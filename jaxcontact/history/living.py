@@ -76,7 +76,7 @@ class Heated:
         return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
 
 
-class Predicted(NamedTuple):
+class Awaited(NamedTuple):
     """A step before its pressure is known: the contact without the change of the surface, the displacement left by earlier
     pressure, and the memory's fields and input."""
 
@@ -86,7 +86,7 @@ class Predicted(NamedTuple):
     driven: Any
 
 
-class Rubbed(NamedTuple):
+class SolvedRub(NamedTuple):
     """A solved contact on one estimate of the thickness [m]; raised (nx, ny), scaled; rate [m/s] by the law."""
 
     problem: Problem
@@ -147,15 +147,15 @@ class RubStepper(PressStepper):
         """Return the thickness after a change [m]; that of a film ends at zero."""
         return jnp.maximum(thickness + change, 0.0) if self.of_film else thickness + change
 
-    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Predicted:
+    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
         driven = ThicknessStep(step.dt, carry.thickness, guessed) if self.of_film else step.dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
         lowest, gap = jnp.min(self.profile), self.profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
-        return Predicted(problem, found.earlier, found.fields, driven)
+        return Awaited(problem, found.earlier, found.fields, driven)
 
-    def _rubbed(self, coming: Predicted, thickness: Array, guess: Array, step: Steps) -> Rubbed:
+    def _rubbed(self, coming: Awaited, thickness: Array, guess: Array, step: Steps) -> SolvedRub:
         """Return the contact on a film of a thickness, and the rate of the law in it."""
         raised = (thickness - self.at_first) / self.scale.length
         problem = replace(coming.problem, gap=coming.problem.gap - raised)
@@ -173,14 +173,14 @@ class RubStepper(PressStepper):
             temperature=None if self.heated is None else self.heated.temperature(flux),
             time=step.more.time,
         )
-        return Rubbed(problem, solution, raised, state, self.kinetics.rate(state))
+        return SolvedRub(problem, solution, raised, state, self.kinetics.rate(state))
 
     def _flux(self, pressure: Array, speed: Array) -> Array:
         """Return the power of friction per area [W/m2], from a scaled pressure."""
         return self.friction * pressure * self.scale.unit("pressure") * speed
 
     def _outcome(
-        self, carry: RubCarry, coming: Predicted, first: Rubbed, second: Rubbed, estimate: Array
+        self, carry: RubCarry, coming: Awaited, first: SolvedRub, second: SolvedRub, estimate: Array
     ) -> Outcome:
         solution, state = second.solution, second.state
         numbers = contact_outcome(second.problem, solution, coming.earlier)
@@ -197,7 +197,7 @@ class RubStepper(PressStepper):
             shown["temperature"] = state.temperature
         return Outcome(shown, numbers)
 
-    def _status(self, found: Rubbed, estimate: Array) -> Array:
+    def _status(self, found: SolvedRub, estimate: Array) -> Array:
         """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
         own = status_of(found.problem, found.solution, self.tolerance, self.edges)
         thickness = found.state.thickness

@@ -48,7 +48,7 @@ class RubbingState:
     time: Array
 
 
-class Law:
+class KineticLaw:
     """The base of laws: they can be added."""
 
     def rate(self, step: RubbingState) -> Array:
@@ -67,7 +67,7 @@ class Law:
 
 
 @pytree
-class SumOfLaws(Law):
+class SumOfLaws(KineticLaw):
     """Several laws at once; made by adding them."""
 
     terms: tuple[Any, ...]
@@ -87,7 +87,7 @@ def _terms(law: Any) -> tuple[Any, ...]:
 
 
 @pytree
-class StressActivated(Law):
+class StressActivated(KineticLaw):
     """Growth activated by stress and temperature where there is contact.
 
         dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T))
@@ -129,7 +129,7 @@ class StressActivated(Law):
 
 
 @pytree
-class ProportionalRemoval(Law):
+class ProportionalRemoval(KineticLaw):
     """Removal in proportion to the thickness where there is contact: dh/dt = -rate h.
 
     Args:
@@ -149,7 +149,7 @@ class ProportionalRemoval(Law):
 
 
 @pytree
-class Archard(Law):
+class Archard(KineticLaw):
     """Wear in proportion to pressure and path: dh/dt = -coefficient pressure |velocity|.
 
     The volume worn is coefficient x load x path. Source: J. F. Archard, J. Appl. Phys. 24 (1953) 981.
@@ -179,4 +179,4 @@ def check_law(law: Any, *, heated: bool) -> Verdict:
     for term in _terms(law):
         known = heated or not isinstance(term, StressActivated) or term.temperature is not None
         checks.require(known, "law: expected a temperature, or thermal=, for StressActivated, got None")
-    return law.check() if isinstance(law, Law) else True
+    return law.check() if isinstance(law, KineticLaw) else True
