@@ -62,7 +62,7 @@ OBJECTS = {
     "ContactStatistics": lambda: jc.contact_statistics(HISTORY),
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),
     "Sensitivity": lambda: jc.Sensitivity(("G1", "G2"), {"load": np.ones((2, 500))}),
-    "Surface": lambda: jc.surface_files.Surface(HEIGHTS, GRID),
+    "Surface": lambda: jc.Surface(HEIGHTS, GRID),
     "Archard": lambda: jc.Archard(1e-18),
     "ProportionalRemoval": lambda: jc.ProportionalRemoval(1e-3),
     "StressActivated": lambda: jc.StressActivated(1e-2, 1e-19, 4e-30, None, stress="shear"),

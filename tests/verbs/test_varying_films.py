@@ -39,7 +39,7 @@ def press(thickness, grid, film=FILM, base=BASE, times=TIMES, load=None, **optio
 
 def operator_of(grid, thickness, film, base, terms=4):
     """The elastic operator [m/Pa] of a film of varying thickness under a rigid indenter."""
-    body = jc.LayeredHalfSpace((jc.Layer(film, float(np.max(thickness))),), base)
+    body = jc.LayeredHalfSpace((jc.Layer(film, float(np.max(thickness)) or 1e-6),), base)
     given = as_float64((body, jc.HeightField(np.zeros(grid.shape)), grid, thickness))
     kernels = compiled_varying(*given, terms=terms)
     here, scale = kernels.at(jnp.asarray(thickness)), kernels.uniform.scale
@@ -163,16 +163,16 @@ def test_no_film_at_all_is_the_bare_base():
 
 @pytest.mark.slow
 def test_the_pressure_converges_with_the_grid():
-    """On a wavy film, of the second order; the peak of 32, 64 and 128 cells in plane strain."""
+    """The sum of its squares on a wavy film, on 31, 63 and 127 cells in plane strain."""
 
-    def peak(n):
+    def squares(n):
         grid = jc.Grid((n, 1), (96e-6 / n, 1e-3), periodic=(False, True))
         x = np.asarray(grid.coordinates()[0])
         thickness = 2e-6 * (1 + 0.5 * np.cos(2 * np.pi * x / 48e-6))
         run = press(thickness, grid, film=jc.Elastic(5e9, 0.35), times=TIMES[:1], load=jc.Load(60.0))
-        return float(jnp.max(run.pressure))
+        return float(jnp.sum(run.pressure**2) * grid.cell_area)
 
-    coarse, middle, fine = map(peak, (31, 63, 127))
+    coarse, middle, fine = map(squares, (31, 63, 127))
     assert abs(middle - fine) < 0.5 * abs(coarse - middle) and abs(middle - fine) < 5e-3 * fine
 
 
@@ -200,8 +200,10 @@ def test_derivatives_by_the_map(over_times):
     grows = np.linspace(1.0, 1.4, 5)[:, None, None] if over_times else 1.0
     change = 1e-7 * np.random.default_rng(1).random(shape)
 
+    first = grows * wavy(grid)
+
     def found(share):
-        run = press(jnp.asarray(grows * wavy(grid)) + share * change, grid)
+        run = press(first + share * change, grid)
         return jnp.stack([jnp.sum(run.pressure[-1] ** 2) * 1e-14, run.approach[-1] * 1e7])
 
     run = jax.jit(found)
@@ -210,6 +212,7 @@ def test_derivatives_by_the_map(over_times):
     np.testing.assert_allclose(forward, (run(1e-3) - run(-1e-3)) / 2e-3, rtol=1e-4)
 
 
+@pytest.mark.filterwarnings("ignore:.*fewer than 3 cells", "ignore:the series")
 def test_a_note_tells_of_a_steep_film():
     grid = GRIDS["plane strain"]
     steep = wavy(grid, mean=6e-6)
