@@ -92,6 +92,32 @@ PRESSING = {
         lambda: rub(thermal=jc.Thermal(300.0, 0.0)),
         r"Thermal conductivity \[W/\(m K\)\]: expected > 0",
     ),
+    "a velocity without end": (lambda: rub(velocity=np.inf), r"velocity \[m/s\]: expected finite numbers"),
+    "a body that never was warm": (
+        lambda: rub(thermal=jc.Thermal(0.0, 46.0)),
+        r"Thermal ambient \[K\]: expected > 0",
+    ),
+    "more heat than there is": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, share=2.0)),
+        r"Thermal share: expected .* <= 1, got 2",
+    ),
+    "wear of both": (lambda: rub(wears="both"), r'wears: expected "film" or "indenter", got \'both\''),
+    "growth backwards": (
+        lambda: rub(law=jc.StressActivated(-1.0, 1e-19, 1e-30, 300.0)),
+        r"StressActivated rate \[m/s\]: expected > 0",
+    ),
+    "growth that needs less than nothing": (
+        lambda: rub(law=jc.StressActivated(1.0, -1e-19, 1e-30, 300.0)),
+        r"StressActivated activation_energy \[J\]: expected >= 0",
+    ),
+    "an activation volume without end": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, np.inf, 300.0)),
+        r"StressActivated activation_volume \[m3\]: expected finite",
+    ),
+    "growth by another stress": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 300.0, stress="tension")),
+        r'StressActivated stress: expected "pressure" or "shear", got \'tension\'',
+    ),
     "kernels of no thickness": (lambda: rub(thickest=0.0), r"thickest \[m\]: expected > 0"),
     "a thickness over other times": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
