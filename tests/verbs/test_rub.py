@@ -177,3 +177,43 @@ def test_derivatives_by_law_load_and_speed():
         np.testing.assert_allclose(
             forward[:, i], difference, rtol=1e-4, atol=1e-4 * np.abs(forward).max(1).min()
         )
+
+
+DISC = jc.Grid.square(16, 64e-6)
+
+
+def heated(law, thermal, friction=0.3, **options):
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(G=1e9, nu=0.3), 1e-7)], BASE)
+    times = np.linspace(0.0, 10.0, 3)
+    return jc.rub(
+        body, jc.Sphere(2e-3), jc.Load(2.0), times, velocity=2.0, law=law, grid=DISC, friction=friction, thermal=thermal,
+        thickest=3e-7, **options,
+    )  # fmt: skip
+
+
+def test_friction_heats_the_surface_and_heat_drives_growth(tmp_path):
+    """The temperature is that of ``flash_temperature`` at rest, which has oracles of its own; growth follows Arrhenius."""
+    law = jc.StressActivated(1e-9, 2e-20, 0.0, None)
+    run = heated(law, jc.Thermal(ambient=350.0, conductivity=46.0, share=0.6))
+    flux = 0.6 * 0.3 * run.pressure[0] * 2.0
+    rise = jc.flash_temperature(flux, DISC, velocity=0.0, conductivity=46.0, diffusivity=1e-5)
+    np.testing.assert_allclose(run.temperature[0] - 350.0, rise, rtol=1e-6)
+    assert rise.max() > 5.0
+    speed = np.where(run.pressure[0] > 0.0, 1e-9 * np.exp(-2e-20 / (1.380649e-23 * run.temperature[0])), 0.0)
+    np.testing.assert_allclose(
+        run.thickness[-1] - run.thickness[0], 10.0 * speed, rtol=2e-2, atol=1e-2 * 10.0 * speed.max()
+    )
+    again = jc.load(jc.save(run, tmp_path / "hot.npz"))
+    np.testing.assert_array_equal(again.temperature, run.temperature)
+    cold = heated(jc.Archard(0.0), None)
+    assert cold.temperature is None
+    assert jc.load(jc.save(cold, tmp_path / "cold.npz")).temperature is None
+    work = np.sum(cold.friction_work) * DISC.cell_area
+    assert work == pytest.approx(0.3 * 2.0 * 2.0 * 10.0, rel=1e-6)
+
+
+def test_what_save_keeps_of_a_rubbing():
+    run = heated(jc.Archard(1e-18), None, save=lambda step: step.thickness.min())
+    every = heated(jc.Archard(1e-18), None)
+    np.testing.assert_allclose(run.saved, every.thickness.min((1, 2)), rtol=1e-12)
+    np.testing.assert_array_equal(run.thickness, every.thickness[-1])
