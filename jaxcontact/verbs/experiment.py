@@ -6,6 +6,7 @@ kind, and the march does the rest; a steady state is solved with the pieces. Opt
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
@@ -141,12 +142,12 @@ class Experiment:
 
 
 @pytree
-class TimedExperiment(Experiment):
+class TimedExperiment(Experiment, abc.ABC):
     """The base of experiments over time."""
 
+    @abc.abstractmethod
     def planned(self) -> Plan:
         """Return the march of the experiment."""
-        raise NotImplementedError
 
     def contact(self, scale: Scale) -> dict[str, Any]:
         """Return the fields of a stepper that the contact of every experiment has."""

@@ -132,7 +132,7 @@ def same(found, expected):
 
 @pytest.mark.slow
 def test_reverse_mode_of_shear_in_blocks_is_bounded_in_memory():
-    """With seven times as many rows, whose root is 2.7 times as large, and the derivative is that with all pressures kept."""
+    """With seven times as many rows, whose root is 2.7 times as large; the derivative is that with all pressures kept."""
 
     def compiled(nt, checkpoint):
         t = np.arange(float(nt))
