@@ -14,7 +14,8 @@ def shell(folder, *words):
     )
     far = '[experiment]\nkind = "sliding"\nvelocity = 1.0\n' + CASE
     (folder / "far.toml").write_text(far)
-    still = '[experiment]\nkind = "steady-sliding"\nvelocity = 0.0\n' + CASE.replace(*NO_TIMES)
+    rolls = CASE.replace(*NO_TIMES).replace("load = 10.0", "load = 10.0\ncreepage = [1e-3, 0.0]")
+    still = '[experiment]\nkind = "steady-rolling"\nvelocity = 0.0\nfriction = 0.3\n' + rolls
     (folder / "still.toml").write_text(still)
     (folder / "large.toml").write_text(CASE.replace("n = 32", "n = 65536"))
     (folder / "bad.npz").write_text("no arrays")
