@@ -143,6 +143,12 @@ class CreepData:
         return values * self._factor
 
     @property
+    def curve(self) -> tuple[str, str, np.ndarray, np.ndarray]:
+        """Return (name, unit, times, values) of what is fitted."""
+        name, unit = ("J", "1/Pa") if self.J is not None else ("strain", "-")
+        return name, unit, self.t, self.response
+
+    @property
     def error(self) -> np.ndarray | None:
         """Standard deviation of the response, (n,), None if it is not known."""
         return None if self.sigma is None else self.sigma * self._factor

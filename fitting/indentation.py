@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting import evidence, half_space_search, layered_search, report
+from fitting import half_space_search, layered_search, report
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
-from fitting.estimating import conclude
+from fitting.conclusion import Further, Problem, conclude, solution
 from fitting.evidence import Sample
 from fitting.layered import Coating
 from fitting.press import Found, Medium, Press, prepare
 from fitting.probe import probe_of
 from fitting.result import Fit, plain
-from fitting.structure import Volume, limits, structure_of
+from fitting.structure import Sought, Volume, limits, structure_of
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -189,7 +189,6 @@ def fit_indentation(
     press = prepare(
         data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion, film
     )
-    evidence.check(level, int(press.kept.sum()), press.space.free.size)
     if not film:
         return _gather(half_space_search.search(press, rise), level, started)
     _check_layered(press, rise)
@@ -204,26 +203,30 @@ def _check_layered(press: Press, rise: float | None) -> None:
 
 
 def _gather(found: Found, level: float, started: float) -> IndentationFit:
-    """Profile, undo the scaling, and say what there is to say."""
+    """Conclude from the optimum."""
     press, best, objective = found.press, found.best, found.objective
-    space, on, unit = press.space, press.kept, press.response_unit
-    t, measured = press.data.t[on], press.measured[on] * unit
+    sample = _sample(press)
+    problem = Problem(press.data, Sought(press.space.structure, press.table, press.volume), press.space, sample, press.duration, level)
+    solved = solution(objective, best, sample.weights, press.kept)
+    land = found.residual and press.space.landscape(best.theta, found.residual)
+    further = Further(found.notes, found.moves, land, found.medium.left, found.against)
+    concluded = conclude(problem, solved, further)
+    return concluded.fit(
+        IndentationFit, indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
+        nuisances=_nuisances(press.space, best.theta, concluded.ends), kept=press.kept, adhesion=press.adhesion,
+        slow_edge=_slow(found), runs=(objective.residual_runs, objective.jacobian_runs),
+        starts=(best.starts, best.agreed), seconds=time.perf_counter() - started,
+    )  # fmt: skip
+
+
+def _sample(press: Press) -> Sample:
+    """What is fitted, in SI; the segments of the curve are series of their own."""
+    unit = press.response_unit
     marks = press.data.segments
     parts = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
-    sample = Sample.of(t, measured, press.weights[on] / unit, press.label, parts[on])
-    fields, ends = conclude(
-        space, press.table, press.volume, sample, best, objective, level, found.moves, found.residual, on,
-        found.medium.left, found.against,
-    )  # fmt: skip
-    fields["notes"] = (*press.data.notes, *found.notes, *fields["notes"])
-    return IndentationFit(
-        **fields, data=press.data, weights=press.label, duration=press.duration,
-        indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
-        nuisances=_nuisances(space, best.theta, ends), kept=on, adhesion=press.adhesion, slow_edge=_slow(found),
-        runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
-        curve=(*press.response, press.data.t[on], measured),
-        seconds=time.perf_counter() - started,
-    )  # fmt: skip
+    return Sample.of(
+        (*press.response, press.data.t, press.measured * unit), press.weights / unit, press.label, parts
+    )
 
 
 def _slow(found: Found) -> dict[str, float]:

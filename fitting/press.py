@@ -185,7 +185,7 @@ def _space(
     units = structure.units(unit, T)
     held = [_nuisance(name, nuisances[name], size) for name, size in zip(NUISANCES, sizes, strict=True)]
     box = np.concatenate([structure.box(table) / units[:, None], held])
-    return Space(structure, box, np.append(units, sizes), T)
+    return Space.of(structure, box, np.append(units, sizes), T)
 
 
 def _nuisance(name: str, value: float | str, size: float) -> tuple[float, float]:

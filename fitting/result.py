@@ -3,32 +3,17 @@
 import dataclasses
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.tree_util import Partial
 
 from fitting import fit_picture, report, student
-from fitting.evidence import Judged, identified
-from fitting.structure import Compliances, Structure, Volume
-from fitting.uncertainty import LogCovariance, inseparable
-
-
-class Landscape(NamedTuple):
-    """What the residuals of a fit are over, for those that go on from it.
-
-    residual (n,): weighted, of values (k,): the compliances, then nuisances, scaled; a pytree. best (k,); box (k,
-    2): bounds, equal where held; unit (k,): of each in SI; nuisances: their names.
-    """
-
-    residual: Partial
-    best: np.ndarray
-    box: np.ndarray
-    unit: np.ndarray
-    nuisances: tuple[str, ...] = ()
+from fitting.search_space import Landscape
+from fitting.structure import Compliances, Structure
+from fitting.uncertainty import LogCovariance
 
 
 class Estimate(NamedTuple):
@@ -223,34 +208,3 @@ def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> 
     with np.errstate(over="ignore"):
         return best * np.exp(-z * spread), best * np.exp(z * spread)
 
-
-def findings(
-    structure: Structure, table: dict, level: float, volume: Volume, judged: Judged, found: Estimate,
-    coordinates: Sequence[str],
-) -> dict[str, Any]:  # fmt: skip
-    """The fields of a ``Fit`` that follow from an estimate and its evidence; coordinates (k,): names of the columns of
-    the slopes."""
-    evidence = judged.evidence
-    values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
-    intervals = structure.intervals(found.spans, table)
-    fixed = tuple(name for name, (low, high) in table.items() if low == high)
-    names, log = {place: name for name, place in structure.where.items()}, found.log
-    sd = dict.fromkeys(values, math.inf)
-    sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
-    known = identified(intervals, table, level, evidence.refused)
-    return evidence._asdict() | {
-        "structure": structure, "level": level, "material": structure.material(values, volume), "values": values,
-        "intervals": intervals, "identified": known, "fixed": fixed,
-        "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
-        "condition": log.condition, "weakest_sd": log.weakest_sd,
-        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
-        "estimate": found, "notes": inseparable(judged.slopes, coordinates, known),
-    }  # fmt: skip
-
-
-def _tau(structure: Structure, values: np.ndarray) -> float | np.ndarray:
-    """The given times (k,) [s], or the one found; nan where there is none."""
-    if structure.tau is not None:
-        return structure.tau
-    retarded, rise = values[1 : structure.flow], values[structure.flow + 1 :]
-    return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan

@@ -106,6 +106,18 @@ class Structure:
         unit = self.units(1.0, time)
         return np.maximum(values, LEAST * np.max(values / unit) * unit)
 
+    def times(self, values: np.ndarray) -> float | np.ndarray:
+        """The given retardation times (k,) [s], or the one of a list of compliances; nan where there is none."""
+        if self.tau is not None:
+            return self.tau
+        retarded, rise = values[1 : self.flow], values[self.flow + 1 :]
+        return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on what a material of this structure is good for."""
+        return ()
+
     def unit(self, name: str) -> str:
         """Of a parameter."""
         if self.tau is not None:
@@ -236,6 +248,26 @@ def limits(
             f"fixed: expected at least one parameter left free of {list(table)}, got all of them"
         )
     return table
+
+
+class Sought(NamedTuple):
+    """The material or law that a fit is to find.
+
+    structure: its parameters; table: {parameter: (low, high)}, equal where it is held; volume: what is held of its
+    response in volume.
+    """
+
+    structure: Structure
+    table: dict[str, tuple[float, float]]
+    volume: Volume
+
+    @classmethod
+    def of(
+        cls, structure: Structure, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None,
+        nu: float | None, bulk_modulus: float | None = None,
+    ) -> Sought:  # fmt: skip
+        """Return what is sought under the keywords of a fit; ValueError on bad input."""
+        return cls(structure, limits(structure, fixed, bounds), Volume.of(nu, bulk_modulus))
 
 
 def _known(structure: Structure, name: str, what: str) -> None:
