@@ -12,12 +12,11 @@ from fitting import half_space_search, layered_search, report
 from fitting.coordinates import NUISANCES, Space
 from fitting.data import IndentationData
 from fitting.conclusion import Further, Problem, conclude, solution
-from fitting.evidence import Sample
 from fitting.layered import Coating
-from fitting.press import Found, Medium, Press, prepare
+from fitting.press import Found, Instrument, Medium, Pressing, prepare
 from fitting.probe import probe_of
 from fitting.result import Fit, plain
-from fitting.structure import Sought, Volume, limits, structure_of
+from fitting.structure import Sought, Volume, structure_of
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -181,52 +180,42 @@ def fit_indentation(
     """
     started = time.perf_counter()
     structure = structure_of(model, tau)
-    table = limits(structure, fixed, bounds)
-    nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
-    volume = Volume.of(nu, bulk_modulus)
+    sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control
     film = any(given is not None for given in (layer, layers, substrate, grid))
-    press = prepare(
-        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion, film
-    )
-    if not film:
-        return _gather(half_space_search.search(press, rise), level, started)
-    _check_layered(press, rise)
-    return _gather(layered_search.search(press, Coating.of(layer, layers, substrate), grid), level, started)
+    pressing = Pressing(indenter, control, rise, adhesion, film)
+    instrument = Instrument(contact_point, drift, machine_compliance)
+    press = prepare(data, sought, pressing, instrument, weights, sigma)
+    problem = Problem(data, sought, press.space, press.sample, press.units.duration, level)
+    if film:
+        _check_layered(press.pressing)
+        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid)
+    else:
+        found = half_space_search.search(press)
+    return _concluded(problem, found, started)
 
 
-def _check_layered(press: Press, rise: float | None) -> None:
-    if rise is not None:
-        raise ValueError(f"rise: expected None with a layer, got {rise!r}")
-    if press.adhesion:
-        raise ValueError(f"adhesion: expected none with a layer, got {press.adhesion:g} J/m2")
+def _check_layered(pressing: Pressing) -> None:
+    if pressing.rise is not None:
+        raise ValueError(f"rise: expected None with a layer, got {pressing.rise!r}")
+    if pressing.adhesion:
+        raise ValueError(f"adhesion: expected none with a layer, got {pressing.adhesion:g} J/m2")
 
 
-def _gather(found: Found, level: float, started: float) -> IndentationFit:
-    """Conclude from the optimum."""
+def _concluded(problem: Problem, found: Found, started: float) -> IndentationFit:
+    """Return the fit from the optimum."""
     press, best, objective = found.press, found.best, found.objective
-    sample = _sample(press)
-    problem = Problem(press.data, Sought(press.space.structure, press.table, press.volume), press.space, sample, press.duration, level)
-    solved = solution(objective, best, sample.weights, press.kept)
+    problem = dataclasses.replace(problem, space=press.space, sample=press.sample)
+    solved = solution(objective, best, problem.sample.weights, press.kept)
     land = found.residual and press.space.landscape(best.theta, found.residual)
     further = Further(found.notes, found.moves, land, found.medium.left, found.against)
-    concluded = conclude(problem, solved, further)
+    concluded, pressing = conclude(problem, solved, further), press.pressing
     return concluded.fit(
-        IndentationFit, indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
-        nuisances=_nuisances(press.space, best.theta, concluded.ends), kept=press.kept, adhesion=press.adhesion,
-        slow_edge=_slow(found), runs=(objective.residual_runs, objective.jacobian_runs),
-        starts=(best.starts, best.agreed), seconds=time.perf_counter() - started,
+        IndentationFit, indenter=pressing.indenter, **press.sought.volume.keyword, control=pressing.control,
+        film=found.medium, nuisances=_nuisances(press.space, best.theta, concluded.ends), kept=press.kept,
+        adhesion=pressing.adhesion, slow_edge=_slow(found), starts=(best.starts, best.agreed),
+        runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
     )  # fmt: skip
-
-
-def _sample(press: Press) -> Sample:
-    """What is fitted, in SI; the segments of the curve are series of their own."""
-    unit = press.response_unit
-    marks = press.data.segments
-    parts = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
-    return Sample.of(
-        (*press.response, press.data.t, press.measured * unit), press.weights / unit, press.label, parts
-    )
 
 
 def _slow(found: Found) -> dict[str, float]:

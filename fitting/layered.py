@@ -90,14 +90,14 @@ class Mesh(NamedTuple):
 
 def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
     """The solver's inputs on a mesh."""
-    kind, driven = (jc.Load, press.load) if press.control == "load" else (jc.Approach, press.depth)
+    kind, driven = (jc.Load, press.load) if press.pressing.control == "load" else (jc.Approach, press.depth)
     knots = march_times(press.t, driven)
     t, grid = divided(knots, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
     least = 0.0 if kind is jc.Load else -np.inf  # a load of nothing but noise pulls at nothing
     drive = kind(np.interp(t, knots, np.maximum(polygon(press.t, driven, knots), least)))
     numbers = FilmTest(
-        press.indenter, coating, press.volume.keyword, grid, t, drive, press.t, press.load, press.measured,
-        press.weights, np.zeros(press.t.size), press.duration, press.load_unit, press.depth_unit, press.unit,
+        press.pressing.indenter, coating, press.sought.volume.keyword, grid, t, drive, press.t, press.load, press.measured,
+        press.weights, np.zeros(press.t.size), press.units.duration, press.units.load, press.units.depth, press.units.compliance,
     )  # fmt: skip
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
 
