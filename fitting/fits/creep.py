@@ -1,0 +1,268 @@
+"""Fit of a material to creep data; the intervals are profile likelihoods (``evidence.py``).
+
+The fit is deterministic and needs no start: ``creep_search.py``.
+"""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import jaxcontact as jc
+from fitting.data.curves import CreepData
+from fitting.data.weights import choose_weights
+from fitting.fits.creep_solution import CreepSearch
+from fitting.fits.fractional import Crept, Law, creep_structure
+from fitting.inference.conclusion import Further, FitProblem, conclude, least_squares
+from fitting.inference.evidence import Sample, settled
+from fitting.inference.result import Fit, linear_band, plain
+from fitting.models.structure import Sought, Structure
+from fitting.views import report
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class CreepFit(Fit):
+    """The fit of a creep curve; ``Fit`` has what it shares with other fits.
+
+    Attributes:
+        combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and
+            J(T) [1/Pa], which stay known where single parameters do not; none of a fractional law.
+        kept: (n,) bool, the points that count, which ``fitted`` and ``residuals`` are of.
+        point_weights: (n,) [1/unit of the data], what the residuals were multiplied by, of all points.
+        options: those that ``fit_creep`` was given.
+        profile: (2, m) limits of J [1/Pa] at times (m,) [s].
+    """
+
+    combinations: dict[str, tuple[float, float, float, float]]
+    kept: np.ndarray
+    point_weights: np.ndarray
+    options: dict[str, Any]
+    profile: Callable[[Any], np.ndarray] = dataclasses.field(repr=False)
+
+    def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s]: of the profile likelihood, or for a
+        fractional law linearised in log J."""
+        low, high = self.profile(np.atleast_1d(np.asarray(t, dtype=float)))
+        return low, high
+
+    def compare(self, *others: type | str) -> "Comparison":
+        """This fit's data, weights, fixed values and bounds with other models too; see ``fitting.compare``."""
+        return compare(self.data, [self.model, *others], **self.options)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``Fit.to_dict``, with the combinations."""
+        combinations = {name: plain(row) for name, row in self.combinations.items()}
+        return super().to_dict() | {"combinations": combinations, "convention": self.data.convention}
+
+    def _choices(self) -> list[str]:
+        return [*super()._choices(), f"compliance: {self.data.convention}"]
+
+    def _conditions(self) -> list[str]:
+        if not self.refused or not self.misfit:
+            return []
+        return [
+            "  next: fit_prony(data) takes as many retardation times as the data ask for (jaxcontact fit prony)"
+        ]
+
+    def _combination_lines(self) -> list[str]:
+        units = {"slope0": "1/(Pa s)"}
+        return [
+            f"  {name:6s} = {value:11.5g} {units.get(name, '1/Pa')}, sd {sd:.2g}, {report.span(low, high)}"
+            for name, (value, sd, low, high) in self.combinations.items()
+        ]
+
+
+def fit_creep(
+    data: CreepData,
+    model: type | str = jc.Burgers,
+    *,
+    weights: str | None = None,
+    sigma: Any = None,
+    fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None,
+    nu: float = 0.3,
+    level: float = 0.95,
+) -> CreepFit:
+    """Fit a material to a creep curve. Deterministic; no start is needed.
+
+    On real data the choice of weights moves the moduli by factors; the summary says which were taken.
+
+    Args:
+        data: the curve, n points.
+        model: a material class with at most one retardation time, or a fractional one, or its name; ``fit_prony``
+            takes more. The material that comes back of a fractional law is its cut (``jc.Springpot.prony``) to the
+            times of the data, and no point is left out of its fit.
+        weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
+            (``weights.py``) and then from the residuals (``noise.py``), and points that nothing beside them supports
+            left out (``unsupported.py``);
+            "relative" (errors proportional to the data); "absolute" (one error for all).
+        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
+            data where they have one. Of data that were resampled, ``scatter`` is the default.
+        fixed: {parameter: value} [Pa, Pa s] of any subset.
+        bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
+        nu: Poisson's ratio to carry along; creep in shear does not see it.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well the data determine it.
+
+    Raises:
+        ValueError: an unknown model or parameter, two choices of weights, or too few points.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
+        >>> fit = fitting.fit_creep(data, "Maxwell", weights="relative")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 1e+06 Pa s
+    """
+    options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
+    return _fit(data, creep_structure(model), options)
+
+
+def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
+    """As ``fit_creep``; given (n,): estimated weights to take as they are, without leaving a point out."""
+    sample = creep_sample(data, options["weights"], options["sigma"])
+    if given is not None:
+        sample = sample._replace(weights=given, final=True)
+    sought = Sought.of(structure, options["fixed"], options["bounds"], options["nu"])
+    fit = _fit_law if isinstance(structure, Law) else _fit_classical
+    return fit(data, sought, sample, options)
+
+
+def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
+    """As ``fit_creep``, of a material with at most one retardation time."""
+    search = CreepSearch.of(data, sought, sample)
+    problem = FitProblem(data, sought, search.space, sample, search.scaled.time, options["level"])
+    first, again = search.solve(sample.weights), lambda weights: [search.solve(weights[0])]
+    (solved,) = settled([sample], [first], again, problem.p)
+    extents, kept = solved.whole, solved.kept
+    further = Further(notes=_left_out(data, kept), landscape=extents.landscape(search.space))
+    found = conclude(problem, solved, further)
+    return found.fit(
+        CreepFit, options=options, kept=kept, point_weights=solved.weights,
+        combinations=extents.combinations(found.ends, found.judged.slopes),
+        profile=functools.partial(extents.creep, found.judged),
+    )  # fmt: skip
+
+
+def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
+    """As ``fit_creep``, of a fractional law."""
+    curve = Crept.of(data, sample.weights)
+    sought = curve.bounded(sought)
+    law, space = sought.structure, curve.space(sought)
+    problem = FitProblem(data, sought, space, sample, curve.duration, options["level"])
+    solved = least_squares(
+        problem, lambda weights: Crept.of(data, weights).objective(space), curve.starts(law)
+    )
+    further = Further(landscape=curve.landscape(space, solved.theta))
+    found = conclude(problem, solved, further)
+    band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
+    return found.fit(
+        CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
+        profile=lambda t: np.stack(band(t)),
+    )  # fmt: skip
+
+
+def _left_out(data: CreepData, kept: np.ndarray) -> list[str]:
+    """Notes on points that were left out, those not kept (n,) bool."""
+    times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
+    left = (
+        f"{np.sum(~kept)} of {kept.size} points left out, which nothing beside them supports: t = {times} s"
+    )
+    return [] if kept.all() else [left]
+
+
+def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
+    """Return the curve with the weights that were asked for, else by the errors that the data have, else estimated."""
+    if weights is None and sigma is None:
+        sigma = data.error
+        weights = "estimated" if sigma is None and data.scatter is None else None
+    return Sample.of(data.curve, *choose_weights(data.t, data.response, weights, sigma, data.scatter))
+
+
+def _r2(fit: Fit) -> str:
+    """For a table, "-" where it is not defined."""
+    return "-" if math.isnan(fit.r2) else f"{fit.r2:.6f}"
+
+
+class Comparison(NamedTuple):
+    """Fits of one data set; as text a table.
+
+    Attributes:
+        fits: lowest BIC first.
+    """
+
+    fits: tuple[CreepFit, ...]
+
+    def __str__(self) -> str:
+        head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
+        rows = [
+            f"{f.model.__name__:22s}{f.p:11d}{_r2(f):>12s}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
+            f"  {'yes' if f.misfit else 'no':6s}  {f.verdict}"
+            for f in self.fits
+        ]
+        return "\n".join([head, *rows])
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def compare(
+    data: CreepData,
+    models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
+    fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None,
+    **options: Any,
+) -> Comparison:
+    """Fit several models to one creep curve; print the result for a table.
+
+    All have the same points and the same estimated weights: those of the model with the most parameters.
+
+    Args:
+        data: the curve.
+        models: material classes or their names.
+        fixed: as in ``fit_creep``; goes to every model that has the parameter.
+        bounds: likewise.
+        options: the other keywords of ``fit_creep``.
+
+    Returns:
+        The fits, lowest BIC first.
+
+    Raises:
+        ValueError: as ``fit_creep``, or a parameter that no model has.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
+        >>> table = fitting.compare(data, ["Maxwell", "Elastic"], weights="relative")
+        >>> [fit.model.__name__ for fit in table.fits]
+        ['Maxwell', 'Elastic']
+    """
+    own = {structure.model: structure.where for structure in map(creep_structure, models)}
+    known = set().union(*own.values())
+    for name in [*(fixed or {}), *(bounds or {})]:
+        if name not in known:
+            raise ValueError(f"fixed, bounds: expected parameters among {sorted(known)}, got {name!r}")
+    mine = lambda given, where: {name: v for name, v in (given or {}).items() if name in where}
+    each = {
+        model: {"fixed": mine(fixed, where), "bounds": mine(bounds, where)} for model, where in own.items()
+    }
+    richest = max(own, key=lambda model: len(own[model]))
+    first = fit_creep(data, richest, **each[richest], **options)
+    data, given = _points(data, first.kept), first.point_weights[first.kept]
+    others = [
+        _fit(data, creep_structure(model), first.options | each[model], given)
+        for model in own
+        if model != richest
+    ]
+    return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
+
+
+def _points(data: CreepData, kept: np.ndarray) -> CreepData:
+    """Some of the points, (n,) bool."""
+    some = {name: getattr(data, name) for name in ("t", "J", "strain", "sigma")}
+    return dataclasses.replace(data, **{k: v if v is None else v[kept] for k, v in some.items()})

@@ -1,0 +1,148 @@
+"""Fit of a series of Kelvin-Voigt elements with given or chosen retardation times: ``jc.Prony``.
+
+    J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t
+
+is linear in what is sought, and everything is >= 0: a bounded linear least squares with one optimum.
+Single elements of a series are often not determined although their sum is; the intervals say which.
+"""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import scipy
+from jax import Array
+from jax.tree_util import Partial
+
+from fitting.data.curves import CreepData
+from fitting.fits.creep import creep_sample
+from fitting.inference.conclusion import Further, FitProblem, conclude, least_squares
+from fitting.inference.evidence import Sample, Solved
+from fitting.inference.result import Fit
+from fitting.models import history
+from fitting.models.search_space import Landscape, SearchSpace
+from fitting.models.structure import Sought, Structure, series
+from fitting.search.nonlinear import Objective
+
+PER_DECADE = 3  # retardation times at most, where they are chosen
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class PronyFit(Fit):
+    """The fit of a ``jc.Prony`` with given times, which has what every ``Fit`` has.
+
+    Its parameters are "J0", "J1" .. [1/Pa] and "fluidity" [1/(Pa s)], those that were sought; ``tau`` (k,)
+    are the times.
+    """
+
+
+def fit_prony(
+    data: CreepData, tau: Any = None, *, weights: str | None = None, sigma: Any = None, instantaneous: bool = True,
+    flow: bool = True, nu: float = 0.3, level: float = 0.95,
+) -> PronyFit:  # fmt: skip
+    """Fit a series of retardation times to a creep curve; one optimum, no start is needed.
+
+    Args:
+        data: the curve, n points.
+        tau: retardation times (k,) [s]; None: times evenly spaced in their logarithm over those of the data, as many
+            as the lowest BIC asks for (at most three a decade), which a note says.
+        weights: as in ``fit_creep``, but that no point is left out; or
+        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
+        instantaneous: whether J0 is sought; else it is 0.
+        flow: whether the fluidity is sought; else it is 0.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The series with its intervals: of single elements, which are often not determined, and of J(t).
+
+    Raises:
+        ValueError: times that are not > 0, two choices of weights, or too few points.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (2.0 - np.exp(-t / 3.0)))
+        >>> fit = fitting.fit_prony(data, tau=[1.0, 3.0], weights="relative")
+        >>> [f"{fit.values[name]:.3g}" for name in ("J0", "J2")]
+        ['1e-06', '1e-06']
+    """
+    sample, notes = creep_sample(data, weights, sigma), []
+    if tau is None:
+        tau = _chosen(data, sample, instantaneous, flow)
+        notes = [f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s"]
+    sought = Sought.of(series(tau, instantaneous, flow), None, None, nu)
+    A = _sought_columns(data, sought.structure)
+    space = _space(sought, sample.weights[:, None] * A)
+    problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
+    of = lambda weights: _objective(weights[:, None] * A * space.unit, weights * data.response, space)
+    solved = least_squares(problem, of, [_start(of(sample.weights), space)])
+    land = _landscape(space, solved, A, data.response)
+    return conclude(problem, solved, Further(notes=notes, landscape=land)).fit(PronyFit)
+
+
+def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
+    """Response (n, m) to a compliance of one, zero for those that are not sought."""
+    sought = np.isin(np.arange(structure.size), list(structure.where.values()))
+    return np.where(sought, _columns(data, structure.tau), 0.0)
+
+
+def _space(sought: Sought, columns: np.ndarray) -> SearchSpace:
+    """Return the space of the compliances, each over that whose weighted response has a norm of one."""
+    norms = np.linalg.norm(columns, axis=0)
+    unit = 1.0 / np.where(norms > 0.0, norms, 1.0)
+    box = sought.structure.box(sought.table) / unit[:, None]
+    return SearchSpace.linear(sought.structure, box, unit, np.ones(unit.size, dtype=bool))
+
+
+def _objective(A: np.ndarray, y: np.ndarray, space: SearchSpace) -> Objective:
+    """|A x - y|^2 for x >= 0."""
+    return Objective(
+        lambda x: A @ x - y, lambda x, free: A[:, free], *space.bounds, floor=1e-26 * float(y @ y)
+    )
+
+
+def _start(objective: Objective, space: SearchSpace) -> np.ndarray:
+    """The least squares without bounds, moved to them."""
+    zero, free = np.zeros(space.unit.size), space.free
+    found = zero.copy()
+    found[free] = np.linalg.lstsq(objective.jacobian(zero, free), -objective.residual(zero), rcond=None)[0]
+    return np.maximum(found, 0.0)
+
+
+def _chosen(data: CreepData, sample: Sample, instantaneous: bool, flow: bool) -> np.ndarray:
+    """Retardation times (k,) [s] of lowest BIC, of the compliances that are not zero: of k = 1, 2, ..."""
+    first, last = float(np.min(data.t[data.t > 0.0])), float(data.t[-1])
+    most = int(np.clip(PER_DECADE * np.log10(last / first), 1, data.t.size // 4))
+    weight, found = sample.weights, []
+    y = weight * data.response
+    for k in range(1, most + 1):
+        tau = first * (last / first) ** ((np.arange(k) + 0.5) / k)
+        taken = [0] * instantaneous + list(range(1, k + 1)) + [k + 1] * flow
+        columns = weight[:, None] * _columns(data, tau)[:, taken]
+        size = np.linalg.norm(columns, axis=0)
+        x, residual = scipy.optimize.nnls(columns / size, y)
+        misfit = residual**2 if sample.known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
+        found.append((misfit + np.sum(x > 0) * np.log(y.size), tau))
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _columns(data: CreepData, tau: Any) -> np.ndarray:
+    """Response to a compliance of one at once, at each time, and to a fluidity of one, (n, k + 2)."""
+    return np.asarray(history.columns(_basis(data), 1.0 / tau))
+
+
+def _basis(data: CreepData) -> history.Step | history.History:
+    """A step of one, or the stress that was measured."""
+    return history.Step(data.t) if data.J is not None else history.merge(data.t, *data.stress)
+
+
+def _landscape(space: SearchSpace, solved: Solved, A: np.ndarray, y: np.ndarray) -> Landscape:
+    """Return the residuals over compliances, each in parts of that which alone has all of the response y (n,)."""
+    free, y, J = space.upper > space.lower, solved.weights * y, solved.weights[:, None] * A
+    unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))
+    box = np.where(free[:, None], [0.0, np.inf], 0.0)
+    return Landscape(Partial(_residual, J * unit, y), solved.theta * space.unit / unit, box, unit)
+
+
+def _residual(A: Array, y: Array, values: Array) -> Array:
+    return A @ values - y

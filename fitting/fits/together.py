@@ -1,0 +1,179 @@
+"""One material for several tests: creep, relaxation and oscillation, fitted at once (``joint_search.py``).
+
+Intervals are profiles with the error of each test held.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+import jaxcontact as jc
+from fitting.data.curves import CreepData
+from fitting.data.moduli import OscillationData, RelaxationData
+from fitting.fits import joint_search, modulus
+from fitting.fits.creep import creep_sample
+from fitting.fits.joint_search import Part, Tests
+from fitting.inference.conclusion import Further, FitProblem, conclude
+from fitting.inference.result import Fit
+from fitting.models.history import Step, merge
+from fitting.models.structure import Sought, Structure, structure_of
+from fitting.search import padding
+from fitting.views import fit_picture
+
+SHARES = (0.1, 0.5, 0.9)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class JointFit(Fit):
+    """The fit of one material to several tests; ``Fit`` has what it shares with other fits.
+
+    ``data``, ``curves`` and ``errors`` are in the order given; ``curve``, ``fitted`` and ``residuals`` hold all
+    tests one after the other, each over its own scale and standard deviation.
+
+    Attributes:
+        curves: (name, unit, times or frequencies, values, fitted) of each test.
+        errors: (k,) s_k, over what the weights of each test say.
+        starts: (sought, agreed): minima that were sought, and those as low as this one.
+    """
+
+    curves: tuple[tuple[str, str, np.ndarray, np.ndarray, np.ndarray], ...]
+    errors: tuple[float, ...]
+    starts: tuple[int, int]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``Fit.to_dict``, with the tests and their errors."""
+        tests = [
+            {"response": name, "unit": unit, "points": values.size, "standard_deviation_over_weights": s}
+            for (name, unit, _, values, _), s in zip(self.curves, self.errors, strict=True)
+        ]
+        return super().to_dict() | {"tests": tests, "starts": self.starts[0], "starts_agreed": self.starts[1]}
+
+    def plot(self, path: Any = None) -> Any:
+        """Figure with the data and the fit of every test, and the verdict; saved where a path is given."""
+        return fit_picture.draw_tests(self, path)
+
+    def _points(self) -> str:
+        tests = ", ".join(f"{values.size} of {name}" for name, _, _, values, _ in self.curves)
+        return f"{self.fitted.size} points: {tests}"
+
+    def _choices(self) -> list[str]:
+        return [f"weights: {self.weights}"]
+
+    def _conditions(self) -> list[str]:
+        lines = [
+            f"  {name}: standard deviation of a point {s:.2g} of what its weight says"
+            for (name, *_), s in zip(self.curves, self.errors, strict=True)
+        ]
+        return [*lines, f"  {self.starts[1]} of {self.starts[0]} starts came to this minimum"]
+
+
+def fit_together(
+    data: Sequence[CreepData | RelaxationData | OscillationData], model: type | str = jc.Burgers, *, tau: Any = None,
+    fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, nu: float = 0.3,
+    level: float = 0.95,
+) -> JointFit:  # fmt: skip
+    """Fit one material to several tests of it, each with an error of its own, which is estimated.
+
+    Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (errors a + b J; the
+    standard deviations of a creep test that has them), and relative for an oscillation. No point is left out.
+
+    Args:
+        data: creep, relaxation and oscillation tests, two or more.
+        model: a material class or its name.
+        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well it describes each test.
+
+    Raises:
+        ValueError: other data, too few points in a test, or Kelvin-Voigt with a relaxation.
+
+    Example:
+        >>> t, omega = np.linspace(1.0, 20.0, 20), np.geomspace(0.1, 10.0, 11)
+        >>> creep = fitting.CreepData(t=t, J=1e-6 + 1e-6 * t)
+        >>> G = 1e6 * 1j * omega / (1 + 1j * omega)
+        >>> sweep = fitting.OscillationData(omega=omega, storage=G.real, loss=G.imag)
+        >>> fit = fitting.fit_together([creep, sweep], "Maxwell")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 1e+06 Pa s
+    """
+    if isinstance(data, CreepData | RelaxationData | OscillationData):
+        raise ValueError(f"data: expected a list of data sets, got one {type(data).__name__}")
+    structure, data = structure_of(model, tau), tuple(data)
+    _check(data, structure)
+    sought = Sought.of(structure, fixed, bounds, nu)
+    duration, unit = max(map(_duration, data)), _compliance(data[0])
+    space = modulus.material_space(sought, unit, duration)
+    tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)))
+    problem = FitProblem(data, sought, space, tests, duration, level)
+    starts = modulus.starts(space, itertools.product(_taus(data, duration), SHARES))
+    tests, solved = joint_search.search(space, tests, starts)
+    best, objective = solved.whole
+    land = space.landscape(best.theta, objective.residual)
+    found = conclude(dataclasses.replace(problem, sample=tests), solved, Further(landscape=land))
+    return found.fit(
+        JointFit, starts=(best.starts, best.agreed), curves=tests.curves(solved.residual),
+        errors=tuple(tests.errors.tolist()),
+    )  # fmt: skip
+
+
+def _check(data: tuple, structure: Structure) -> None:
+    kinds = CreepData | RelaxationData | OscillationData
+    if len(data) < 2 or not all(isinstance(one, kinds) for one in data):
+        got = ", ".join(type(one).__name__ for one in data) or "none"
+        raise ValueError(f"data: expected two or more CreepData, RelaxationData, OscillationData, got {got}")
+    if any(isinstance(one, RelaxationData) for one in data):
+        modulus.check_relaxes(structure)
+
+
+def _duration(one: Any) -> float:
+    return 1.0 / float(one.omega[0]) if isinstance(one, OscillationData) else float(one.t[-1])
+
+
+def _compliance(one: Any) -> float:
+    """That a scaled one stands for [1/Pa]."""
+    if not isinstance(one, CreepData):
+        return 1.0 / float(np.max(np.abs(one.shear)))
+    stress = 1.0 if one.J is not None else float(np.max(np.abs(one.stress[1])))
+    return float(np.max(np.abs(one.response))) / stress
+
+
+def _taus(data: tuple, duration: float) -> np.ndarray:
+    """Retardation times over the duration to start from: from the shortest that any test sees."""
+    first = [1.0 / one.omega[-1] if isinstance(one, OscillationData) else one.t[one.t > 0][0] for one in data]
+    return np.geomspace(min(0.1, max(min(first) / duration, 1e-8)), 3.0, 8)
+
+
+def _part(one: Any, unit: float, duration: float) -> Part:
+    """A test, scaled by a compliance [1/Pa] and a time [s]."""
+    if isinstance(one, CreepData):
+        kind, sample = "creep", creep_sample(one, None, None)
+        x, response = _stressed(one, unit, duration)
+    else:
+        relaxes = isinstance(one, RelaxationData)
+        kind, sample, _ = modulus.weigh(one, "estimated" if relaxes else "relative", None)
+        x = padding.repeated(sample.t / duration if relaxes else sample.t * duration)
+        response = 1.0 / unit
+    y, scaled = (
+        padding.repeated(sample.measured / response),
+        padding.without_weight(sample.weights * response),
+    )
+    return Part(kind, sample, (x, y, scaled), response)
+
+
+def _stressed(one: CreepData, unit: float, duration: float) -> tuple[Any, float]:
+    """The scaled times of a creep test with its stress, and the unit of its response."""
+    t = padding.repeated(one.t / duration)
+    if one.J is not None:
+        return Step(t), unit
+    knots, stress = one.stress
+    response = unit * float(np.max(np.abs(stress)))
+    at, values = padding.repeated(knots / duration), padding.repeated(stress * unit / response)
+    return merge(t, at, values), response

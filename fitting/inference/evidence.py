@@ -1,0 +1,300 @@
+"""The end of every fit: what its residuals say of the noise, of the intervals and of the model.
+
+An interval holds the values whose best residual sum of squares (RSS) rises by no more than a level above the least.
+For white noise of known weights that is F s^2, F the quantile of F(1, n - p) and s^2 = RSS/(n - p), or chi^2 where
+sigma is given (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Where the noise may be
+correlated, or its dependence on the values was estimated, each coordinate has a level of its own (``noise.py``).
+``verdict.py`` refuses a wrong model.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from fitting.inference import noise, student
+from fitting.inference.correlation import BEYOND_CHANCE
+from fitting.inference.noise import Noise
+from fitting.inference.verdict import reasons
+
+NOT_DETERMINED = 0.5  # sd of a log parameter above which its value says nothing
+ROUNDING = 1e-13  # share of the data's sum of squares below which a rise of RSS cannot be told
+NEGLIGIBLE = 1e-8  # the same, below which a misfit is no reason to refuse
+EXACT = 1e-20  # share of the data's sum of squares below which residuals are rounding
+FLAT = 1e-9  # range of the data over their size below which R2 is not defined
+TURNS, SAME = 4, 0.05  # of estimating the weights, and the relative change of them that is none
+
+Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
+
+
+class Sample(NamedTuple):
+    """The data of a fit as a curve, and their weights.
+
+    name, unit: of what is measured; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,) [1/unit of
+    measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points that are
+    neighbours in one series; final: whether estimated weights are taken as they are.
+    """
+
+    name: str
+    unit: str
+    t: np.ndarray
+    measured: np.ndarray
+    weights: np.ndarray
+    label: str
+    blocks: np.ndarray
+    final: bool = False
+
+    @classmethod
+    def of(cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None) -> "Sample":
+        """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
+        return cls(*curve, weights, label, np.zeros(weights.size, dtype=int) if blocks is None else blocks)
+
+    @property
+    def known(self) -> bool:
+        """Whether the weights are the reciprocals of known standard deviations."""
+        return self.label == "sigma"
+
+    @property
+    def adjustable(self) -> bool:
+        """Whether the weights follow from the residuals of the fit."""
+        return self.label == "estimated" and not self.final
+
+    @property
+    def count(self) -> int:
+        """Number of points that are fitted."""
+        return int(np.count_nonzero(self.weights))
+
+    @property
+    def size(self) -> float:
+        """Weighted sum of squares of the data."""
+        return float(np.sum((self.weights * self.measured) ** 2))
+
+    def curve(self, kept: np.ndarray) -> Curve:
+        """Return (name, unit, t, measured) of the points kept (n,) bool."""
+        return self.name, self.unit, self.t[kept], self.measured[kept]
+
+    def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
+        """Return the points that count, with the weights of a solution, and its residuals there."""
+        on = solved.kept
+        some = {name: getattr(self, name)[on] for name in ("t", "measured", "blocks")}
+        return self._replace(weights=solved.weights[on], **some), solved.some(on)
+
+    def noise(self, solved: "Solved", p: int) -> Noise:
+        """Return the noise of the residuals of a fit of p parameters to all these points."""
+        residual, shapes, floors = solved.residual, np.ones((1, self.t.size)), np.zeros(1)
+        if self.label == "estimated":
+            fitted = self.measured + residual / self.weights
+            floors = noise.floors_for(fitted)
+            shapes = np.hypot(floors[:, None], fitted) * self.weights
+        slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
+        return noise.judge(residual, slopes, solved.inside, self.blocks, shapes, floors, p, self.known, real)
+
+    def judge(self, solved: "Solved", p: int, level: float) -> "Judged":
+        """Judge the residuals of a fit of p parameters, for intervals at a level."""
+        some, left = self.of_solution(solved)
+        return judged(some, left, some.noise(left, p), p, level)
+
+    def reweighed(self, found: "Solved", p: int) -> np.ndarray:
+        """Return the weights (n,) that the residuals of a solution make likely."""
+        some, left = self.of_solution(found)
+        if not some.real(left.residual, p):
+            return found.weights
+        return 1.0 / np.hypot(some.noise(left, p).floor, self.measured + found.residual / found.weights)
+
+    def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+        """A Jacobian (n, k) as with the relative weights of fitted values: those of noisy data put noise into it."""
+        if self.label != "relative":
+            return jacobian
+        return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
+
+    def real(self, residual: np.ndarray, p: int) -> bool:
+        """Whether weighted residuals are more than rounding, or more than what the stated sigma accounts for: else they
+        are no sign of anything."""
+        rss = float(residual @ residual)
+        return rss > (0.5 * (residual.size - p) if self.known else EXACT * self.size)
+
+    def error(self, solved: "Solved", deviation: float) -> tuple[str, ...]:
+        """Return a note on the error that was estimated; deviation: standard deviation of the weighted residuals."""
+        if self.label != "estimated":
+            return ()
+        some, _ = self.of_solution(solved)
+        floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
+        unit = "of strain" if self.unit == "-" else self.unit
+        return (
+            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of it and {deviation * floor:.2g} {unit}",
+        )
+
+
+class Evidence(NamedTuple):
+    """fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation;
+    lag1; misfit: lag1 is beyond chance; widening of the intervals; refused: why the fit does not stand, () if
+    it does; r2 (unweighted), nan for constant data; aic, bic; p: free parameters."""
+
+    fitted: np.ndarray
+    residuals: np.ndarray
+    rss: float
+    noise: float
+    lag1: float
+    misfit: bool
+    widening: float
+    refused: tuple[str, ...]
+    r2: float
+    aic: float
+    bic: float
+    p: int
+
+
+class Judged(NamedTuple):
+    """evidence; slopes (m, k): the Jacobian of the free coordinates whose normal matrix is the inverse of their
+    covariance; levels(gradients) (q,): of RSS that bound the intervals of functions of the free coordinates with
+    gradients (k, q), of the coordinates themselves without."""
+
+    evidence: Evidence
+    slopes: np.ndarray
+    levels: Callable[..., np.ndarray]
+
+    def against(self, reasons: tuple[str, ...]) -> "Judged":
+        """Return the judgement with further reasons to refuse the fit."""
+        refused = (*self.evidence.refused, *reasons)
+        return self._replace(evidence=self.evidence._replace(refused=refused))
+
+
+class Solved(NamedTuple):
+    """A least squares solution.
+
+    theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates, of which some are
+    ``inside`` (k,) bool their bounds; kept (n,) bool: the points that count; weights (n,); profile(judged) (m, 2): ends
+    of the intervals of the coordinates, and further rows as the search has them; whole: what the search returned.
+    """
+
+    theta: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    inside: np.ndarray
+    kept: np.ndarray
+    weights: np.ndarray
+    profile: Callable[[Judged], np.ndarray] | None = None
+    whole: Any = None
+
+    def some(self, on: np.ndarray) -> "Solved":
+        """Return the points ``on`` (n,) bool alone."""
+        return self._replace(
+            residual=self.residual[on],
+            jacobian=self.jacobian[on],
+            kept=self.kept[on],
+            weights=self.weights[on],
+        )
+
+
+class AnySample(Protocol):
+    """What a fit is to: a ``Sample``, or several tests that are judged together."""
+
+    @property
+    def count(self) -> int:
+        """Number of points that are fitted, of the smallest test."""
+
+    @property
+    def label(self) -> str:
+        """What the weights are."""
+
+    def curve(self, kept: np.ndarray) -> Curve:
+        """Return (name, unit, abscissa, values) of the points kept (n,) bool."""
+
+    def judge(self, solved: Solved, p: int, level: float) -> Judged:
+        """Judge the residuals of a fit of p parameters, for intervals at a level."""
+
+    def error(self, solved: Solved, deviation: float) -> tuple[str, ...]:
+        """Return notes on an error that was estimated."""
+
+
+def check(level: float, n: int, p: int) -> None:
+    """ValueError unless intervals at this level can be found from n points with p parameters."""
+    if not 0.0 < level < 1.0:
+        raise ValueError(f"level: expected between 0 and 1, got {level!r}")
+    if n <= p:
+        raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
+
+
+def judged(sample: Sample, solved: Solved, found: Noise, p: int, level: float) -> Judged:
+    """Judge a fit of p parameters to all points of a sample, with the noise that was found."""
+    residual, jacobian = solved.residual, solved.jacobian
+    rss, least = float(residual @ residual), ROUNDING * sample.size
+
+    def levels(gradients: np.ndarray | None = None) -> np.ndarray:
+        some = np.eye(jacobian.shape[1]) if gradients is None else gradients
+        return rss + np.maximum(found.rises(some, level), least)
+
+    quality = _weigh(sample, residual, sample.smooth(residual, jacobian[:, solved.inside]), found, p, level)
+    spread = (1.0 if sample.known else quality.noise) * quality.widening
+    return Judged(quality, found.whitened(jacobian, spread), levels)
+
+
+def settled(
+    samples: Sequence[Sample], first: list[Solved], solve: Callable[[list[np.ndarray]], list[Solved]], p: int
+) -> list[Solved]:
+    """Return the solutions whose estimated weights agree with their residuals, from first ones.
+
+    solve: from the weights (n,) of each sample to their solutions. The weights are those of the mean variance of the
+    noise over all that is likely (``noise.py``); weights that the user chose stay.
+    """
+    found = first
+    for turn in range(TURNS if samples[0].adjustable else 0):
+        weights = [sample.reweighed(one, p) for sample, one in zip(samples, found, strict=True)]
+        if turn and all(close(new, one.weights) for new, one in zip(weights, found, strict=True)):
+            break
+        found = solve(weights)
+    return found
+
+
+def close(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether weights (n,) agree so far that no further turn is needed."""
+    return bool(np.max(np.abs(np.log(one / other))) <= SAME)
+
+
+def _weigh(
+    sample: Sample, residuals: np.ndarray, jacobian: np.ndarray, found: Noise, p: int, level: float
+) -> Evidence:
+    """Gather; jacobian (n, k): of the coordinates off their bounds."""
+    measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
+    real = sample.real(residuals, p)
+    fitted = measured + residuals / sample.weights
+    r2 = coefficient_of_determination(measured, fitted)
+    misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
+    matters = real and rss > NEGLIGIBLE * sample.size
+    why = reasons(residuals, jacobian, found, r2, fitted, sample.t, sample.blocks) if matters else ()
+    scale = math.sqrt(rss / (n - p))
+    aic, bic = criteria(rss, n, p, known)
+    widening = found.widening(level, 1.0 if known else scale)
+    return Evidence(fitted, residuals, rss, scale, found.lag1, misfit, widening, why, r2, aic, bic, p)
+
+
+def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:
+    """R2, nan where the data are constant to rounding."""
+    if np.ptp(measured) <= FLAT * np.max(np.abs(measured)):
+        return math.nan
+    total = float(np.sum((measured - measured.mean()) ** 2))
+    return 1.0 - float(np.sum((measured - fitted) ** 2)) / total
+
+
+def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
+    """(AIC, BIC) of Gaussian errors, up to a constant common to all models of the same data and weights.
+
+    -2 log L = rss where sigma is known, n log(rss/n) otherwise, with one more parameter for it.
+    """
+    if known:
+        return rss + 2 * p, rss + p * math.log(n)
+    fit = n * math.log(max(rss, 1e-300) / n)
+    return fit + 2 * (p + 1), fit + (p + 1) * math.log(n)
+
+
+def identified(intervals: dict, table: dict, level: float, refused: Any = ()) -> dict[str, bool]:
+    """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be, by a fit
+    that is not refused."""
+    z = student.two_sided(level)
+    result = {}
+    for name, (low, high) in intervals.items():
+        closed = table[name][0] < low and high < table[name][1]
+        narrow = closed and math.log(high / low) < 2 * z * NOT_DETERMINED
+        result[name] = bool(table[name][0] == table[name][1] or (narrow and not refused))
+    return result

@@ -1,0 +1,283 @@
+"""An indentation fit made ready: what was asked for, checked, and scaled.
+
+Scaled are times by the duration, load and depth by their largest, and compliance so that a half-space
+has depth^power = int J dP (``coordinates.py``, ``probe.py``).
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+
+from fitting.data.contact import find_contact
+from fitting.data.curves import IndentationData
+from fitting.data.probe import Probe, probe_of
+from fitting.data.weights import choose_weights
+from fitting.models import adhesion
+from fitting.models.coordinates import Space
+from fitting.models.history import columns
+from fitting.models.structure import Sought
+from fitting.search import varpro
+from fitting.search.nonlinear import Best, Objective
+
+AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number and of all
+TIMES = np.geomspace(3e-3, 3.0, 7)  # retardation times over the duration that are started from
+SHARED = np.array([0.45, 0.45, 0.1])  # between spring, retarded part and flow
+VISIBLE = 1e-2  # scaled compliance that a part has at least there
+LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
+
+
+class Instrument(NamedTuple):
+    """What the instrument adds to the measured depth: contact point [m], drift [m/s] and compliance of the machine
+    [m/N], each a number that is known or "fit"."""
+
+    contact_point: float | str = 0.0
+    drift: float | str = 0.0
+    machine_compliance: float | str = 0.0
+
+    def box(self, sizes: np.ndarray) -> np.ndarray:
+        """Bounds (3, 2) in parts of ``sizes`` (3,) in SI, equal where a value is known."""
+        rows = zip(self._fields, self, sizes, strict=True)
+        return np.array([_within(name, value, size) for name, value, size in rows])
+
+
+def _within(name: str, value: float | str, size: float) -> tuple[float, float]:
+    if isinstance(value, str) and value.lower() == "fit":
+        return (0.0 if name == "machine_compliance" else -1.0), 1.0
+    if isinstance(value, str) or not np.isfinite(value):
+        raise ValueError(f'{name}: expected a number or "fit", got {value!r}')
+    return value / size, value / size
+
+
+class Pressing(NamedTuple):
+    """How the body was pressed.
+
+    indenter; control: what drives the model, "load" or "depth"; rise [s]: of a load that is put in place of the
+    measured one, or None; adhesion: the work of it [J/m2]; film: whether the body is a film on a substrate.
+    """
+
+    indenter: Any
+    control: str
+    rise: float | None
+    adhesion: float
+    film: bool
+
+    @property
+    def response(self) -> tuple[str, str]:
+        """Name and unit of what is fitted."""
+        return ("depth", "m") if self.control == "load" else ("load", "N")
+
+
+class Units(NamedTuple):
+    """What undoes the scaling: duration [s], load [N], depth [m], compliance [1/Pa]."""
+
+    duration: float
+    load: float
+    depth: float
+    compliance: float
+
+
+class Press(NamedTuple):
+    """A test that is ready for a search.
+
+    t, load, depth (n,): scaled; kept (n,) bool: points that are fitted; weights (n,): 0 elsewhere, and their label;
+    space: of the search; notes.
+    """
+
+    data: IndentationData
+    sought: Sought
+    pressing: Pressing
+    probe: Probe
+    units: Units
+    t: np.ndarray
+    load: np.ndarray
+    depth: np.ndarray
+    kept: np.ndarray
+    weights: np.ndarray
+    label: str
+    space: Space
+    notes: tuple[str, ...]
+
+    @property
+    def extra(self) -> float:
+        """Scaled compliance that an elastic ball adds to J."""
+        return float(self.pressing.indenter.compliance()) / self.sought.volume.share / self.units.compliance
+
+    @property
+    def bulk(self) -> float | None:
+        """Scaled bulk modulus, None for a constant nu."""
+        volume = self.sought.volume
+        return volume.value * self.units.compliance if volume.name == "bulk_modulus" else None
+
+    @property
+    def pull(self) -> float:
+        """Scaled 6 pi w R of the work of adhesion w, 0 without."""
+        work, indenter = self.pressing.adhesion, self.pressing.indenter
+        return 6.0 * np.pi * work * float(indenter.radius) / self.units.load if work else 0.0
+
+    @property
+    def measured(self) -> np.ndarray:
+        """What is fitted, (n,): depth under load control, load under depth control."""
+        return self.depth if self.pressing.control == "load" else self.load
+
+
+def prepare(
+    data: IndentationData, sought: Sought, pressing: Pressing, instrument: Instrument, weights: str | None, sigma: Any
+) -> Press:  # fmt: skip
+    """Check and scale a test; ValueError with expected and got."""
+    probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
+    _check(data, control, pressing.rise)
+    work = adhesion.check(pressing.adhesion, data, pressing.indenter, control, model)
+    pressing = pressing._replace(adhesion=work)
+    t = data.t - data.t[0]
+    kept = _in_contact(data, pressing)
+    weight, label = _weights(data, kept, control, weights, sigma)
+    P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
+    # J that a scaled compliance of one stands for
+    units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
+    space = _space(sought, instrument, units)
+    if probe.power > 1.0:
+        _check_growth(data, pressing)
+    if not work:  # the load of a ball that sticks falls before it rises
+        _check_contact(data, kept, probe.power, pressing.film)
+    few = f"{(~kept).sum()} points before contact or during the rise not fitted"
+    response = data.depth if control == "load" else data.load
+    return Press(
+        data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
+        weight * float(response.max()), label, space, () if kept.all() else (few,),
+    )  # fmt: skip
+
+
+def _in_contact(data: IndentationData, pressing: Pressing) -> np.ndarray:
+    """Points (n,) bool in contact, after the rise; ValueError for fewer than 5."""
+    stuck = pressing.adhesion > 0
+    kept = ((data.load > 0) | stuck) & (data.depth > 0) & (data.t - data.t[0] >= (pressing.rise or 0.0))
+    if kept.sum() < 5:
+        raise ValueError(
+            f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"
+        )
+    return kept
+
+
+def _check_growth(data: IndentationData, pressing: Pressing) -> None:
+    """ValueError under load control where the contact certainly shrinks."""
+    top, last = float(data.load.max()), float(data.load[-1])
+    if pressing.control == "load" and pressing.rise is None and last < LEAST_LOAD * top:
+        raise ValueError(
+            f"data: load control needs a contact that grows, got a load that falls from {top:g} to"
+            f' {last:g} N; leave the unloading out, or take control="depth"'
+        )
+
+
+def _check(data: IndentationData, control: str, rise: float | None) -> None:
+    if not isinstance(data, IndentationData):
+        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    if control not in ("load", "depth"):
+        raise ValueError(f'control: expected "load" or "depth", got {control!r}')
+    if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
+        raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
+
+
+def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:
+    """ValueError where points before contact would be fitted as if they were in it."""
+    if data.cut:
+        return
+    found = find_contact(data.t, data.load, data.depth, power=power, film=film)
+    # of resampled points, the samples that they stand for
+    samples = (
+        np.ones(kept.size)
+        if data.scatter_depth is None
+        else (data.scatter_depth.max() / data.scatter_depth) ** 2
+    )
+    fitted = round(float(np.sum((kept * samples)[: found.before])))
+    if fitted > max(AIR, AIR_SHARE * np.sum(kept * samples)):
+        raise ValueError(
+            f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
+            f" {found.depth:.4g} m: data.in_contact({'film=True' if film else ''}) leaves them out"
+        )
+
+
+def _weights(
+    data: IndentationData, kept: np.ndarray, control: str, weights: str | None, sigma: Any
+) -> tuple[np.ndarray, str]:
+    """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
+    kind = "depth" if control == "load" else "load"
+    response, scatter = getattr(data, kind), getattr(data, f"scatter_{kind}")
+    if weights is None and sigma is None:
+        sigma = getattr(data, f"sigma_{kind}")
+        weights = "absolute" if sigma is None and scatter is None else None
+    if sigma is not None:
+        weights, sigma = None, np.broadcast_to(np.asarray(sigma, dtype=float), response.shape)[kept]
+    some, chosen = None if scatter is None else scatter[kept], np.zeros(response.shape)
+    since = data.t - data.t[0]
+    chosen[kept], label = choose_weights(since[kept], response[kept], weights, sigma, some)
+    return chosen, label
+
+
+def _space(sought: Sought, instrument: Instrument, units: Units) -> Space:
+    """Compliances, then contact point, drift and machine compliance."""
+    structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
+    sizes = units.depth / np.array([1.0, units.duration, units.load])
+    box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
+    return Space.of(structure, box, np.append(own, sizes), units.duration)
+
+
+def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: float) -> np.ndarray:
+    """Coordinates (m,) near the weighted least squares of y (n,) by the columns of ``basis``, at the samples.
+
+    No logarithm begins below that of ``least``.
+    """
+    space = press.space
+    box = space.linear_box
+    if space.structure.tau is None:
+        _, x, tau, _ = varpro.solve(_search(press, y, weights, basis))
+        found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
+    else:
+        A = weights[:, None] * np.asarray(columns(basis, press.units.duration / space.structure.tau))
+        low, high = box.T
+        found = scipy.optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
+    return space.near(found, least)
+
+
+def spread_starts(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> list[np.ndarray]:
+    """More coordinates to start from, where a retardation time is sought: for each of ``TIMES`` held, the same
+    least squares, and its compliance at the end shared out evenly."""
+    space = press.space
+    if space.structure.tau is not None or space.structure.branches == 0:
+        return []
+    x = np.asarray(varpro.solve_each(_search(press, y, weights, basis), TIMES))
+    even = np.outer(x.sum(1), SHARED)
+    x, times = np.concatenate([x, even]), np.tile(TIMES, 2)
+    return [space.near(np.append(row, row[1] / tau), VISIBLE) for row, tau in zip(x, times, strict=True)]
+
+
+def _search(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> varpro.TauSearch:
+    return varpro.search(y, weights, basis, press.t, press.space.linear_box)
+
+
+class Medium(NamedTuple):
+    """thickness [m], substrate and grid of the solver; left (m,): the bias of the coordinates that its discretisation
+    leaves, and {coordinate: that over its standard error}. None, zero and empty for a half-space."""
+
+    thickness: float | None = None
+    substrate: Any = None
+    grid: Any = None
+    left: np.ndarray = np.zeros(1)
+    bias: dict[str, float] = {}  # noqa: RUF012
+
+
+class Found(NamedTuple):
+    """What was searched, the optimum and its objective; notes; moves(name) (m,): change of the coordinates with a
+    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear;
+    slow: the optimum for an edge that sticks and has time to creep; against: why the fit does not stand."""
+
+    press: Press
+    best: Best
+    objective: Objective
+    notes: tuple[str, ...]
+    moves: Callable[[str], np.ndarray]
+    medium: Medium
+    residual: Callable[[Any], Any] | None = None
+    slow: Best | None = None
+    against: tuple[str, ...] = ()
