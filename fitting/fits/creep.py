@@ -16,7 +16,7 @@ from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
 from fitting.fits.creep_solution import CreepSearch
 from fitting.fits.fractional import Crept, Law, creep_structure
-from fitting.inference.conclusion import Further, FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample, settled
 from fitting.inference.result import Fit, linear_band, plain
 from fitting.models.structure import Sought, Structure
@@ -140,8 +140,8 @@ def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dic
     first, again = search.solve(sample.weights), lambda weights: [search.solve(weights[0])]
     (solved,) = settled([sample], [first], again, problem.p)
     extents, kept = solved.whole, solved.kept
-    further = Further(notes=_left_out(data, kept), landscape=extents.landscape(search.space))
-    found = conclude(problem, solved, further)
+    landscape = extents.landscape(search.space)
+    found = conclude(problem, solved._replace(notes=_left_out(data, kept), landscape=landscape))
     return found.fit(
         CreepFit, options=options, kept=kept, point_weights=solved.weights,
         combinations=extents.combinations(found.ends, found.judged.slopes),
@@ -158,8 +158,8 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     solved = least_squares(
         problem, lambda weights: Crept.of(data, weights).objective(space), curve.starts(law)
     )
-    further = Further(landscape=curve.landscape(space, solved.theta))
-    found = conclude(problem, solved, further)
+    landscape = curve.landscape(space, solved.theta)
+    found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
     band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
     return found.fit(
         CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},

@@ -10,7 +10,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.curves import IndentationData
 from fitting.data.probe import probe_of
-from fitting.inference.conclusion import Further, FitProblem, conclude, solution
+from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit, plain
 from fitting.models.coordinates import NUISANCES, Space
@@ -208,10 +208,11 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
     """Return the fit from the optimum."""
     press, best, objective = found.press, found.best, found.objective
     problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
-    solved = solution(objective, best, problem.sample.weights, press.kept)
-    land = found.residual and press.space.landscape(best.theta, found.residual)
-    further = Further(found.notes, found.moves, land, found.medium.left, found.against)
-    concluded, pressing = conclude(problem, solved, further), press.pressing
+    solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
+        notes=found.notes, moves=found.moves, left=found.medium.left, against=found.against,
+        landscape=found.residual and press.space.landscape(best.theta, found.residual),
+    )  # fmt: skip
+    concluded, pressing = conclude(problem, solved), press.pressing
     return concluded.fit(
         IndentationFit, indenter=pressing.indenter, **press.sought.volume.keyword, control=pressing.control,
         film=found.medium, nuisances=_nuisances(press.space, best.theta, concluded.ends), kept=press.kept,

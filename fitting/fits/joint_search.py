@@ -32,23 +32,28 @@ LEAST = 1e-9  # standard deviation of a point, as a share of what its weight say
 
 
 class Part(NamedTuple):
-    """A test: kind, "creep", "relaxation" or "oscillation"; sample; arrays: what the residuals take, scaled and padded;
+    """A test: kind, "creep", "relaxation" or "oscillation"; sample; x, y: what the residuals take, scaled and padded;
     unit: of the response, in that of the sample."""
 
     kind: str
     sample: Sample
-    arrays: tuple[Any, Array, Array]
+    x: Any
+    y: Array
     unit: float
 
-    def reweighed(self, weights: np.ndarray) -> "Part":
+    def weighed(self, weights: np.ndarray) -> "Part":
         """Return the test with other weights (n,)."""
-        x, y, _ = self.arrays
-        arrays = (x, y, padding.without_weight(weights * self.unit))
-        return self._replace(sample=self.sample._replace(weights=weights), arrays=arrays)
+        return self._replace(sample=self.sample._replace(weights=weights))
+
+    @property
+    def arrays(self) -> tuple[Any, Array, Array]:
+        """What the residuals take."""
+        return self.x, self.y, padding.without_weight(self.sample.weights * self.unit)
 
 
 class Tests(NamedTuple):
-    """Tests with their errors (k,), over what the weights of each say; the sample of a fit to all of them.
+    """Tests, weighted over the errors (k,) of each, which are parts of what its own weights say; the sample of a fit to
+    all of them.
 
     As one curve they follow one another, each over its unit.
     """
@@ -67,10 +72,14 @@ class Tests(NamedTuple):
         return ", ".join(dict.fromkeys(part.sample.label for part in self.parts)) + ", of each test apart"
 
     @property
-    def samples(self) -> list[Sample]:
-        """Return the sample of each test, with its weights over its error."""
-        rows = zip(self.parts, self.errors, strict=True)
-        return [part.sample._replace(weights=part.sample.weights / s) for part, s in rows]
+    def own_weights(self) -> list[np.ndarray]:
+        """Weights (n,) of each test without its error."""
+        return [part.sample.weights * s for part, s in zip(self.parts, self.errors, strict=True)]
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Where each test but the last ends among all points."""
+        return np.cumsum([part.sample.t.size for part in self.parts])[:-1]
 
     def curve(self, kept: np.ndarray) -> Curve:
         """Return all tests as one curve; no point is left out."""
@@ -83,13 +92,36 @@ class Tests(NamedTuple):
 
     def each(self, solved: Solved) -> list[tuple[Sample, Solved]]:
         """Return the sample and the residuals of each test."""
-        ends, samples = np.cumsum([part.sample.t.size for part in self.parts])[:-1], self.samples
-        split = zip(samples, np.split(solved.residual, ends), np.split(solved.jacobian, ends), strict=True)
+        rows = zip(
+            self.parts, *(np.split(y, self.ends) for y in (solved.residual, solved.jacobian)), strict=True
+        )
         every = lambda sample: np.ones(sample.t.size, dtype=bool)
         return [
-            (sample, Solved(solved.theta, r, J, solved.inside, every(sample), sample.weights))
-            for sample, r, J in split
+            (part.sample, Solved(solved.theta, r, J, solved.inside, every(part.sample), part.sample.weights))
+            for part, r, J in rows
         ]
+
+    def scaled(self, factors: np.ndarray) -> "Tests":
+        """Return the tests with other errors, by factors (k,)."""
+        rows = zip(self.parts, factors, strict=True)
+        parts = tuple(part.weighed(part.sample.weights / factor) for part, factor in rows)
+        return Tests(parts, self.errors * factors)
+
+    def reweighed(self, solved: Solved, p: int) -> "Tests":
+        """Return the tests with estimated weights that agree with the residuals."""
+        rows = zip(self.parts, self.errors, self.each(solved), strict=True)
+        parts = (
+            part.weighed(sample.reweighed(own, p) / s) if sample.adjustable else part
+            for part, s, (sample, own) in rows
+        )
+        return self._replace(parts=tuple(parts))
+
+    def curves(self, solved: Solved) -> tuple:
+        """Return (name, unit, over, values, fitted) of each test."""
+        return tuple(
+            (one.name, one.unit, one.t, one.measured, one.measured + own.residual / one.weights)
+            for one, own in self.each(solved)
+        )
 
     def judge(self, solved: Solved, p: int, level: float) -> Judged:
         """Judge the residuals of all tests: the noise of each is judged apart, and a test that is not described refuses
@@ -116,30 +148,10 @@ class Tests(NamedTuple):
 
     def _whole(self, solved: Solved) -> Sample:
         """All tests as one sample."""
-        weight = [own.weights * part.unit for own, part in zip(self.samples, self.parts, strict=True)]
+        weight = [part.sample.weights * part.unit for part in self.parts]
         shift = np.cumsum([0, *(part.sample.blocks[-1] + 1 for part in self.parts)])
         blocks = [part.sample.blocks + k for part, k in zip(self.parts, shift, strict=False)]
         return Sample.of(self.curve(solved.kept), np.concatenate(weight), "", np.concatenate(blocks))
-
-    def reweighed(self, solved: Solved, p: int) -> "Tests":
-        """Return the tests with estimated weights that agree with the residuals."""
-        found = []
-        for part, s, (_, own) in zip(self.parts, self.errors, self.each(solved), strict=True):
-            unscaled = own._replace(
-                residual=s * own.residual, jacobian=s * own.jacobian, weights=part.sample.weights
-            )
-            found.append(
-                part.reweighed(part.sample.reweighed(unscaled, p)) if part.sample.adjustable else part
-            )
-        return self._replace(parts=tuple(found))
-
-    def curves(self, residual: np.ndarray) -> tuple:
-        """Return (name, unit, over, values, fitted) of each test, from the residuals (n,) of all."""
-        ends = np.cumsum([part.sample.t.size for part in self.parts])[:-1]
-        rows = zip(self.samples, np.split(residual, ends), strict=True)
-        return tuple(
-            (one.name, one.unit, one.t, one.measured, one.measured + r / one.weights) for one, r in rows
-        )
 
 
 def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
@@ -149,8 +161,8 @@ def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Te
     for _ in range(evidence.TURNS if any(part.sample.adjustable for part in tests.parts) else 0):
         last, tests = tests, tests.reweighed(solved, space.free.size)
         tests, solved = _turns(space, tests, solved.whole[0])
-        pairs = zip(tests.parts, last.parts, strict=True)
-        if all(evidence.close(new.sample.weights, old.sample.weights) for new, old in pairs):
+        pairs = zip(tests.own_weights, last.own_weights, strict=True)
+        if all(evidence.close(new, old) for new, old in pairs):
             break
     best, objective = solved.whole
     best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
@@ -160,27 +172,22 @@ def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Te
 def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
     """The least squares and the errors of the tests in turns, until the errors stand still."""
     sizes = np.array([part.sample.t.size for part in tests.parts])
-    ends, dof = np.cumsum(sizes)[:-1], sizes * (1.0 - space.free.size / sizes.sum())
+    dof = sizes * (1.0 - space.free.size / sizes.sum())
     for _ in range(TURNS):
-        now = [float(np.sqrt(r @ r / n)) for r, n in zip(np.split(best.residual, ends), dof, strict=True)]
-        factors = np.maximum(np.array(now), LEAST / tests.errors)
-        tests = tests._replace(errors=tests.errors * factors)
+        rows = zip(np.split(best.residual, tests.ends), dof, strict=True)
+        factors = np.maximum([float(np.sqrt(r @ r / n)) for r, n in rows], LEAST / tests.errors)
+        tests = tests.scaled(factors)
         objective = _objective(space, tests)
         best = nonlinear.minimise(objective, best.theta)
         if np.all(np.abs(factors - 1.0) < STILL):
             break
-    weights = np.concatenate([sample.weights for sample in tests.samples])
-    return tests, solution(objective, best, weights)
+    return tests, solution(objective, best, np.concatenate([part.sample.weights for part in tests.parts]))
 
 
 def _objective(space: Space, tests: Tests) -> Objective:
     """The least squares of all tests over their errors."""
-    at, sizes = space.point, tuple(part.sample.t.size for part in tests.parts)
-    kinds = tuple(part.kind for part in tests.parts)
-    arrays = tuple(
-        (x, y, w / s)
-        for (x, y, w), s in zip((part.arrays for part in tests.parts), tests.errors, strict=True)
-    )
+    at, arrays = space.point, tuple(part.arrays for part in tests.parts)
+    kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
     return Objective(
         lambda theta: _evaluate(at(theta), arrays, kinds, sizes),
         lambda theta, free: _slopes(at(theta), free, arrays, kinds, sizes),

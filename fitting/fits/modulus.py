@@ -22,7 +22,7 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.inference.conclusion import Further, FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
 from fitting.models.coordinates import NUISANCES, Coordinates, Space
@@ -190,8 +190,8 @@ def _fit(data: Any, weighed: Weighed, sought: Sought, level: float) -> ModulusFi
     solved = least_squares(problem, of, starts(space, STARTS))
     best, objective = solved.whole
     landscape = space.landscape(best.theta, objective.residual)
-    sought_for = (best.starts, best.agreed)
-    return conclude(problem, solved, Further(landscape=landscape)).fit(ModulusFit, starts=sought_for)
+    found = conclude(problem, solved._replace(landscape=landscape))
+    return found.fit(ModulusFit, starts=(best.starts, best.agreed))
 
 
 def material_space(sought: Sought, unit: float, duration: float) -> Space:

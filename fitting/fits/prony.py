@@ -16,7 +16,7 @@ from jax.tree_util import Partial
 
 from fitting.data.curves import CreepData
 from fitting.fits.creep import creep_sample
-from fitting.inference.conclusion import Further, FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample, Solved
 from fitting.inference.result import Fit
 from fitting.models import history
@@ -75,9 +75,9 @@ def fit_prony(
     space = _space(sought, sample.weights[:, None] * A)
     problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
     of = lambda weights: _objective(weights[:, None] * A * space.unit, weights * data.response, space)
-    solved = least_squares(problem, of, [_start(of(sample.weights), space)])
-    land = _landscape(space, solved, A, data.response)
-    return conclude(problem, solved, Further(notes=notes, landscape=land)).fit(PronyFit)
+    solved = least_squares(problem, of, [np.zeros(space.unit.size)])
+    landscape = _landscape(space, solved, A, data.response)
+    return conclude(problem, solved._replace(notes=notes, landscape=landscape)).fit(PronyFit)
 
 
 def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
@@ -99,14 +99,6 @@ def _objective(A: np.ndarray, y: np.ndarray, space: SearchSpace) -> Objective:
     return Objective(
         lambda x: A @ x - y, lambda x, free: A[:, free], *space.bounds, floor=1e-26 * float(y @ y)
     )
-
-
-def _start(objective: Objective, space: SearchSpace) -> np.ndarray:
-    """The least squares without bounds, moved to them."""
-    zero, free = np.zeros(space.unit.size), space.free
-    found = zero.copy()
-    found[free] = np.linalg.lstsq(objective.jacobian(zero, free), -objective.residual(zero), rcond=None)[0]
-    return np.maximum(found, 0.0)
 
 
 def _chosen(data: CreepData, sample: Sample, instantaneous: bool, flow: bool) -> np.ndarray:

@@ -16,7 +16,7 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits import joint_search, modulus
 from fitting.fits.creep import creep_sample
 from fitting.fits.joint_search import Part, Tests
-from fitting.inference.conclusion import Further, FitProblem, conclude
+from fitting.inference.conclusion import FitProblem, conclude
 from fitting.inference.result import Fit
 from fitting.models.history import Step, merge
 from fitting.models.structure import Sought, Structure, structure_of
@@ -116,10 +116,13 @@ def fit_together(
     starts = modulus.starts(space, itertools.product(_taus(data, duration), SHARES))
     tests, solved = joint_search.search(space, tests, starts)
     best, objective = solved.whole
-    land = space.landscape(best.theta, objective.residual)
-    found = conclude(dataclasses.replace(problem, sample=tests), solved, Further(landscape=land))
+    solved = solved._replace(
+        landscape=space.landscape(best.theta, objective.residual),
+        notes=[note for one in data for note in one.notes],
+    )
+    found = conclude(dataclasses.replace(problem, sample=tests), solved)
     return found.fit(
-        JointFit, starts=(best.starts, best.agreed), curves=tests.curves(solved.residual),
+        JointFit, starts=(best.starts, best.agreed), curves=tests.curves(solved),
         errors=tuple(tests.errors.tolist()),
     )  # fmt: skip
 

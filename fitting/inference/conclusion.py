@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from fitting.inference import evidence
-from fitting.inference.evidence import AnySample, Evidence, Judged, Solved
-from fitting.inference.result import Estimate, Fit, Landscape
+from fitting.inference.evidence import Evidence, Judged, Solved
+from fitting.inference.result import Estimate, Fit
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
@@ -32,14 +32,15 @@ class FitProblem:
     """What a fit is to find from what.
 
     data: as the user gave them; sought: the material or law with its bounds; space: the coordinates of the search;
-    sample: the curve that is fitted; duration [s] that the data see; level: of the intervals. ValueError unless
-    intervals at this level can be found from so many points.
+    sample: the curve that is fitted, a ``Sample``, or several that are judged as one (``joint_search.Tests``); duration
+    [s] that the data see; level: of the intervals. ValueError unless intervals at this level can be found from so many
+    points.
     """
 
     data: Any
     sought: Sought
     space: SearchSpace
-    sample: AnySample
+    sample: Any
     duration: float
     level: float
 
@@ -50,30 +51,6 @@ class FitProblem:
     def p(self) -> int:
         """Number of free coordinates."""
         return self.space.free.size
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes on the data."""
-        several = self.data if isinstance(self.data, tuple) else (self.data,)
-        return [note for one in several for note in one.notes]
-
-
-class Further(NamedTuple):
-    """What only some fits have to say.
-
-    notes: of the search; moves(name) (m,): change of the coordinates with a quantity that was held; landscape: of the
-    residuals, None where they are dear; left (m,): a bias of the coordinates that the intervals have to hold; against:
-    more reasons to refuse the fit.
-    """
-
-    notes: Sequence[str] = ()
-    moves: Callable[[str], np.ndarray] | None = None
-    landscape: Landscape | None = None
-    left: np.ndarray | None = None
-    against: tuple[str, ...] = ()
-
-
-NOTHING = Further()
 
 
 class Conclusion(NamedTuple):
@@ -117,42 +94,35 @@ def least_squares(
     return evidence.settled([problem.sample], found, again, problem.p)[0]
 
 
-def conclude(problem: FitProblem, solved: Solved, further: Further = NOTHING) -> Conclusion:
+def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     """Return what is said of the optimum of a search.
 
     The noise of the residuals is judged (``noise.py``), the coordinates are profiled to the levels that follow, the
     verdict is passed (``verdict.py``), and all is put in SI for the material.
     """
-    judged = problem.sample.judge(solved, problem.p, problem.level).against(further.against)
     assert solved.profile is not None
-    ends = _biased(problem.space, solved.profile(judged), further.left)
-    found = _estimate(problem.space, solved, ends, judged.slopes, further)
-    return Conclusion(_fields(problem, solved, judged, found, further.notes), ends, judged)
+    judged = problem.sample.judge(solved, problem.p, problem.level)
+    ends = solved.profile(judged)
+    if solved.left is not None:
+        widened = ends + np.outer(solved.left, (-1.0, 1.0))
+        ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
+    quality = dataclasses.replace(judged.evidence, refused=(*judged.evidence.refused, *solved.against))
+    found = _estimate(problem.space, solved, ends, judged.slopes)
+    return Conclusion(_fields(problem, solved, quality, found, judged.slopes), ends, judged)
 
 
-def _biased(space: SearchSpace, ends: np.ndarray, left: np.ndarray | None) -> np.ndarray:
-    """Ends (m, 2) moved outwards by what is left of a bias (m,), within the bounds."""
-    if left is None:
-        return ends
-    return np.clip(ends + np.outer(left, (-1.0, 1.0)), *(bound[:, None] for bound in space.bounds))
-
-
-def _estimate(
-    space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray, further: Further
-) -> Estimate:
+def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
     """Undo the scaling; ends (m, 2); slopes (n, k): of the free coordinates, as ``evidence.Judged`` has them."""
-    own, theta, free = space.material, solved.theta, space.free
+    own, theta, free, moves = space.material, solved.theta, space.free, solved.moves
     unit, slope, inside = space.unit[own], space.slope(theta), np.zeros(theta.size, dtype=bool)
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)
     J[:, free], inside[free] = slopes, solved.inside
-    whole = covariance(J, varied)[np.ix_(own, own)] * np.outer(slope, slope)
-    log = log_covariance(
-        _projected((J * inside)[:, own] * space.by_log(theta), (J * inside)[:, ~own]), inside[own]
-    )
-    moves = further.moves or (lambda name: np.zeros(theta.size))
+    by_log = (J * inside)[:, own] * space.by_log(theta)
     return Estimate(
-        space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]), whole, log,
-        lambda name: moves(name)[own] * slope, further.landscape,
+        space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
+        covariance(J, varied)[np.ix_(own, own)] * np.outer(slope, slope),
+        log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own]),
+        lambda name: moves(name)[own] * slope if moves else np.zeros(slope.size), solved.landscape,
     )  # fmt: skip
 
 
@@ -163,18 +133,18 @@ def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _fields(
-    problem: FitProblem, solved: Solved, judged: Judged, found: Estimate, notes: Sequence[str]
+    problem: FitProblem, solved: Solved, quality: Evidence, found: Estimate, slopes: np.ndarray
 ) -> dict[str, Any]:
     """The fields of a ``Fit``."""
-    sample, sought, quality = problem.sample, problem.sought, judged.evidence
+    sample, sought, data = problem.sample, problem.sought, problem.data
     names = [problem.space.names[i] for i in problem.space.free]
     parameters = _parameters(sought, found, problem.level, quality)
-    inseparably = inseparable(judged.slopes, names, parameters["identified"])
-    said = *problem.notes, *sample.error(solved, quality.noise), *notes, *sought.structure.notes, *inseparably
-    return quality._asdict() | parameters | {
-        "structure": sought.structure, "data": problem.data, "weights": sample.label, "level": problem.level,
+    said = *getattr(data, "notes", ()), *sample.error(solved, quality.noise), *solved.notes
+    together = inseparable(slopes, names, parameters["identified"])
+    return vars(quality) | parameters | {
+        "structure": sought.structure, "data": data, "weights": sample.label, "level": problem.level,
         "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,
-        "notes": tuple(dict.fromkeys(said)),
+        "notes": tuple(dict.fromkeys([*said, *together])),
     }  # fmt: skip
 
 

@@ -7,9 +7,10 @@ correlated, or its dependence on the values was estimated, each coordinate has a
 ``verdict.py`` refuses a wrong model.
 """
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from fitting.inference import noise, student
 from fitting.inference.correlation import BEYOND_CHANCE
 from fitting.inference.noise import Noise
 from fitting.inference.verdict import reasons
+from fitting.models.search_space import Landscape
 
 NOT_DETERMINED = 0.5  # sd of a log parameter above which its value says nothing
 ROUNDING = 1e-13  # share of the data's sum of squares below which a rise of RSS cannot be told
@@ -126,10 +128,15 @@ class Sample(NamedTuple):
         )
 
 
-class Evidence(NamedTuple):
-    """fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation;
-    lag1; misfit: lag1 is beyond chance; widening of the intervals; refused: why the fit does not stand, () if
-    it does; r2 (unweighted), nan for constant data; aic, bic; p: free parameters."""
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """How well a model describes the data of its fit.
+
+    fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation (share of the
+    data for relative weights); lag1: correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of
+    the intervals, for what correlation the noise may have; refused: why the fit does not stand, () if it does. r2
+    (unweighted), nan for constant data; aic, bic; p: free parameters.
+    """
 
     fitted: np.ndarray
     residuals: np.ndarray
@@ -154,18 +161,17 @@ class Judged(NamedTuple):
     slopes: np.ndarray
     levels: Callable[..., np.ndarray]
 
-    def against(self, reasons: tuple[str, ...]) -> "Judged":
-        """Return the judgement with further reasons to refuse the fit."""
-        refused = (*self.evidence.refused, *reasons)
-        return self._replace(evidence=self.evidence._replace(refused=refused))
-
 
 class Solved(NamedTuple):
-    """A least squares solution.
+    """A least squares solution, and what its search has to say.
 
     theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates, of which some are
     ``inside`` (k,) bool their bounds; kept (n,) bool: the points that count; weights (n,); profile(judged) (m, 2): ends
     of the intervals of the coordinates, and further rows as the search has them; whole: what the search returned.
+
+    notes; moves(name) (m,): change of the coordinates with a quantity that was held; landscape: of the residuals, None
+    where they are dear; left (m,): a bias of the coordinates that the intervals have to hold; against: reasons to refuse
+    the fit beyond those of its residuals.
     """
 
     theta: np.ndarray
@@ -176,6 +182,11 @@ class Solved(NamedTuple):
     weights: np.ndarray
     profile: Callable[[Judged], np.ndarray] | None = None
     whole: Any = None
+    notes: Sequence[str] = ()
+    moves: Callable[[str], np.ndarray] | None = None
+    landscape: Landscape | None = None
+    left: np.ndarray | None = None
+    against: tuple[str, ...] = ()
 
     def some(self, on: np.ndarray) -> "Solved":
         """Return the points ``on`` (n,) bool alone."""
@@ -185,27 +196,6 @@ class Solved(NamedTuple):
             kept=self.kept[on],
             weights=self.weights[on],
         )
-
-
-class AnySample(Protocol):
-    """What a fit is to: a ``Sample``, or several tests that are judged together."""
-
-    @property
-    def count(self) -> int:
-        """Number of points that are fitted, of the smallest test."""
-
-    @property
-    def label(self) -> str:
-        """What the weights are."""
-
-    def curve(self, kept: np.ndarray) -> Curve:
-        """Return (name, unit, abscissa, values) of the points kept (n,) bool."""
-
-    def judge(self, solved: Solved, p: int, level: float) -> Judged:
-        """Judge the residuals of a fit of p parameters, for intervals at a level."""
-
-    def error(self, solved: Solved, deviation: float) -> tuple[str, ...]:
-        """Return notes on an error that was estimated."""
 
 
 def check(level: float, n: int, p: int) -> None:
@@ -266,7 +256,10 @@ def _weigh(
     scale = math.sqrt(rss / (n - p))
     aic, bic = criteria(rss, n, p, known)
     widening = found.widening(level, 1.0 if known else scale)
-    return Evidence(fitted, residuals, rss, scale, found.lag1, misfit, widening, why, r2, aic, bic, p)
+    return Evidence(
+        fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
+        refused=why, r2=r2, aic=aic, bic=bic, p=p,
+    )  # fmt: skip
 
 
 def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:

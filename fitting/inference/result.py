@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.inference import student
+from fitting.inference.evidence import Curve, Evidence
 from fitting.models.search_space import Landscape
 from fitting.models.structure import Compliances, Structure
 from fitting.search.uncertainty import LogCovariance
@@ -35,20 +36,16 @@ class Estimate(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fit:
-    """A fitted material and how well the data determine it.
+class Fit(Evidence):
+    """A fitted material and how well the data determine it; ``Evidence`` has what its residuals say.
 
     material: the best fit (an infinite parameter where its compliance is zero); model: its class.
     values, intervals, identified: {parameter: value | (low, high), inf on an open side | bool}, in
     Pa and Pa s, or 1/Pa and 1/(Pa s) of a series; fixed parameters have (value, value). sd_log
     {parameter: sd of its logarithm}, inf at an open end. tau [s]: the retardation time, nan where there is
     none, (k,) of a series; duration [s]. condition: of J^T J in log parameters; weakest {parameter:
-    component} of the least known direction; weakest_sd. fitted, residuals (n,): response and weighted
-    residuals. rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
-    correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of the intervals, for what
-    correlation the noise may have; refused: why the fit does not stand, () if it does. r2 (unweighted),
-    aic, bic. p: free parameters. notes: on the data and on the fit. curve: (name, unit, times, values) of
-    what was fitted.
+    component} of the least known direction; weakest_sd. notes: on the data and on the fit. curve: (name, unit, times,
+    values) of what was fitted.
     """
 
     structure: Structure
@@ -66,20 +63,8 @@ class Fit:
     condition: float
     weakest: dict[str, float]
     weakest_sd: float
-    fitted: np.ndarray
-    residuals: np.ndarray
-    rss: float
-    noise: float
-    lag1: float
-    misfit: bool
-    widening: float
-    refused: tuple[str, ...]
-    r2: float
-    aic: float
-    bic: float
-    p: int
     notes: tuple[str, ...]
-    curve: tuple[str, str, np.ndarray, np.ndarray]
+    curve: Curve
     estimate: Estimate = dataclasses.field(repr=False)
 
     @property

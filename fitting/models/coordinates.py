@@ -105,10 +105,6 @@ class Space(SearchSpace):
             duration=duration,
         )  # fmt: skip
 
-    def above(self, least: float) -> "Space":
-        """Return the space with another end of the open side of compliances that are searched as they are."""
-        return Space.of(self.structure, self.box, self.unit, self.duration, least)
-
     @property
     def linear_box(self) -> np.ndarray:
         """Bounds of the compliances (size, 2), with the least ones at their end of an open side."""

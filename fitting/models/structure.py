@@ -113,11 +113,6 @@ class Structure:
         retarded, rise = values[1 : self.flow], values[self.flow + 1 :]
         return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes on what a material of this structure is good for."""
-        return ()
-
     def unit(self, name: str) -> str:
         """Of a parameter."""
         if self.tau is not None:

@@ -31,7 +31,6 @@ LEFT = 8.0  # of a change found by it second order leaves an eighth for the step
 FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # where the grid is given
 MARGIN = 1.2  # grid over contact
 WIDER = 1.3
-LEAST = 1e-8  # scaled flow, or branch of a series: at none the decay rates of the film have no slope
 ACROSS = 4.0  # cells across the contact of a sample that is fitted; the solver gives up below 3
 LEAST_POINTS = 5  # that are fitted
 LEAST_GIVEN = 16  # cells of a grid that is given as their number
@@ -50,7 +49,6 @@ def search(press: Press, coating: Coating, grid: Any) -> Found:
     if press.space.structure.model is jc.KelvinVoigt:
         raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
     _check_grid(grid)
-    press = press._replace(space=press.space.above(LEAST))
     theta, radius = _start(press, coating)
     chosen, runs = not isinstance(grid, jc.Grid), np.zeros(2, int)
     cells = CELLS if grid is None else grid if chosen else grid.shape[0]

@@ -25,6 +25,7 @@ AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number 
 TIMES = np.geomspace(3e-3, 3.0, 7)  # retardation times over the duration that are started from
 SHARED = np.array([0.45, 0.45, 0.1])  # between spring, retarded part and flow
 VISIBLE = 1e-2  # scaled compliance that a part has at least there
+LEAST = 1e-8  # scaled flow, or branch of a series, of a film: at none its decay rates have no slope
 LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
 
 
@@ -136,7 +137,7 @@ def prepare(
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     # J that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
-    space = _space(sought, instrument, units)
+    space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
     if probe.power > 1.0:
         _check_growth(data, pressing)
     if not work:  # the load of a ball that sticks falls before it rises
@@ -215,12 +216,12 @@ def _weights(
     return chosen, label
 
 
-def _space(sought: Sought, instrument: Instrument, units: Units) -> Space:
-    """Compliances, then contact point, drift and machine compliance."""
+def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -> Space:
+    """Compliances, no less than ``least`` at their open end, then contact point, drift and machine compliance."""
     structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
     sizes = units.depth / np.array([1.0, units.duration, units.load])
     box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
-    return Space.of(structure, box, np.append(own, sizes), units.duration)
+    return Space.of(structure, box, np.append(own, sizes), units.duration, least)
 
 
 def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: float) -> np.ndarray:
