@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.curves import IndentationData
+from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample

@@ -8,6 +8,7 @@ which is least squares with each test's weights over s_k, s_k^2 = RSS_k/(n_k (1 
 N. R. Draper, Biometrika 52 (1965) 355, for tests without common noise).
 """
 
+import dataclasses
 import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -144,7 +145,8 @@ class Tests(NamedTuple):
             for why in one.refused
         )
         r2, misfit = min(one.r2 for one in quality), any(one.misfit for one in quality)
-        return judged._replace(evidence=judged.evidence._replace(refused=refused, r2=r2, misfit=misfit))
+        whole_evidence = dataclasses.replace(judged.evidence, refused=refused, r2=r2, misfit=misfit)
+        return judged._replace(evidence=whole_evidence)
 
     def _whole(self, solved: Solved) -> Sample:
         """All tests as one sample."""

@@ -164,11 +164,7 @@ def _part(one: Any, unit: float, duration: float) -> Part:
         kind, sample, _ = modulus.weigh(one, "estimated" if relaxes else "relative", None)
         x = padding.repeated(sample.t / duration if relaxes else sample.t * duration)
         response = 1.0 / unit
-    y, scaled = (
-        padding.repeated(sample.measured / response),
-        padding.without_weight(sample.weights * response),
-    )
-    return Part(kind, sample, (x, y, scaled), response)
+    return Part(kind, sample, x, padding.repeated(sample.measured / response), response)
 
 
 def _stressed(one: CreepData, unit: float, duration: float) -> tuple[Any, float]:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from fitting.data.contact import find_contact
-from fitting.data.curves import IndentationData
+from fitting.data.indentation import IndentationData
 from fitting.data.probe import Probe, probe_of
 from fitting.data.weights import choose_weights
 from fitting.models import adhesion
