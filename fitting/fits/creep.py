@@ -154,6 +154,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     curve = Crept.of(data, sample.weights)
     sought = curve.bounded(sought)
     law, space = sought.structure, curve.space(sought)
+    assert isinstance(law, Law)
     problem = FitProblem(data, sought, space, sample, curve.duration, options["level"])
     solved = least_squares(
         problem, lambda weights: Crept.of(data, weights).objective(space), curve.starts(law)

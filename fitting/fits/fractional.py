@@ -175,6 +175,7 @@ class Crept:
 
     def bounded(self, sought: Sought) -> Sought:
         """Return what is sought with bounds of alpha, its material cut to the times of the data."""
+        assert isinstance(sought.structure, Law)
         law = dataclasses.replace(sought.structure, span=self.span)
         return sought._replace(structure=law, table=_orders(sought.table))
 

@@ -47,7 +47,7 @@ class Part(NamedTuple):
         return self._replace(sample=self.sample._replace(weights=weights))
 
     @property
-    def arrays(self) -> tuple[Any, Array, Array]:
+    def arrays(self) -> tuple[Any, Any, Any]:
         """What the residuals take."""
         return self.x, self.y, padding.without_weight(self.sample.weights * self.unit)
 
@@ -63,9 +63,9 @@ class Tests(NamedTuple):
     errors: np.ndarray
 
     @property
-    def count(self) -> int:
+    def least_count(self) -> int:
         """Number of points of the smallest test."""
-        return min(part.sample.count for part in self.parts)
+        return min(part.sample.least_count for part in self.parts)
 
     @property
     def label(self) -> str:
@@ -110,11 +110,11 @@ class Tests(NamedTuple):
 
     def reweighed(self, solved: Solved, p: int) -> "Tests":
         """Return the tests with estimated weights that agree with the residuals."""
-        rows = zip(self.parts, self.errors, self.each(solved), strict=True)
-        parts = (
-            part.weighed(sample.reweighed(own, p) / s) if sample.adjustable else part
-            for part, s, (sample, own) in rows
-        )
+        rows = zip(self.parts, self.errors, self.own_weights, self.each(solved), strict=True)
+        parts = []
+        for part, s, weights, (sample, own) in rows:
+            alone = own._replace(residual=s * own.residual, jacobian=s * own.jacobian, weights=weights)
+            parts.append(part.weighed(sample.reweighed(alone, p) / s) if sample.adjustable else part)
         return self._replace(parts=tuple(parts))
 
     def curves(self, solved: Solved) -> tuple:

@@ -45,7 +45,7 @@ class FitProblem:
     level: float
 
     def __post_init__(self) -> None:
-        evidence.check(self.level, self.sample.count, self.p)
+        evidence.check(self.level, self.sample.least_count, self.p)
 
     @property
     def p(self) -> int:

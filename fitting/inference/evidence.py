@@ -63,7 +63,7 @@ class Sample(NamedTuple):
         return self.label == "estimated" and not self.final
 
     @property
-    def count(self) -> int:
+    def least_count(self) -> int:
         """Number of points that are fitted."""
         return int(np.count_nonzero(self.weights))
 
