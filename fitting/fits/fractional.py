@@ -27,7 +27,7 @@ import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.models import history
 from fitting.models.search_space import Landscape, ParameterSpace
-from fitting.models.structure import Sought, Structure, Volume, by_name, resolve
+from fitting.models.structure import ParameterList, Sought, Structure, Volume, by_name, resolve
 from fitting.search import creep_search, padding
 from fitting.search.nonlinear import Objective
 
@@ -42,38 +42,20 @@ FAST = 40.0  # rate of the modes that no gap of the data resolves, times the sho
 STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, share of the spring
 
 
+UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
-class Law(Structure):
+class Law(ParameterList):
     """A fractional material as the list of its own parameters; its material is cut between the times ``span`` [s]."""
 
     span: tuple[float, float] = (1.0, 1.0)
-
-    @property
-    def size(self) -> int:
-        """Length of the list."""
-        return len(self.where)
-
-    def unit(self, name: str) -> str:
-        """Of a parameter."""
-        return {"V": "Pa s^alpha", "alpha": ""}.get(name, "Pa")
-
-    def key(self, name: str) -> str:
-        """G_Pa, V_Pa_s^alpha, alpha."""
-        return f"{name}_{self.unit(name).replace(' ', '_')}".rstrip("_")
-
-    def parameters(self, compliances: Any) -> dict[str, Any]:
-        """{parameter: value} of the list."""
-        return {name: compliances[place] for name, place in self.where.items()}
 
     def compliances(self, values: Array) -> Any:
         """The law itself, which has ``creep``."""
         return self.model(**self.parameters(values))
 
-    def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
-        """The list as it is: the search keeps it off zero."""
-        return values
-
-    def material(self, values: dict[str, Any], volume: Volume) -> jc.Prony:
+    def material(self, values: dict[str, Any], volume: Volume | None) -> jc.Prony:
         """Its cut, for the solver."""
         law = self.model(**values, **volume.keyword)
         if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
@@ -107,8 +89,8 @@ def creep_structure(model: type | str) -> Structure:
     if law not in LAWS.values():
         return resolve(model, also=tuple(LAWS))
     assert isinstance(law, type)
-    names = [field.name for field in dataclasses.fields(law) if field.name in ("G", "V", "alpha")]
-    return Law(law, {name: place for place, name in enumerate(names)}, 0)
+    own = [field.name for field in dataclasses.fields(law)]
+    return Law.of(law, {name: UNITS[name] for name in own if name in UNITS})
 
 
 def _orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
