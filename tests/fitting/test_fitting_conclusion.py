@@ -126,7 +126,7 @@ def test_a_parameter_at_its_bound_has_an_open_interval():
     noise = 0.05 * np.random.default_rng(5).standard_normal(T.size)
     falling = fit_growth(GrowthData(T, 3.0 - 0.02 * T + noise))
     assert falling.values["rate"] == 0.0 and falling.intervals["rate"][0] == 0.0
-    assert not falling.identified["rate"] and falling.identified["first"]
+    assert not falling.identified["rate"]
 
 
 def test_a_wrong_law_is_refused_and_determines_nothing():
