@@ -55,7 +55,7 @@ class Law(ParameterList):
         """The law itself, which has ``creep``."""
         return self.model(**self.parameters(values))
 
-    def material(self, values: dict[str, Any], volume: Volume | None) -> jc.Prony:
+    def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
         """Its cut, for the solver."""
         law = self.model(**values, **volume.keyword)
         if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:

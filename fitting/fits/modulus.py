@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -157,29 +157,24 @@ def check_relaxes(structure: Structure) -> None:
         )
 
 
-class Weighed(NamedTuple):
-    """kind: "relaxation" or "oscillation"; sample: G(t), or G' and then G''; duration [s]."""
-
-    kind: str
-    sample: Sample
-    duration: float
-
-
-def weigh(data: RelaxationData | OscillationData, weights: str | None, sigma: Any) -> Weighed:
-    """Return what is fitted, in shear, and how much each point counts; ValueError unless one choice is made."""
+def weigh(
+    data: RelaxationData | OscillationData, weights: str | None, sigma: Any
+) -> tuple[str, Sample, float]:
+    """Return the kind of test, what is fitted, in shear, G(t) or G' and then G'', and the duration [s]; ValueError unless
+    one choice of weights is made."""
     if isinstance(data, RelaxationData):
         weight, label = choose_weights(data.t, data.shear, weights, sigma)
         sample = Sample.of(("G", "Pa", data.t, data.shear), weight, label)
-        return Weighed("relaxation", sample, float(data.t[-1]))
+        return "relaxation", sample, float(data.t[-1])
     sigma = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
     both = np.append(data.omega, data.omega)
     weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
     curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))
     second = np.cumsum(np.diff(both, prepend=both[0]) < 0)  # G'' begins where the frequencies begin again
-    return Weighed("oscillation", Sample.of(curve, weight, label, second), 1.0 / float(data.omega[0]))
+    return "oscillation", Sample.of(curve, weight, label, second), 1.0 / float(data.omega[0])
 
 
-def _fit(data: Any, weighed: Weighed, sought: Sought, level: float) -> ModulusFit:
+def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
     """Scale, search and conclude."""
     kind, sample, duration = weighed
     unit = 1.0 / float(np.max(np.abs(sample.measured)))

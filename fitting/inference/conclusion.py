@@ -17,7 +17,7 @@ import numpy as np
 
 from fitting.inference import evidence
 from fitting.inference.evidence import Evidence, Judged, Solved
-from fitting.inference.result import Estimate, Fit
+from fitting.inference.result import Estimate, Fit, Parameters
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
@@ -140,16 +140,16 @@ def _fields(
     names = [problem.space.names[i] for i in problem.space.free]
     parameters = _parameters(sought, found, problem.level, quality)
     said = *getattr(data, "notes", ()), *sample.error(solved, quality.noise), *solved.notes
-    together = inseparable(slopes, names, parameters["identified"])
-    return vars(quality) | parameters | {
+    together = inseparable(slopes, names, parameters.identified)
+    return vars(quality) | vars(parameters) | {
         "structure": sought.structure, "data": data, "weights": sample.label, "level": problem.level,
         "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,
         "notes": tuple(dict.fromkeys([*said, *together])),
     }  # fmt: skip
 
 
-def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence) -> dict[str, Any]:
-    """The fields of a ``Fit`` that are about its parameters."""
+def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence) -> Parameters:
+    """The parameters of an estimate."""
     structure, table, log = sought.structure, sought.table, found.log
     values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
     intervals = structure.intervals(found.spans, table)
@@ -157,10 +157,10 @@ def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence
     names = {place: name for name, place in structure.where.items()}
     sd = dict.fromkeys(values, math.inf)
     sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
-    return {
-        "material": structure.material(values, sought.volume), "values": values, "intervals": intervals,
-        "identified": evidence.identified(intervals, table, level, quality.refused), "fixed": fixed,
-        "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": structure.times(found.opened), "condition": log.condition,
-        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
-        "weakest_sd": log.weakest_sd,
-    }  # fmt: skip
+    return Parameters(
+        material=structure.material(values, sought.volume), values=values, intervals=intervals,
+        identified=evidence.identified(intervals, table, level, quality.refused), fixed=fixed,
+        sd_log=sd | dict.fromkeys(fixed, 0.0), tau=structure.times(found.opened), condition=log.condition,
+        weakest={names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
+        weakest_sd=log.weakest_sd,
+    )  # fmt: skip

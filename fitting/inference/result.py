@@ -35,34 +35,43 @@ class Estimate(NamedTuple):
     landscape: Landscape | None
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fit(Evidence):
-    """A fitted material and how well the data determine it; ``Evidence`` has what its residuals say.
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Parameters:
+    """What a fit found of the parameters of a material.
 
-    material: the best fit (an infinite parameter where its compliance is zero); model: its class.
-    values, intervals, identified: {parameter: value | (low, high), inf on an open side | bool}, in
-    Pa and Pa s, or 1/Pa and 1/(Pa s) of a series; fixed parameters have (value, value). sd_log
-    {parameter: sd of its logarithm}, inf at an open end. tau [s]: the retardation time, nan where there is
-    none, (k,) of a series; duration [s]. condition: of J^T J in log parameters; weakest {parameter:
-    component} of the least known direction; weakest_sd. notes: on the data and on the fit. curve: (name, unit, times,
-    values) of what was fitted.
+    material: the best fit (an infinite parameter where its compliance is zero). values, intervals, identified:
+    {parameter: value | (low, high), inf on an open side | bool}, in Pa and Pa s, or 1/Pa and 1/(Pa s) of a series;
+    fixed parameters have (value, value). sd_log {parameter: sd of its logarithm}, inf at an open end. tau [s]: the
+    retardation time, nan where there is none, (k,) of a series. condition: of J^T J in log parameters; weakest
+    {parameter: component} of the least known direction; weakest_sd.
     """
 
-    structure: Structure
     material: Any
-    data: Any
-    weights: str
-    level: float
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
     identified: dict[str, bool]
     sd_log: dict[str, float]
     fixed: tuple[str, ...]
     tau: Any
-    duration: float
     condition: float
     weakest: dict[str, float]
     weakest_sd: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fit(Evidence, Parameters):
+    """A fitted material and how well the data determine it: its ``Parameters``, and the ``Evidence`` of its residuals.
+
+    structure: of the material, and model: its class; data: as they were given; weights: their label; level: of the
+    intervals; duration [s] that the data see; notes: on the data and on the fit. curve: (name, unit, times, values) of
+    what was fitted; estimate: the same in compliances, for what goes on from the fit.
+    """
+
+    structure: Structure
+    data: Any
+    weights: str
+    level: float
+    duration: float
     notes: tuple[str, ...]
     curve: Curve
     estimate: Estimate = dataclasses.field(repr=False)

@@ -197,7 +197,7 @@ class ParameterList(Structure):
         """Return the list as it is: the search keeps it off zero."""
         return values
 
-    def material(self, values: dict[str, Any], volume: Volume | None) -> Any:
+    def material(self, values: dict[str, Any], volume: Any) -> Any:
         """Return the law with these parameters."""
         return self.model(**values)
 
