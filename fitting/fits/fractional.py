@@ -27,7 +27,7 @@ import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.models import history
 from fitting.models.search_space import Landscape, ParameterSpace
-from fitting.models.structure import ParameterList, Sought, Structure, Volume, by_name, resolve
+from fitting.models.structure import ParameterList, Sought, Structure, by_name, resolve
 from fitting.search import creep_search, padding
 from fitting.search.nonlinear import Objective
 
