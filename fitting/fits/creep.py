@@ -159,7 +159,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     solved = least_squares(
         problem, lambda weights: Crept.of(data, weights).objective(space), curve.starts(law)
     )
-    landscape = curve.landscape(space, solved.theta)
+    landscape = Crept.of(data, solved.weights).landscape(space, solved.theta)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
     band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
     return found.fit(

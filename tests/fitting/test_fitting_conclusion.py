@@ -139,6 +139,44 @@ def test_too_few_points_are_refused_before_a_search():
         fit_growth(GrowthData(T[:2], T[:2]))
 
 
+def creep_curve():
+    t = np.geomspace(1.0, 1000.0, 40)
+    J = 1e-6 * (1.0 + 0.5 * (1.0 - np.exp(-t / 30.0)) + t / 500.0)
+    return fitting.CreepData(
+        t=t, J=J * (1.0 + 0.01 * np.random.default_rng(1).standard_normal(t.size)) + 1e-8
+    )
+
+
+def relaxation_curve():
+    t = np.linspace(0.1, 20.0, 40)
+    G = 1e6 * (0.5 + 0.5 * np.exp(-t / 3.0))
+    return fitting.RelaxationData(
+        t=t, modulus=G * (1.0 + 0.01 * np.random.default_rng(2).standard_normal(40))
+    )
+
+
+FITS = {
+    "creep": lambda: fitting.fit_creep(creep_curve()),
+    "law": lambda: fitting.fit_creep(creep_curve(), "FractionalMaxwell"),
+    "series": lambda: fitting.fit_prony(creep_curve(), [30.0]),
+    "relaxation": lambda: fitting.fit_relaxation(relaxation_curve()),
+    "together": lambda: fitting.fit_together([relaxation_curve(), relaxation_curve()], "StandardLinearSolid"),
+}
+
+
+QUICK = ("law", "series")
+KINDS = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in FITS]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_landscape_of_a_fit_has_its_sum_of_squares(kind):
+    """Estimated weights follow from the residuals; what goes on from a fit sees those of its end."""
+    fit = FITS[kind]()
+    land = fit.estimate.landscape
+    assert "estimated" in fit.weights
+    assert np.sum(np.asarray(land.residual(land.best)) ** 2) == pytest.approx(fit.rss, rel=1e-6)
+
+
 def test_no_fit_concludes_by_itself():
     """What makes intervals, verdict and notes of an optimum is called from one module."""
     own = {"log_covariance", "inseparable", "identified", "covariance"}
