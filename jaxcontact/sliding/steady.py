@@ -23,6 +23,7 @@ from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.response.body import response_of
 from jaxcontact.sliding.observables import Observer
 from jaxcontact.sliding.results import SteadySliding, with_totals
@@ -151,9 +152,10 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     status = with_no_steady_state(status, experiment, vector)
     fields = _fields(wake, symbols, problem, solution, rubbed) | {"status": status}
     in_si = with_totals(kernels.scale.to_si(**fields), vector)
+    errors = kernels.errors() if rubbed is None else joint_errors(kernels, rubbed.rubbing.expansion)
     rubs = jnp.zeros(()) if friction is None else friction
     mu = jnp.broadcast_to(rubs, profile.shape)
-    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), kernels.errors()
+    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), errors
 
 
 def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
