@@ -10,18 +10,18 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
-from jaxcontact._scale import Scale
-from jaxcontact.grid import Grid
-from jaxcontact.indenters import Indenter
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.scale import Scale
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, Operator
 from jaxcontact.operators.convolution import Convolution
 from jaxcontact.operators.coupled import spectrum
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.traction_kernels import scaled_coefficients
-from jaxcontact.response.tangential_time import TangentialExpansion, tangential_expansion
+from jaxcontact.response.time.tangential_time import TangentialExpansion, tangential_expansion
 
 
 @pytree
@@ -29,7 +29,8 @@ class Rubbing:
     """The kernels of friction, and its coefficient.
 
     coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
-    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response that they come from.
+    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response
+    that they come from.
     """
 
     coefficient: Array
