@@ -80,4 +80,3 @@ def test_the_response_is_right_within_a_hundredth_or_known_to_be_off(name):
         assert error < 1e-2 or told(expansion, t) > 1e-2
         assert error < 3.0 * told(expansion, t) + 1e-9
         assert error < 5e-3 or name == "elastic over Maxwell on steel"
-
