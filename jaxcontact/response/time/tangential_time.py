@@ -12,7 +12,7 @@ themselves, of K relative to the root of L N, N the normal response. Largest one
 
     elastic layer on a Maxwell half-space           3e-4
     it 100 times as stiff, or as soft               1e-3
-    standard solid on a Maxwell half-space          3e-4
+    standard solid on a Burgers half-space          4e-4
     three layers that creep on an elastic one       2e-5
     elastic layer on a fluid layer on one ten times
     as stiff                                        1e-2
