@@ -139,7 +139,7 @@ class Shearing(TimedExperiment):
             coupled=self.coupled,
             **self.contact(scale),
         )
-        errors = kernels.normal.errors(self.duration)
+        errors = kernels.errors(self.duration)
         return self.plan(stepper, self._targets(scale), scale, errors, makes=ShearHistory, step=ShearStep)
 
     def _targets(self, scale: Scale) -> Array:
