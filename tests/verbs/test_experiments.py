@@ -133,7 +133,7 @@ def test_a_shown_case_reads_back_with_every_default(kind, written, instead, tmp_
 
 
 def test_a_grid_may_be_periodic(written, instead):
-    instead("steady-sliding", lambda **arguments: arguments["grid"])
+    instead("sliding", lambda **arguments: arguments["grid"])
     whole = read_case(written("sliding", ("n = 16", "n = 16\nperiodic = true"))).run()
     assert whole == jc.Grid((16, 16), (250e-6 / 16, 250e-6 / 16), periodic=True)
     line = "shape = [16, 1]\nspacing = [1e-6, 1e-3]\nperiodic = [false, true]"
