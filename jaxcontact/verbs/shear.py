@@ -104,7 +104,7 @@ class Shearing(TimedExperiment):
     coupled: bool = static()
 
     @classmethod
-    def of(
+    def of(  # type: ignore[override]
         cls,
         body: LayeredHalfSpace,
         indenter: Indenter,

@@ -115,7 +115,7 @@ class Sliding(TimedExperiment):
     friction: Array | None
 
     @classmethod
-    def of(
+    def of(  # type: ignore[override]
         cls,
         body: LayeredHalfSpace,
         indenter: Indenter,
@@ -181,10 +181,12 @@ class SlideStepper(PressStepper):
 
     farthest: Array = field(kw_only=True)
 
-    def start(self) -> SlideCarry:
+    def start(self) -> SlideCarry:  # type: ignore[override]
         return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool))
 
-    def advance(self, carry: SlideCarry, step: Steps) -> tuple[SlideCarry, Outcome]:
+    def advance(  # type: ignore[override]
+        self, carry: SlideCarry, step: Steps
+    ) -> tuple[SlideCarry, Outcome]:
         contact, outcome = super().advance(carry.contact, step)
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
