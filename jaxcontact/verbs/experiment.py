@@ -9,7 +9,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -83,7 +83,7 @@ class Experiment:
         max_iterations: Any = 500,
         kernels: Kernels | None = None,
         **options: Any,
-    ) -> Experiment:
+    ) -> Self:
         """Check all that verbs have in common; ValueError for what cannot be computed."""
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
@@ -103,13 +103,13 @@ class Experiment:
         known = None if valid is True else jnp.asarray(valid)
         return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
 
-    def also(self, verdict: Verdict) -> Experiment:
+    def also(self, verdict: Verdict) -> Self:
         """The experiment with one more condition on values that are not known yet."""
         if verdict is True:
             return self
         return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
 
-    def with_kernels(self) -> Experiment:
+    def with_kernels(self) -> Self:
         """The experiment with its kernels built, unless they are given or the way of its march needs none."""
         if self.kernels is not None or self.options.correspondence != "exact":
             return self
