@@ -28,7 +28,7 @@ from jaxcontact.verbs.simulation import BLOCK, first_block
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
 PROCESS = 0.6e9  # bytes
-WORK = 3.0  # bytes for each byte of the kernels
+WORK, WORK_OF_SHEAR = 3.0, 8.0  # bytes for each byte of the kernels
 WEIGHING = 210.0  # bytes for each byte of the tables of the direct superposition, while they are made
 # fields of the grid, measured at 256 x 256 on a creeping layer; rolling has the kernels of shear
 AT_ONCE = {"steady-sliding": 2000.0, "steady-rolling": 2500.0}
@@ -66,7 +66,7 @@ def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
     """Return the footprint of a march in blocks of steps."""
     plan, *block = shapes(first_block, experiment)
     kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
-    work = WORK * kernels
+    work = (WORK_OF_SHEAR if case.kind == "shear" else WORK) * kernels
     if experiment.options.correspondence == "quasi-elastic":
         work = max(work, WEIGHING * steps)
     (nx, ny), stored = case.grid.shape, StoredFields.of(KINDS[case.kind].result)

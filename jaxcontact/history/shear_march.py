@@ -86,7 +86,7 @@ class ShearStepper(Stepper):
             memory=self.memory.update(fields, traction, step.dt),
             traction=traction,
             rate=(p - before) / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
-            moved=earlier[:2] + sheared.displacement + (operator.drawn(p) if self.coupled else 0.0),
+            moved=earlier[:2] + sheared.displacement + (problem.operator.drawn(p) if self.coupled else 0.0),
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=carry.work + self._friction_work(found, before, step.dt),
         )

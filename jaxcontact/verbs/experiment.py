@@ -6,9 +6,10 @@ kind, and the march does the rest; a steady state is solved with the pieces. Opt
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -88,7 +89,7 @@ class Experiment:
         kernels: Kernels | None = None,
         film_map: ThicknessMap | None = None,
         **options: Any,
-    ) -> Experiment:
+    ) -> Self:
         """Check all that verbs have in common; ValueError for what cannot be computed."""
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
@@ -109,13 +110,13 @@ class Experiment:
         iterations = jnp.asarray(max_iterations, int)
         return cls(*given, iterations, kernels, known, static_options, film_map=as_float64(film_map))
 
-    def also(self, verdict: Verdict) -> Experiment:
+    def also(self, verdict: Verdict) -> Self:
         """The experiment with one more condition on values that are not known yet."""
         if verdict is True:
             return self
         return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
 
-    def with_kernels(self) -> Experiment:
+    def with_kernels(self) -> Self:
         """The experiment with its kernels built, unless they are given or the way of its march needs none."""
         if self.kernels is not None or self.options.correspondence != "exact":
             return self
@@ -162,12 +163,12 @@ class Experiment:
 
 
 @pytree
-class TimedExperiment(Experiment):
+class TimedExperiment(Experiment, abc.ABC):
     """The base of experiments over time."""
 
+    @abc.abstractmethod
     def planned(self) -> Plan:
         """Return the march of the experiment."""
-        raise NotImplementedError
 
     def contact(self, scale: Scale) -> dict[str, Any]:
         """Return the fields of a stepper that the contact of every experiment has."""

@@ -141,7 +141,7 @@ class Indentation(TimedExperiment):
     thicknesses: Array | None = None
 
     @classmethod
-    def of(
+    def of(  # type: ignore[override]
         cls, body: LayeredHalfSpace, indenter: Indenter, control: Control, times: Any, **options: Any
     ) -> Self:
         body, thicknesses, thick = body_at_first(body, np.size(times))

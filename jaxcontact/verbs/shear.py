@@ -104,7 +104,7 @@ class Shearing(TimedExperiment):
     coupled: bool = static()
 
     @classmethod
-    def of(
+    def of(  # type: ignore[override]
         cls,
         body: LayeredHalfSpace,
         indenter: Indenter,
@@ -139,7 +139,7 @@ class Shearing(TimedExperiment):
             coupled=self.coupled,
             **self.contact(scale),
         )
-        errors = kernels.normal.errors(self.duration)
+        errors = kernels.errors(self.duration)
         return self.plan(stepper, self._targets(scale), scale, errors, makes=ShearHistory, step=ShearStep)
 
     def _targets(self, scale: Scale) -> Array:

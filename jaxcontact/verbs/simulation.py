@@ -64,12 +64,12 @@ class Simulation:
         """Return the fine steps of a block, of which ``first`` is the first, in SI units."""
         times = self.plan.course["times"]
         elapsed = times[first : first + BLOCK] - times[0]
-        status = outcomes.numbers["status"][: elapsed.size]  # fewer than those of a block that is filled up
-        status = np.asarray(doubted(status, elapsed, self.plan.errors))
+        own = outcomes.numbers["status"][: elapsed.size]  # fewer than those of a block that is filled up
+        status = np.asarray(doubted(own, elapsed, self.plan.errors))
         bad = np.flatnonzero(status)
         count = int(bad[0]) if bad.size else status.size
         fine = jax.tree.map(lambda a: a[:count], outcomes)
-        fine.numbers["status"] = status[:count]
+        fine.numbers["status"] = jnp.asarray(status[:count])
         history = self.plan.result(fine, carry, {}, slice(first, first + count))
         in_numpy = jax.tree.map(np.asarray, history)
         return FinishedBlock(in_numpy, int(status[bad[0]]) if bad.size else 0, jax.tree.leaves(carry))

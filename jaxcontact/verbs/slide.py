@@ -29,6 +29,7 @@ from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.results.notes import announce
 from jaxcontact.results.sliding import SlidingHistory, sliding_history
 from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_steps, marched
@@ -114,7 +115,7 @@ class Sliding(TimedExperiment):
     friction: Array | None
 
     @classmethod
-    def of(
+    def of(  # type: ignore[override]
         cls,
         body: LayeredHalfSpace,
         indenter: Indenter,
@@ -144,12 +145,14 @@ class Sliding(TimedExperiment):
         if not all(grid.periodic):
             nx, ny = grid.shape
             farthest = FARTHEST * jnp.stack([nx * jnp.ones(()), ny * memory.ratio])
-        friction = jnp.zeros(()) if self.friction is None else self.friction
+        friction, errors = jnp.zeros(()), kernels.errors(self.duration)
+        if self.friction is not None and memory.rubbing is not None:
+            friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
         return self.plan(
             SlideStepper(memory, **contact, farthest=farthest),
             motion,
             scale,
-            kernels.errors(self.duration),
+            errors,
             makes=sliding_history,
             course={"velocity": over_times(self.velocity, self.times)},
             beside={"friction": jnp.broadcast_to(friction, grid.shape)},
@@ -178,10 +181,12 @@ class SlideStepper(PressStepper):
 
     farthest: Array = field(kw_only=True)
 
-    def start(self) -> SlideCarry:
+    def start(self) -> SlideCarry:  # type: ignore[override]
         return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool))
 
-    def advance(self, carry: SlideCarry, step: Steps) -> tuple[SlideCarry, Outcome]:
+    def advance(  # type: ignore[override]
+        self, carry: SlideCarry, step: Steps
+    ) -> tuple[SlideCarry, Outcome]:
         contact, outcome = super().advance(carry.contact, step)
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))

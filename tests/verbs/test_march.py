@@ -128,3 +128,25 @@ def test_shear_keeps_what_save_says():
 def same(found, expected):
     """To rounding of the largest number."""
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-11 * float(np.max(np.abs(expected))))
+
+
+@pytest.mark.slow
+def test_reverse_mode_of_shear_in_blocks_is_bounded_in_memory():
+    """With seven times as many rows, whose root is 2.7 times as large; the derivative is that with all pressures kept."""
+
+    def compiled(nt, checkpoint):
+        t = np.arange(float(nt))
+        path = jc.TangentialDisplacement(1e-6 * np.stack([np.sin(t / 3.0), 0.0 * t], 1))
+
+        def lost(friction):
+            return jc.shear(
+                jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.3)), jc.Sphere(10e-3), jc.Load(5.0), path, t,
+                friction=friction, grid=GRID, coupled=False, save="last", checkpoint=checkpoint,
+            ).dissipated[-1]  # fmt: skip
+
+        return jax.jit(jax.grad(lost)).lower(0.3).compile()
+
+    size = lambda program: program.memory_analysis().temp_size_in_bytes
+    few, many, keeping = compiled(9, "blocks"), compiled(64, "blocks"), compiled(9, "pressures")
+    assert size(many) < 2.0 * size(few)
+    same(few(0.3), keeping(0.3))
