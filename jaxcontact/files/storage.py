@@ -20,7 +20,14 @@ from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.interior import InteriorFields
-from jaxcontact.results.labels import arrays_of, dataset, numbers_of, status_names, stored_fields
+from jaxcontact.results.labels import (
+    arrays_of,
+    dataset,
+    numbers_of,
+    optional_fields,
+    status_names,
+    stored_fields,
+)
 from jaxcontact.results.notes import Diagnostics
 from jaxcontact.results.rubbing import RubbingHistory
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
@@ -131,12 +138,13 @@ def load(path: str | Path) -> Any:
     beside: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
     if cls is not InteriorFields:
         beside["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
-    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **beside, grid=_grid(arrays))
+    stored = {name: arrays[name] for name in stored_fields(cls) if name in arrays}
+    return cls(**stored, **beside, grid=_grid(arrays))
 
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     """All arrays of a result are there, and of sizes that fit each other."""
-    names = stored_fields(cls)
+    names = [name for name in stored_fields(cls) if name in arrays or name not in optional_fields(cls)]
     for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
