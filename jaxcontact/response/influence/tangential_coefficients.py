@@ -1,17 +1,17 @@
-"""Influence coefficients of tangential traction: displacement at a cell under a unit traction on another.
+"""Influence coefficients of tangential traction: the displacement at a cell due to a unit traction on another.
 
 With the four functions of ``response.stack`` as sums of images exp(-z alpha)/alpha, each entry of the surface
-response at the wavevector (m, n) is a sum of terms of five kinds, whose integrals over a rectangular cell are
+response at the wavevector (m, n) is a sum of terms of five kinds, whose integrals over a rectangular cell have
 closed forms. The coefficient at an offset is 1/(2 pi) times the difference over the cell's corners of
 
     m^2/alpha^3:   F_xx = x ln(y + r) - z [atan(y/x) - atan(y z/(x r))]
     m n/alpha^3:   F_xy = r - z ln(r + z)
     i m/alpha^2:   H_x  = x atan(y z/(x r)) - x atan(y/x) - y ln(r + z) - z ln(y + r)
 
-r^2 = x^2 + y^2 + z^2; F_yy and H_y with x and y exchanged; F_xx + F_yy is the F of ``response.influence.coefficients``. For
-z = 0 these are the integrals of V. Cerruti's solution and of the radial displacement in J. Boussinesq's (K. L.
-Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6). Terms of x or y alone drop out of the differences. As there,
-F(z) - F(0) is taken in one, so that sums over images of a film much thinner than a cell keep their digits.
+r^2 = x^2 + y^2 + z^2; F_yy and H_y with x and y exchanged; F_xx + F_yy is the F of ``response.influence.coefficients``.
+For z = 0 these are the integrals of V. Cerruti's solution and of the radial displacement in J. Boussinesq's (K. L.
+Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6). Terms of x or y alone cancel in the differences. F(z) - F(0) is
+evaluated as one expression, so that sums over images of a film much thinner than a cell do not suffer from cancellation.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ from jaxcontact.inputs.grid import Grid
 
 
 class Kinds(NamedTuple):
-    """What belongs to m^2/alpha^3, n^2/alpha^3, m n/alpha^3, i m/alpha^2 and i n/alpha^2."""
+    """The quantities for m^2/alpha^3, n^2/alpha^3, m n/alpha^3, i m/alpha^2 and i n/alpha^2."""
 
     xx: Array
     yy: Array
@@ -39,8 +39,9 @@ class Kinds(NamedTuple):
 class SurfaceKernels:
     """Coefficients at offsets (i, j) >= 0, (..., nx, ny).
 
-    xx, yy, xy: displacement along the first per traction along the second, xy odd in both offsets; x and y:
-    displacement along x (odd in it) and y per pressure; a traction along them moves the surface down by minus that.
+    xx, yy, xy: displacement along the first index per traction along the second, xy odd in both offsets; x and y:
+    displacement along x (odd in it) and y per pressure; the normal displacement due to a traction along x or y is minus
+    that.
     """
 
     xx: Array
@@ -51,7 +52,7 @@ class SurfaceKernels:
 
 
 def on_surface(x: Array, y: Array) -> Kinds:
-    """2 pi times the integrals of the module's formulas at z = 0; x and y not zero."""
+    """Return 2 pi times the integrals of the module's formulas at z = 0; x and y not zero."""
     r = jnp.sqrt(x**2 + y**2)
     return Kinds(
         xx=x * jnp.log(y + r),
@@ -79,7 +80,7 @@ def of_image(x: Array, y: Array, z: Array) -> Kinds:
 
 
 def over_cells(grid: Grid, integrals: Callable[[Array, Array], Kinds]) -> Kinds:
-    """dx times the differences over a cell's corners at offsets (i, j) >= 0, each (nx, ny)."""
+    """Return dx times the differences over a cell's corners at offsets (i, j) >= 0, each (nx, ny)."""
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     x, y = jnp.arange(nx + 1) - 0.5, (jnp.arange(ny + 1) - 0.5) * (dy / dx)  # in units of dx
     corners = integrals(x[:, None], y[None, :])
@@ -91,7 +92,7 @@ def over_cells(grid: Grid, integrals: Callable[[Array, Array], Kinds]) -> Kinds:
 class TangentialImages:
     """Images of alpha (L, T, K): depths z_j [m], (J,), z_0 = 0 first; weights [1/Pa], (3, ..., J).
 
-    The first weight is that of 1, the others those of exp(-z_j alpha) - 1.
+    The first weight multiplies 1, the others exp(-z_j alpha) - 1.
     """
 
     depths: Array
@@ -99,7 +100,7 @@ class TangentialImages:
 
 
 def tangential_coefficients(grid: Grid, images: TangentialImages) -> SurfaceKernels:
-    """Coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny)."""
+    """Return the coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny)."""
 
     def add(total: SurfaceKernels, image: tuple[Array, Array]) -> tuple[SurfaceKernels, None]:
         z = image[0] / grid.spacing[0]
@@ -112,7 +113,7 @@ def tangential_coefficients(grid: Grid, images: TangentialImages) -> SurfaceKern
 
 
 def _weighted(kinds: Kinds, weights: Array) -> SurfaceKernels:
-    """The entries for weights of alpha (L, T, K), (3, ...)."""
+    """Return the entries for weights of alpha (L, T, K), (3, ...)."""
     L, T, K = weights[..., None, None]
     return SurfaceKernels(
         xx=L * kinds.xx + T * kinds.yy,
