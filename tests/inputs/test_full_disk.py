@@ -154,7 +154,7 @@ def test_nothing_is_converted_or_drawn_over_what_is_there(tmp_path, capfd):
     capfd.readouterr()
     for command in commands:
         assert main(command) == 2
-        assert "is there already" in capfd.readouterr().err
+        assert "already exists" in capfd.readouterr().err
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
     assert all(main([*command, "--force"]) == 0 for command in commands)
 

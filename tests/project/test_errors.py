@@ -95,7 +95,7 @@ ELSEWHERE = {  # reached by no row, and why
         f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"
         for name in ("kept_traces", "_description", "_name_of", "_named", "_described")
     },
-    "storage.py: _told": "test_storage.py, every name",
+    "storage.py: _inputs": "test_storage.py, every name",
     "npz.py: write_whole": "needs a full disk: test_full_disk.py",
     "sweep.py: _check_table": "a table of more cases: test_full_disk.py",
     **{

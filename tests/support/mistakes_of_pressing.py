@@ -90,7 +90,7 @@ PRESSING = {
     ),
     "a fractional law that is not cut": (
         lambda: indent(body=on(jc.Springpot(1e9, 0.5))),
-        r"got Springpot: its prony\(shortest, longest\) is one",
+        r"got Springpot: use its prony\(shortest, longest\)",
     ),
     "a cut from no time": (lambda: jc.Springpot(1e9, 0.5).prony(0.0, 1.0), r"shortest: expected > 0, got 0"),
     "a cut backwards": (
