@@ -89,7 +89,7 @@ ELSEWHERE = {  # reached by no row, and why
             ),
         )
     },
-    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_module")},
+    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_reject", "_module")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
         f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"

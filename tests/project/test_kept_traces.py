@@ -237,7 +237,7 @@ def test_reading_a_forged_file_executes_nothing(tmp_path, monkeypatch, kind):
     ids=lambda tree: type(tree).__name__,
 )  # fmt: skip
 def test_a_structure_comes_back_from_json(tree):
-    again = kept_traces._described(json.loads(json.dumps(kept_traces._description(tree))))
+    again = kept_traces._restored(json.loads(json.dumps(kept_traces._description(tree))))
     assert again == tree and repr(again) == repr(tree)
 
 

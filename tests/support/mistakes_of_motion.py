@@ -202,7 +202,7 @@ MOTION = {
     "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x, .* in roll_steady"),
     "rolling on a grid periodic across": (
         lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),
-        r"along y in plane strain alone, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
+        r"along y in plane strain only, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
     ),
     "stresses under a periodic grid": (
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),

@@ -205,7 +205,7 @@ PRESSING = {
     ),
     "a cylinder shorter than a cell": (
         lambda: indent(indenter=jc.Cylinder(1e-2, 1e-9)),
-        r"cylinder length \[m\]: expected to cover",
+        r"cylinder length \[m\]: expected a size that covers",
     ),
     "a tolerance that says nothing": (
         lambda: indent(tolerance=10.0),
