@@ -206,7 +206,7 @@ MOTION = {
     ),
     "stresses under a periodic grid": (
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
-        r"not periodic in subsurface",
+        r"subsurface supports free space only",
     ),
     "notes of what is not computed yet": (
         lambda: jax.eval_shape(indent).notes,
