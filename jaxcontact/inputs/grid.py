@@ -109,7 +109,7 @@ class Grid:
 
     @property
     def plane_strain(self) -> bool:
-        """Whether the grid has one cell along y, so that all fields are uniform along y."""
+        """True if the grid has one cell along y, so that all fields are uniform along y."""
         return self.shape[1] == 1
 
     @property

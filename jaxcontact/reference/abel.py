@@ -89,7 +89,8 @@ def scaled_response(alpha, body):
     """Return alpha N(alpha) [1/Pa] of the layered half-space, in compact form; complex moduli are allowed.
 
     For k and lambda close to one, as for a stiff layer, their differences from one are computed directly. For a stack,
-    the response is found from all interface conditions, at no wavenumber below ``LONGEST``.
+    the response is found from all interface conditions, with alpha times the total thickness bounded below by
+    ``LONGEST``.
     """
     if isinstance(body, Pile):
         alpha = np.maximum(alpha, LONGEST / np.sum(body.thicknesses))

@@ -17,7 +17,7 @@ from jaxcontact.results.summaries import html, is_one_result, summary
 
 @pytree
 class ContactStep:
-    """One step as passed to a ``save`` function, in SI units, with the field names of ``ContactHistory``.
+    """A step as passed to a ``save`` function, in SI units, with the field names of ``ContactHistory``.
 
     pressure, displacement and gap are maps (nx, ny); the other fields are scalars.
     """
@@ -160,7 +160,7 @@ class ContactHistory(Readable):
 
     @property
     def converged(self) -> Array:
-        """Whether each step converged, i.e. its status is ``Status.FINE``: (nt,) bool."""
+        """True for each step that converged, i.e. whose status is ``Status.FINE``: (nt,) bool."""
         return self.status == Status.FINE
 
     def to_dataframe(self) -> Any:
@@ -198,7 +198,7 @@ class SteadyContact(Readable):
 
     @property
     def converged(self) -> Array:
-        """Whether the steady state converged, i.e. its status is ``Status.FINE``: () bool."""
+        """True if the steady state converged, i.e. its status is ``Status.FINE``: () bool."""
         return self.status == Status.FINE
 
 
