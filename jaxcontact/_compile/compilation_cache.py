@@ -51,7 +51,7 @@ def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
     root = platformdirs.user_cache_path("jaxcontact") if folder is None else Path(folder)
     used = root / _fingerprint()
     used.mkdir(parents=True, exist_ok=True)
-    mend(used)
+    remove_incomplete(used)
     remove_unreadable(used)
     jax.config.update("jax_compilation_cache_dir", str(used))
     jax.config.update("jax_compilation_cache_max_size", LARGEST)
@@ -81,7 +81,7 @@ def _processor() -> str:
     return "\n".join(sorted({line for line in lines if line.startswith(entries)}))
 
 
-def mend(folder: Path) -> None:
+def remove_incomplete(folder: Path) -> None:
     """Remove entries left incomplete by a killed process: jax stores an entry, then the time of its last use."""
     with filelock.FileLock(folder / ".lockfile", timeout=10):  # jax's own lock of this folder
         for entry in folder.glob("*-cache"):
@@ -99,7 +99,9 @@ def remove_unreadable(folder: Path) -> None:
         path = folder / CHECKED
         before, now = _checked(path), _states(folder)
         bad = [
-            name for name, state in now.items() if before.get(name) != state and not _unpacks(folder / name)
+            name
+            for name, state in now.items()
+            if before.get(name) != state and not _is_complete(folder / name)
         ]
         for name in bad:
             del now[name]
@@ -123,7 +125,7 @@ def _checked(path: Path) -> dict[str, list[int]]:
         return {}
 
 
-def _unpacks(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     """Return whether a program is complete; True if jax's function to decompress it is not available."""
     try:
         from jax._src.compilation_cache import decompress_executable

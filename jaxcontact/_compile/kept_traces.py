@@ -38,10 +38,10 @@ from jaxcontact._support.pytree import is_concrete
 LARGEST = 64 << 20
 """Bytes on disk; the least recently used files are removed first."""
 OWN = ("jaxcontact", "fitting")
-Kept: TypeAlias = tuple[Any, bytes]  # a tree that JSON can describe, and the text of a program
+StoredTrace: TypeAlias = tuple[Any, bytes]  # a tree that JSON can describe, and the text of a program
 TRACED_BY = ("jax", "jaxlib", "numpy", "scipy")
 
-SETTLED = 10.0
+SETTLING_TIME = 10.0
 """Seconds: if sources changed less than this before the process started, it may run older ones."""
 
 HASTE = {"xla_cpu_use_fusion_emitters": False}
@@ -93,24 +93,24 @@ class Program:
         functools.update_wrapper(self, function)
         self.function, self.static_argnames, self.in_haste = function, static_argnames, in_haste
         self.compiled = jax.jit(function, static_argnames=static_argnames)
-        self._met: dict[str, Callable[..., Any]] = {}
+        self._loaded: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         name = _name(self.function, args, static)
         if name is None:
             in_haste = self.in_haste and _is_outermost(args)
             return (self._compiled_in_haste if in_haste else self.compiled)(*args, **static)
-        if name not in self._met:
-            self._met[name] = self._found(name, args, static)
-        return self._met[name](*args)
+        if name not in self._loaded:
+            self._loaded[name] = self._find(name, args, static)
+        return self._loaded[name](*args)
 
     @functools.cached_property
     def _compiled_in_haste(self) -> Callable[..., Any]:
         return jax.jit(self.function, static_argnames=self.static_argnames, compiler_options=_haste())
 
-    def _found(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
+    def _find(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
         """Return the program of that name, loaded or traced."""
-        result, text = _kept(name, lambda: _traced(functools.partial(self.compiled, **static), args))
+        result, text = _load_or_make(name, lambda: _traced(functools.partial(self.compiled, **static), args))
         options = _haste() if self.in_haste else None
         call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
@@ -123,15 +123,15 @@ def shapes(function: Callable[..., Any], *args: Any) -> Any:
     if name is None:
         return jax.eval_shape(function, *args)
 
-    def evaluated() -> Kept:
+    def evaluated() -> StoredTrace:
         leaves, structure = jax.tree.flatten(jax.eval_shape(function, *args))
-        return ([(leaf.shape, str(leaf.dtype)) for leaf in leaves], _marked(structure)), b""
+        return ([(leaf.shape, str(leaf.dtype)) for leaf in leaves], _with_numbered_leaves(structure)), b""
 
-    (each, result), _ = _kept(name, evaluated)
+    (each, result), _ = _load_or_make(name, evaluated)
     return jax.tree.unflatten(jax.tree.structure(result), [jax.ShapeDtypeStruct(*one) for one in each])
 
 
-def _traced(function: Callable[..., Any], args: Any) -> Kept:
+def _traced(function: Callable[..., Any], args: Any) -> StoredTrace:
     """Return the result's tree with numbers as leaves, and the text of the program as a function of its arguments'
     leaves.
     """
@@ -144,10 +144,10 @@ def _traced(function: Callable[..., Any], args: Any) -> Kept:
         return tuple(flat)
 
     text = export.export(jax.jit(of_leaves))(*leaves).serialize()
-    return _marked(results[0]), bytes(text)
+    return _with_numbered_leaves(results[0]), bytes(text)
 
 
-def _marked(structure: Any) -> Any:
+def _with_numbered_leaves(structure: Any) -> Any:
     """Return a tree of this structure that can be stored: its leaves are numbers."""
     return jax.tree.unflatten(structure, range(structure.num_leaves))
 
@@ -156,7 +156,7 @@ def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> st
     """Return the file name of a program; None if it is not cached because some part is not identified by the packages'
     sources.
     """
-    if _folder is None or not _is_outermost(args) or not _can_be_kept():
+    if _folder is None or not _is_outermost(args) or not _can_export():
         return None
     leaves, structure = jax.tree.flatten(args)
     kinds = [str(jax.typeof(leaf)) for leaf in leaves]
@@ -164,9 +164,9 @@ def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> st
     packages, content = frozenset((package, own)), io.BytesIO()
     try:
         _Writer(content, packages).dump(
-            (function.__module__, function.__qualname__, static, kinds, _marked(structure))
+            (function.__module__, function.__qualname__, static, kinds, _with_numbered_leaves(structure))
         )
-    except (pickle.PicklingError, AttributeError):  # of a lambda the latter
+    except (pickle.PicklingError, AttributeError):  # the latter for a lambda
         return None
     sources = _sources(packages)
     digest = hashlib.sha256(content.getvalue() + sources + _settings())
@@ -189,7 +189,7 @@ def _haste() -> dict[str, Any]:
 
 
 @functools.cache
-def _can_be_kept() -> bool:
+def _can_export() -> bool:
     """Return whether programs can be exported: on a CPU, for whose solvers jax guarantees compatibility."""
     return jax.default_backend() == "cpu" and importlib.util.find_spec("flatbuffers") is not None
 
@@ -219,7 +219,7 @@ def _sources(packages: frozenset[str]) -> bytes:
     """
     files = {name: source_files.files_of(name, ".py") for name in sorted(packages)}
     latest = max(map(source_files.last_change, files.values()))
-    if not all(files.values()) or latest >= source_files.BEGAN - SETTLED:
+    if not all(files.values()) or latest >= source_files.START_TIME - SETTLING_TIME:
         return b""
     return "".join(source_files.digest(name, paths) for name, paths in files.items()).encode()
 
@@ -232,7 +232,7 @@ def _settings() -> bytes:
     return repr((variables, versions, sys.version_info[:2], jax.config.jax_enable_x64)).encode()  # type: ignore[attr-defined]
 
 
-def _kept(name: str, make: Callable[[], Kept]) -> Kept:
+def _load_or_make(name: str, make: Callable[[], StoredTrace]) -> StoredTrace:
     """Return the contents of the file of that name, or make and store them."""
     assert _folder is not None
     kept = _read(_folder / name)
@@ -242,7 +242,7 @@ def _kept(name: str, make: Callable[[], Kept]) -> Kept:
     return kept
 
 
-def _read(path: Path) -> Kept | None:
+def _read(path: Path) -> StoredTrace | None:
     """Return the contents of a file, and update its time; None if it is absent, incomplete, or another user's."""
     try:
         digest, _, content = path.read_bytes().partition(b"\n")
@@ -257,7 +257,7 @@ def _read(path: Path) -> Kept | None:
     return kept
 
 
-def _write(path: Path, kept: Kept) -> None:
+def _write(path: Path, kept: StoredTrace) -> None:
     """Write a file atomically, and remove the oldest files if there are too many."""
     try:
         content = json.dumps(_description(kept[0])).encode() + b"\n" + kept[1]
@@ -268,7 +268,7 @@ def _write(path: Path, kept: Kept) -> None:
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as partial:
             partial.write(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
         os.replace(partial.name, path)
-        _forget(path.parent)
+        _remove_oldest(path.parent)
     except OSError:  # a full disk: the program is traced again the next time
         with suppress(OSError):
             Path(partial.name if partial else "").unlink()
@@ -344,7 +344,7 @@ def _restored(description: Any) -> Any:
     raise TypeError(kind)
 
 
-def _forget(folder: Path) -> None:
+def _remove_oldest(folder: Path) -> None:
     """Remove the least recently used files until the total size is within the limit."""
     files = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
     total = 0

@@ -18,7 +18,7 @@ SERIES_BELOW = 0.1  # value of |Re z| + |Im z| below which the series are used
 PHI2 = [(-1.0) ** n / math.factorial(n + 2) for n in range(10)]
 
 
-def _apart(z: Array) -> tuple[Array, Array, Array]:
+def _split_near_zero(z: Array) -> tuple[Array, Array, Array]:
     """Return a mask of z near zero, the series of phi2 there, and z with those entries replaced by one."""
     size = jnp.abs(z.real) + jnp.abs(z.imag) if jnp.iscomplexobj(z) else jnp.abs(z)
     small = size < SERIES_BELOW
@@ -32,18 +32,18 @@ def _apart(z: Array) -> tuple[Array, Array, Array]:
 @jax.jit  # so that it is traced once for each shape
 def phi1(z: Array) -> Array:
     """Return (1 - exp(-z))/z, the mean of exp(-z s) over 0 <= s <= 1."""
-    small, series, safe = _apart(z)
+    small, series, safe = _split_near_zero(z)
     return jnp.where(small, 1.0 - z * series, (1.0 - jnp.exp(-safe)) / safe)
 
 
-@jax.jit  # as ``phi1``
+@jax.jit  # as for ``phi1``
 def ramps(z: Array) -> tuple[Array, Array, Array]:
     """Return exp(-z), psi(z) and phi2(z), computed with one exponential.
 
     For a quantity that decays at the rate z and has a source that is linear in time over a unit of time, these are the
     factors, at its end, of the initial value and of the source's values at the start and at the end.
     """
-    small, series, safe = _apart(z)
+    small, series, safe = _split_near_zero(z)
     decay = jnp.exp(-safe)
     mean = (1.0 - decay) / safe
     start = jnp.where(small, 1.0 - (1.0 + z) * series, (mean - decay) / safe)

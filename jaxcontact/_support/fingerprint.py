@@ -38,7 +38,7 @@ OWN = ("jaxcontact", "fitting")
 REMEDY = 'pass version="...", a text that identifies the version of f'
 LOADS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF", "LOAD_FROM_DICT_OR_DEREF")
 LOADS_OF_GLOBALS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
-OF_THE_SOURCE = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
+SOURCE_ATTRIBUTES = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
 WRAPPERS = (type(functools.lru_cache(len)), type(jax.jit(len)))  # identified by the function that they wrap
 DESCRIPTORS = (
     types.MethodDescriptorType,
@@ -48,7 +48,7 @@ DESCRIPTORS = (
     types.GetSetDescriptorType,
     types.MemberDescriptorType,
 )
-NOT_OF_A_CLASS = {  # attributes derived by Python, or describing where a class is defined
+IGNORED_CLASS_ATTRIBUTES = {  # attributes derived by Python, or describing where a class is defined
     "__module__", "__qualname__", "__dict__", "__weakref__", "__doc__", "__firstlineno__", "__static_attributes__",
     "__annotations__", "__annotate__", "__annotate_func__", "__annotations_cache__", "__dataclass_fields__",
     "__dataclass_params__", "__abstractmethods__", "_abc_impl", "__parameters__", "__orig_bases__",
@@ -110,7 +110,7 @@ class _Identity:
             if isinstance(value, types.FunctionType | type | types.ModuleType):
                 return self.of(value)
             content = self.of(value)
-        label = self._free(name, content.hex())
+        label = self._unique_label(name, content.hex())
         self.parts[label] = content.hex()
         return _digest("part", label)
 
@@ -209,7 +209,7 @@ class _Identity:
         if id(value) not in self.labels:
             own = value.__qualname__.rpartition("<locals>.")[2]
             name = self.place[-1] if not self.place[1:] or "<" in own else own
-            label = self.labels[id(value)] = self._free(name)
+            label = self.labels[id(value)] = self._unique_label(name)
             self.kept.append(value)
             self.parts[label] = ""
             with self._at(label):
@@ -230,7 +230,8 @@ class _Identity:
         return _digest("function", *pieces)
 
     def _globals(self, f: types.FunctionType, attributes: frozenset[str]) -> Iterator[bytes]:
-        for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):  # which a class stores
+        # without __name__, which every class body reads
+        for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):
             if name in f.__globals__:
                 yield self._variable(f.__code__, name, f.__globals__[name], attributes)
             else:
@@ -256,8 +257,8 @@ class _Identity:
         return _digest("module", *members, *pieces)
 
     def _class(self, cls: type) -> bytes:
-        made = {name: value for name, value in vars(cls).items() if name not in NOT_OF_A_CLASS}
-        if issubclass(cls, enum.Enum):  # its members, and the functions that its author wrote
+        made = {name: value for name, value in vars(cls).items() if name not in IGNORED_CLASS_ATTRIBUTES}
+        if issubclass(cls, enum.Enum):  # its members and its methods
             made = {name: value for name, value in made.items() if isinstance(value, types.FunctionType)}
             made |= {"members": [(each.name, each.value) for each in cls]}
         fields = getattr(cls, "__dataclass_fields__", {}).values()
@@ -270,7 +271,7 @@ class _Identity:
         pieces: list[Any] = []
         instructions = _instructions(code)
         for each, following in zip(instructions, [*instructions[1:], instructions[-1]], strict=True):
-            if following.argval in OF_THE_SOURCE and following.opname.startswith("STORE"):
+            if following.argval in SOURCE_ATTRIBUTES and following.opname.startswith("STORE"):
                 continue
             pieces.append(each.opname)
             # by index: dis does not resolve the argument of every instruction that refers to a constant (KW_NAMES)
@@ -306,7 +307,7 @@ class _Identity:
             self.parts[f"the version of {top}"] = version
         return _digest("name", name)
 
-    def _free(self, name: str, content: str | None = None) -> str:
+    def _unique_label(self, name: str, content: str | None = None) -> str:
         """Return a label that no part with other content has."""
         label, count = name, 1
         while label in self.parts and (content is None or self.parts[label] != content):

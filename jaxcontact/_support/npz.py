@@ -13,9 +13,8 @@ from typing import IO, Any, TypeVar
 import numpy as np
 
 T = TypeVar("T")
-HIGHEST_COMPRESSION = (
-    1040  # deflate compresses zeros at most 1032 times; a file that claims more is not genuine
-)
+# deflate compresses zeros at most 1032 times; a file that claims more is invalid
+HIGHEST_COMPRESSION = 1040
 
 
 @dataclass(frozen=True)

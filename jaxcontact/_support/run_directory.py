@@ -31,14 +31,14 @@ def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
     directory.mkdir(parents=True, exist_ok=True)
     try:
         with locked(directory):
-            yield _taken(directory, force=force, resume=resume)
+            yield _check_free(directory, force=force, resume=resume)
     finally:
         if is_new:
             with contextlib.suppress(OSError):  # it is not empty
                 directory.rmdir()
 
 
-def _taken(directory: Path, *, force: bool, resume: bool) -> bool:
+def _check_free(directory: Path, *, force: bool, resume: bool) -> bool:
     found = {path.name for path in directory.iterdir()} - {LOCK}
     if resume and found and UNFINISHED not in found:
         raise DirectoryTakenError(

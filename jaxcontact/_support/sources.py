@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-BEGAN = time.time()
+START_TIME = time.time()
 COMPILED = (".pyc", ".so", ".pyd")  # the files of an installation without sources
 
 
@@ -45,7 +45,7 @@ def identity(package: str) -> str:
     if not paths:
         archive = next(parent for parent in _folder(package).parents if parent.is_file())
         return hashlib.sha256(archive.read_bytes()).hexdigest()
-    if last_change(paths) > BEGAN:
+    if last_change(paths) > START_TIME:
         raise ValueError(
             f"{package}: its sources in {_folder(package)} have changed since this process started;"
             " restart Python, so that the running code is the same as the sources"

@@ -43,7 +43,7 @@ def new(options: argparse.Namespace) -> int:
 def check(options: argparse.Namespace) -> int:
     """Validate a case without running it; warnings about its result go to stderr and are not errors."""
     case = read_case(options.case)
-    advice.check_whole(case, options.case)
+    advice.check_completely(case, options.case)
     notes = advice.advice(case)
     for note in notes:
         tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)

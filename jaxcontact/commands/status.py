@@ -5,7 +5,7 @@ import re
 import sys
 from typing import TextIO
 
-FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # and 128 + the signal: see ``interrupts``
+FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # 128 + the signal after an interrupt: see ``interrupts``
 
 COLOURS = {"error": 31, "warning": 33, "can run": 32}  # red, yellow, green: ANSI codes
 

@@ -28,9 +28,8 @@ from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
 from jaxcontact.verbs.studies import FUNCTION, Study, sweep_of
 
-CASE = (
-    "fingerprint"  # stored with the varied values, so that a change in a file that the case names is detected
-)
+# stored with the varied values, so that a change in a file that the case names is detected
+CASE = "fingerprint"
 TABLE, SUMMARY = "study.csv", "summary.json"
 
 
@@ -68,12 +67,12 @@ def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], 
         changed = {key: value for key, value in values.items() if key != CASE}
         case = varied(tables, changed, Path(path))
         advice.check(case, Path(path))
-        return _trusted(case, case.run())
+        return _converged_figures(case, case.run())
 
     return figures
 
 
-def _trusted(case: Case, result: Any) -> dict[str, float]:
+def _converged_figures(case: Case, result: Any) -> dict[str, float]:
     """Return the figures of a result. Raises RuntimeError at the first step whose status is not FINE."""
     status = np.atleast_1d(np.asarray(result.status))
     if np.any(status):

@@ -33,7 +33,7 @@ def check(case: Case, path: Path) -> None:
         raise CaseError(f"{path}: {error}") from error
 
 
-def check_whole(case: Case, path: Path) -> None:
+def check_completely(case: Case, path: Path) -> None:
     """Check everything that a run would reject before it computes, by tracing its function, which takes seconds."""
     check(case, path)
     if case.kind == "indentation":  # ``check`` is complete for it

@@ -52,7 +52,7 @@ def at_times(arrays: Mapping[str, np.ndarray], indices: np.ndarray) -> dict[str,
     return picked
 
 
-def course_of(arrays: Mapping[str, Any]) -> dict[str, Any]:
+def time_series_of(arrays: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arrays of a history that have a value at every time, except maps, with the axis x of lines."""
     return {
         name: values

@@ -27,9 +27,8 @@ from jaxcontact.verbs.simulation import BLOCK, first_block
 # measured with jax 0.10.1 on a CPU: resident memory, and the work arrays reported by the compiler
 PROCESS = 0.6e9  # bytes
 WORK = 3.0  # bytes for each byte of the kernels
-SUPERPOSITION = (
-    210.0  # bytes for each byte of the tables of the direct superposition, while they are computed
-)
+# bytes for each byte of the tables of the direct superposition, while they are computed
+SUPERPOSITION = 210.0
 # memory in fields of the grid, measured at 256 x 256 on a viscoelastic layer; rolling has the kernels of shear
 FIELDS_AT_ONCE = {"shear": 2500.0, "sliding": 1700.0, "steady-sliding": 2000.0, "steady-rolling": 2500.0}
 HEADERS = 4.3e3  # bytes of the names and shapes of arrays in a file

@@ -15,7 +15,7 @@ from jaxcontact.files import storage
 from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
-from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, course_of
+from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, time_series_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.results import figures, labels, plotting
@@ -49,7 +49,7 @@ def of_steps(run: FinishedRun, kept: str) -> Report:
     """Return the report of an indentation, from its finished steps."""
     values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
     whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | lines_and_peaks(run)
-    course = course_of(whole) if kept == FEW else {}
+    course = time_series_of(whole) if kept == FEW else {}
     arrays = at_times(whole, run.chosen) | run.maps if run.maps else whole
     return Report(run.history, arrays, course, values, pictures(run))
 
@@ -60,7 +60,7 @@ def of_result(result: Any, kept: str) -> Report:
     if kept != FEW or not hasattr(result, "times"):
         return Report(result, dict(whole), {}, values_of(result), pictures)
     few = at_times(whole, chosen(FEW, result.times.size))
-    return Report(result, dict(few), course_of(whole), values_of(result), pictures)
+    return Report(result, dict(few), time_series_of(whole), values_of(result), pictures)
 
 
 def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:

@@ -31,7 +31,7 @@ KINDS: dict[str, type] = {
 }
 KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
-NOTES = "notes"  # one line each; a loaded result forms its notes anew from the diagnostics
+NOTES = "notes"  # one line each; the notes of a loaded result are formed from the diagnostics
 DIAGNOSTICS = tuple(field.name for field in dataclasses.fields(Diagnostics))
 PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, stored for a periodic grid only
 
@@ -304,7 +304,7 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
 
     try:
         with h5py.File(path, "r") as file:
-            list(file)  # a broken file fails here; later it would leave h5netcdf with a noisy destructor
+            list(file)  # a damaged file fails here; h5netcdf would print an error in its destructor
         with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
             ordered = file.transpose(..., "x", "y")
             arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}

@@ -41,9 +41,8 @@ from jaxcontact.response.volume import film_shape
 Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; the omitted part is 1e-6 of the displacement at the centre
 WEIGHTS = Z * np.log(Z[1] / Z[0])  # of the quadrature over Z
 SERIES_BELOW = 1e-2  # z below which g is 1/3 or 1/(2 z) to 1e-5
-WAVENUMBER_RANGE = (
-    1e4  # factor between the inverse contact radii, on film and on substrate, and the extreme wavenumbers
-)
+# factor between the inverse contact radii, on film and on substrate, and the extreme wavenumbers
+WAVENUMBER_RANGE = 1e4
 BISECTIONS = 60
 LONGEST = 2.0  # alpha times the roller's length below which waves are left out
 

@@ -22,8 +22,10 @@ from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_ma
 from jaxcontact.inputs.materials import Elastic
 from jaxcontact.response.half_space import HalfSpace
 
-POINTED = 1.4  # upper bound of the ratio of a cone's radius to the Hertz estimate (1.3 on a half-space, 1.2 on springs)
-ENDS = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that between them
+CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate: 1.3 on a half-space, 1.2 on springs
+ROLLER_END_FACTOR = (
+    1.3  # approximate ratio of the half-width at the sharp ends of a roller to that between them
+)
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
 
 
@@ -151,7 +153,7 @@ class Cone(Indenter):
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
         """Estimate the radius from Hertz's pressure, corrected for that of a cone, which is higher at the centre."""
-        radius = POINTED * super().half_widths(body, control, times)[0]
+        radius = CONE_RADIUS_FACTOR * super().half_widths(body, control, times)[0]
         return radius, radius
 
     def outline(self) -> Outline:
@@ -203,7 +205,7 @@ class Cylinder(Indenter):
         """Estimate the half-width of the line contact, with a margin for its wider ends, and return half the length with
         it.
         """
-        return ENDS * super().half_widths(body, control, times)[0], float(self.length) / 2.0
+        return ROLLER_END_FACTOR * super().half_widths(body, control, times)[0], float(self.length) / 2.0
 
 
 @pytree

@@ -40,9 +40,8 @@ from jaxcontact.inputs.materials import NU, Material, Prony
 TAIL = 80.0  # range of the logarithm of rates summed beyond the modes kept; a closed form gives the rest
 FINE_STEP = 0.4  # step of the sum for J(t) itself: an error of exp(-pi^2/0.4) = 2e-11
 LARGEST_ORDER = 0.999  # largest alpha whose spectrum can be summed
-NEAR_ONE = (
-    1e-7  # least 1 - alpha used for the series of a power law; it changes J(t) by as much per decade at most
-)
+# least 1 - alpha used for the series of a power law; it changes J(t) by as much per decade at most
+NEAR_ONE = 1e-7
 
 
 class Fractional(abc.ABC):
@@ -67,9 +66,8 @@ class Fractional(abc.ABC):
         return replace(self, V=self.V * jnp.asarray(factor, float) ** self.alpha)
 
     _largest_order: ClassVar[float] = LARGEST_ORDER  # largest alpha of a series
-    _extra_range: ClassVar[float] = (
-        0.0  # amount by which the range of w may exceed that of the logarithm of the rates
-    )
+    # amount by which the range of w may exceed that of the logarithm of the rates
+    _extra_range: ClassVar[float] = 0.0
 
     @property
     def _spring(self) -> Array | float:

@@ -27,9 +27,8 @@ from jaxcontact._support.exponential import mean_decay
 from jaxcontact._support.pytree import pytree
 
 BISECTIONS = 100  # a root is found to 1e-30 of the interval between rates
-SLOW = (
-    1e-3  # fraction of the lowest retardation rate below which the root of a fluid has an equation of its own
-)
+# fraction of the lowest retardation rate below which the root of a fluid is computed by ``_slowest``
+SLOW = 1e-3
 
 
 @pytree

@@ -93,8 +93,12 @@ def _film(name: str, trace: Trace, references: Mapping[str, float]) -> list[Row]
         described(f"{name}: pressure relaxes all the time", comparison.never_rises(trace.peak)),
         described(f"{name}: contact grows and levels off", _levels_off(trace)),
         described(f"{name}: contact stays below its limit", trace.radius[-1] < 1.001 * _limit(trace)),
-        report(f"{name}: p0 at 7200 s over p0 at 0 s [-]", trace.peak[-1] / trace.peak[0], "constant approach"),
-        report(f"{name}: a at 7200 s over a at 0 s [-]", trace.radius[-1] / trace.radius[0], "constant approach"),
+        report(
+            f"{name}: p0 at 7200 s over p0 at 0 s [-]", trace.peak[-1] / trace.peak[0], "constant approach"
+        ),
+        report(
+            f"{name}: a at 7200 s over a at 0 s [-]", trace.radius[-1] / trace.radius[0], "constant approach"
+        ),
         report(f"{name}: film strain at 0 s [-]", trace.strain[0], comparison.STRAINED),
         report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], comparison.STRAINED),
     ]

@@ -95,5 +95,11 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
 
 
 CASE = Reproduction(
-    "figure_11", "Fig. 11: surface at a constant approach", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
+    "figure_11",
+    "Fig. 11: surface at a constant approach",
+    REFERENCES,
+    simulate,
+    compare,
+    draw,
+    tribofilm.REMARKS,
 )

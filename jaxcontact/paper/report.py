@@ -52,7 +52,7 @@ def summaries(directory: Path) -> list[Path]:
     return sorted(directory.glob("*/summary.json"))
 
 
-def is_of_a_case(summary: Path) -> bool:
+def is_case_summary(summary: Path) -> bool:
     """Return whether a file is the summary of a reproduced case, and not that of another run."""
     try:
         found = json.loads(summary.read_text(encoding="utf-8"))

@@ -66,7 +66,7 @@ def main(
         if summary.exists() and not force:
             return _reject(f"{summary} already exists; choose another directory, or use --force")
     for summary in report.summaries(Path(directory)):
-        if not report.is_of_a_case(summary):
+        if not report.is_case_summary(summary):
             return _reject(
                 f"{summary} is not the summary of a reproduction; choose another directory for its report"
             )

@@ -189,7 +189,7 @@ def mean_in_time(on_contour: Callable[[Array], Array], start: Array, end: Array)
 
     A short interval is integrated on the contour of its end; a long one is the difference of two integrals from t = 0.
     """
-    length = 1.0 - jnp.where(end == 0.0, 1.0, start / jnp.where(end == 0.0, 1.0, end))  # over the end
+    length = 1.0 - jnp.where(end == 0.0, 1.0, start / jnp.where(end == 0.0, 1.0, end))  # relative to the end
     early = jnp.where(start > 0.0, start, end)  # multiplied by zero below; avoids division by a zero J(0)
     late, early = jax.lax.map(on_contour, jnp.stack(jnp.broadcast_arrays(end, early)))
     within = jnp.real(jnp.sum(late * phi1(POINTS * length[..., None]) * (WEIGHTS / POINTS), -1))

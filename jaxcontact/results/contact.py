@@ -36,7 +36,7 @@ class ContactStep:
 
 
 @pytree
-class Readable:
+class ContactResult:
     """Base class of the contact results: notes, a short summary and labelled arrays.
 
     diagnostics: the numbers other than fields that ``notes`` depends on, a ``notes.Diagnostics``.
@@ -97,7 +97,7 @@ def _check_one(result: Any) -> None:
 
 
 @pytree
-class ContactHistory(Readable):
+class ContactHistory(ContactResult):
     """A contact over time, SI units.
 
     times (nt,) [s]; pressure [Pa] and displacement [m] (of both surfaces, towards each other): (nt, nx, ny), or (nx, ny)
@@ -170,7 +170,7 @@ class ContactHistory(Readable):
 
 
 @pytree
-class SteadyContact(Readable):
+class SteadyContact(ContactResult):
     """Base class of steady results, with the quantities derived from their common fields."""
 
     grid: Grid

@@ -81,7 +81,7 @@ def notes_of(result: Any) -> tuple[Note, ...]:
         )
     plane_strain = result.grid.plane_strain
     found = {index: list(_notes(run, plane_strain)) for index, run in _runs(result)}
-    return tuple(found[()]) if () in found else tuple(_gathered(found))
+    return tuple(found[()]) if () in found else tuple(_worst_of_each_kind(found))
 
 
 def has_numbers(result: Any) -> bool:
@@ -129,7 +129,7 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
         yield index, _Run(*picked, *(a[index] for a in whole[len(series) :]))
 
 
-def _gathered(found: dict[tuple[int, ...], list[Note]]) -> Iterator[Note]:
+def _worst_of_each_kind(found: dict[tuple[int, ...], list[Note]]) -> Iterator[Note]:
     """Yield the worst note of each kind, with the number of runs that have such a note and the index of its own run."""
     for kind in dict.fromkeys(note.kind for notes in found.values() for note in notes):
         matching = [(note, index) for index, notes in found.items() for note in notes if note.kind == kind]

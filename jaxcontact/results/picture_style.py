@@ -17,9 +17,8 @@ from matplotlib.colors import LogNorm, Normalize
 
 COLOURS = "viridis"
 STYLE = "jaxcontact.style"
-EARLY = (
-    0.1  # fraction of the duration; if it holds more than half of the times, the axis of time is logarithmic
-)
+# fraction of the duration; if it holds more than half of the times, the axis of time is logarithmic
+EARLY = 0.1
 P = ParamSpec("P")
 R = TypeVar("R")
 

@@ -81,7 +81,9 @@ def _lines(result: Any, name: str) -> str:
     columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
     lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
     lines += [row for name, field in shown().items() for row in _row(result, name, field.unit)]
-    return "\n".join(line.rstrip() for line in [*lines, _trust(result), *_notes(result)] if line.strip())
+    return "\n".join(
+        line.rstrip() for line in [*lines, _convergence(result), *_notes(result)] if line.strip()
+    )
 
 
 def _notes(result: Any) -> list[str]:
@@ -160,7 +162,7 @@ def component(vector: Any, axis: str) -> np.ndarray:
     return np.where(np.abs(own) > NOISE * np.max(np.abs(values), initial=0.0), own, 0.0)
 
 
-def _trust(result: Any) -> str:
+def _convergence(result: Any) -> str:
     counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
     iterations = int(np.sum(np.asarray(result.iterations)))
     verdicts = [f"{count} {brief(message_of(code))}" for code, count in sorted(counts.items())]

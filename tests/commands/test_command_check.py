@@ -60,7 +60,10 @@ def test_check_says_of_what_it_foretells_no_strain(case, capfd):
     case.write_text(several)
     assert main(["check", str(case)]) == 0
     out, err = capfd.readouterr()
-    assert "film strain: estimated only for a ball pressed on a single film, not for this case" in out and err == ""
+    assert (
+        "film strain: estimated only for a ball pressed on a single film, not for this case" in out
+        and err == ""
+    )
 
 
 CHECKED = {

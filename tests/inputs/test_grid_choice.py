@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact.indenters.shapes import ENDS, POINTED
+from jaxcontact.indenters.shapes import CONE_RADIUS_FACTOR, ROLLER_END_FACTOR
 from jaxcontact.verbs import indent
 
 GLASS, BALL = jc.LayeredHalfSpace([], jc.Elastic(30e9, 0.25)), jc.Sphere(5e-3)
@@ -87,7 +87,9 @@ def test_the_contact_of_a_cone_and_of_a_roller_is_foretold():
         ("the paper's film", "roller", load): (1.5 * W / 2e-3 * 5e-3 * springs) ** (1.0 / 3.0),
     }
     for (name, indenter, control), radius in exact.items():
-        room = ENDS if indenter == "roller" else POINTED / 1.25  # above the estimate that is closest
+        room = (
+            ROLLER_END_FACTOR if indenter == "roller" else CONE_RADIUS_FACTOR / 1.25
+        )  # above the estimate that is closest
         assert half_widths(name, indenter, control)[0] == pytest.approx(room * radius, rel=0.05), (
             name,
             indenter,

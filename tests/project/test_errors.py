@@ -111,7 +111,7 @@ ELSEWHERE = {  # reached by no row, and why
     "sweep.py: run_study": "a folder of another study: test_study_files.py",
     "sweep.py: _executor": "without the extra",
     "sweep.py: figures": "test_study_files.py",
-    "sweep.py: _trusted": "a solve that fails: test_study_files.py",
+    "sweep.py: _converged_figures": "a solve that fails: test_study_files.py",
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",
