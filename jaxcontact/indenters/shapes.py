@@ -22,7 +22,7 @@ from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_ma
 from jaxcontact.inputs.materials import Elastic
 from jaxcontact.response.half_space import HalfSpace
 
-CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate: 1.3 on a half-space, 1.2 on springs
+CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate (springs 1.2, half-space 1.3)
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
 

@@ -73,13 +73,13 @@ def _scaled(spectrum: Spectrum, factor: Array | float) -> Spectrum:
     return Spectrum(factor * spectrum.instantaneous, factor * spectrum.amplitudes, spectrum.rates, flow)
 
 
-def _with_springs(spectrum: Spectrum, free: float, held: float, stiffness: Array) -> Spectrum:
-    """Return free times the material plus held times the material in parallel with springs [Pa]."""
+def _with_springs(spectrum: Spectrum, free: float, parallel: float, stiffness: Array) -> Spectrum:
+    """Return free times the material plus ``parallel`` times the material in parallel with springs [Pa]."""
     alone = _scaled(spectrum, free)
     start, amplitudes, rates = parallel_creep(spectrum, jnp.asarray(stiffness, float))
     return Spectrum(
-        alone.instantaneous + held * start,
-        jnp.concatenate([alone.amplitudes, held * amplitudes]),
+        alone.instantaneous + parallel * start,
+        jnp.concatenate([alone.amplitudes, parallel * amplitudes]),
         jnp.concatenate([alone.rates, rates]),
         alone.fluidity if free else None,
     )
