@@ -95,12 +95,14 @@ def _check_table(study: CaseStudy, path: Path, force: bool) -> None:
     if force or not path.exists():
         return
     names = list(study.cases[0])
-    asked = {_cells(case) for case in study.cases}
+    requested = {_cells(case) for case in study.cases}
     with path.open(newline="", encoding="utf-8") as file:
-        lost = [row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in asked]
-    if lost:
+        dropped = [
+            row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in requested
+        ]
+    if dropped:
         raise run_directory.DirectoryTakenError(
-            f"{path}: found {len(lost)} cases that {study.path} does not have; --force leaves them out of the table"
+            f"{path}: found {len(dropped)} cases that {study.path} does not have; --force leaves them out of the table"
             " (their results stay in the directory), or take another directory"
         )
 

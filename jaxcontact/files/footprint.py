@@ -75,8 +75,8 @@ def _in_blocks(case: Case) -> Footprint:
     maps, lines = 2.0 * field * kept, line * case.times.size
     memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
     headers = HEADERS * (case.times.size / BLOCK + 3.0)
-    again = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
-    disk = 2.0 * (maps + lines) + again + 2.0 * carry + (7.0 if kept else 9.0) * field + headers
+    duplicates = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
+    disk = 2.0 * (maps + lines) + duplicates + 2.0 * carry + (7.0 if kept else 9.0) * field + headers
     return Footprint(memory, disk)
 
 

@@ -68,14 +68,14 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
 
     facts: further entries of the summary. Each file is either complete or unchanged.
     """
-    beside = storage.notes_of(report.result)
-    stored = meanings(report.arrays) | {name: text for name, text in NOTES.items() if name in beside}
+    notes = storage.notes_of(report.result)
+    stored = meanings(report.arrays) | {name: text for name, text in NOTES.items() if name in notes}
     described: dict[str, Any] = {"pictures": list(report.pictures), "arrays_in_result_npz": stored}
     described |= {"arrays_in_course_npz": meanings(report.course)} if report.course else {}
     figures = figures_in(report.values, hasattr(report.result, "times"))
     summary = facts | _extent(report.result, case) | figures | described
-    beside |= {"case": case_text(case)}
-    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | beside))
+    notes |= {"case": case_text(case)}
+    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
     (directory / COURSE).unlink(missing_ok=True)  # of an earlier run that --force overwrites
     if report.course:
         write_whole(directory / COURSE, lambda path: write_npz(path, report.course))

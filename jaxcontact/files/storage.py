@@ -129,10 +129,10 @@ def load(path: str | Path) -> Any:
         _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    beside: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
+    others: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
     if cls is not InteriorFields:
-        beside["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
-    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **beside, grid=_grid(arrays))
+        others["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
+    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **others, grid=_grid(arrays))
 
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:

@@ -58,21 +58,21 @@ def two_port(x: Array, nu: Array | float) -> TwoPort:
     xt, xxt = 4.0 * x * theta, 8.0 * x**2 * theta
     D = kappa * (1.0 + theta**2) + (kappa**2 + 1.0) * theta + 0.5 * xxt
     C = (kappa + 1.0) / D
-    B, mixed, bent = 0.5 * jnp.exp(-x) * C, (kappa - 1.0) * E, (kappa - 1.0) * E**2
+    B, kE, kE2 = 0.5 * jnp.exp(-x) * C, (kappa - 1.0) * E, (kappa - 1.0) * E**2
     xE, xboth = 2.0 * x * E, 2.0 * x * both
     return TwoPort(
         A=(
             0.25 * C * (kappa * E2 + xt),
-            0.25 * (kappa * bent - xxt) / D,
+            0.25 * (kappa * kE2 - xxt) / D,
             0.25 * C * ((kappa - 1.0) * E2 + f3),
         ),
         B=(
             B * ((kappa + 1.0) * both - xE),
-            B * (mixed + xboth),
-            B * (mixed - xboth),
+            B * (kE + xboth),
+            B * (kE - xboth),
             B * ((kappa + 1.0) * both + xE),
         ),
-        C=(C * (E2 + xt), (bent + xxt) / D, C * f3),
+        C=(C * (E2 + xt), (kE2 + xxt) / D, C * f3),
         det_C=4.0 * f4 / D,
         tanh=E / both,
         sech=2.0 * jnp.exp(-x) / both,

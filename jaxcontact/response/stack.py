@@ -89,18 +89,18 @@ def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceComplia
     L, K, N, T = below
     det = L * N - K**2
     total = j**2 + j * (C11 * L + 2.0 * C12 * K + C22 * N) + port.det_C * det
-    fixed = total == 0.0  # a rigid layer of zero thickness, which has no effect, or on a rigid base
-    share = j / jnp.where(fixed, 1.0, total)
-    X11 = jnp.where(fixed, L, share * (j * L + det * C22))
-    X12 = jnp.where(fixed, K, share * (j * K - det * C12))
-    X22 = jnp.where(fixed, N, share * (j * N + det * C11))
+    rigid = total == 0.0  # a rigid layer of zero thickness, which has no effect, or on a rigid base
+    share = j / jnp.where(rigid, 1.0, total)
+    X11 = jnp.where(rigid, L, share * (j * L + det * C22))
+    X12 = jnp.where(rigid, K, share * (j * K - det * C12))
+    X22 = jnp.where(rigid, N, share * (j * N + det * C11))
     across = j + port.tanh * T
-    loose = across == 0.0
+    zero = across == 0.0
     return SurfaceCompliance(
         j * A11 + B11**2 * X11 + 2.0 * B11 * B12 * X12 + B12**2 * X22,
         j * A12 + B11 * B21 * X11 + (B11 * B22 + B12 * B21) * X12 + B12 * B22 * X22,
         j * A22 + B21**2 * X11 + 2.0 * B21 * B22 * X12 + B22**2 * X22,
-        j * port.tanh + port.sech**2 * jnp.where(loose, T, j * T / jnp.where(loose, 1.0, across)),
+        j * port.tanh + port.sech**2 * jnp.where(zero, T, j * T / jnp.where(zero, 1.0, across)),
     )
 
 

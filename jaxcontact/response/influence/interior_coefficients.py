@@ -70,13 +70,13 @@ OF_DISPLACEMENTS = (("u_rz", "u_zr"), ("u_rr", "u_ss", "u_zz"))
 class Buried(NamedTuple):
     """Images of ``Recalled.kernels`` at one depth.
 
-    depths (J,) [m], z first; weights (13, M, J); bent (13, M): w' of the module's formula; shares (nt, M), as in
+    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula; shares (nt, M), as in
     ``Recalled``.
     """
 
     depths: Array
     weights: Array
-    bent: Array
+    slope_weights: Array
     shares: Array
 
 
@@ -138,8 +138,8 @@ def summed(
     outer = lambda weights, kinds: tuple(
         jnp.einsum("fm,kxy->fkmxy", weights[i], kind) for i, kind in zip(index, kinds, strict=True)
     )
-    value, bent = over_cells(grid, integrals, images.depths[0])
-    start = jax.tree.map(jnp.add, outer(images.weights[..., 0], value), outer(images.bent, bent))
+    value, slope = over_cells(grid, integrals, images.depths[0])
+    start = jax.tree.map(jnp.add, outer(images.weights[..., 0], value), outer(images.slope_weights, slope))
 
     def add(total: Kinds, image: tuple[Array, Array]) -> tuple[Kinds, None]:
         more = outer(image[1], over_cells(grid, integrals, image[0])[0])
