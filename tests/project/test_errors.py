@@ -93,7 +93,7 @@ ELSEWHERE = {  # reached by no row, and why
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
         f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"
-        for name in ("kept_traces", "_description", "_name_of", "_named", "_described")
+        for name in ("kept_traces", "_description", "_name_of", "_named", "_restored")
     },
     "storage.py: _inputs": "test_storage.py, every name",
     "npz.py: write_whole": "needs a full disk: test_full_disk.py",
