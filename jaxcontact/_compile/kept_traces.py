@@ -229,7 +229,8 @@ def _settings() -> bytes:
     """Return jax's settings from the environment, and the versions of the libraries that affect a program."""
     variables = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith(("JAX_", "XLA_")))
     versions = [importlib.metadata.version(name) for name in TRACED_BY]
-    return repr((variables, versions, sys.version_info[:2], jax.config.jax_enable_x64)).encode()  # type: ignore[attr-defined]
+    x64 = jax.config.jax_enable_x64  # type: ignore[attr-defined]
+    return repr((variables, versions, sys.version_info[:2], x64)).encode()
 
 
 def _load_or_make(name: str, make: Callable[[], StoredTrace]) -> StoredTrace:
