@@ -158,7 +158,7 @@ def _compiled(
         "power": in_si["hysteresis_power"] + friction_power,
         "hysteresis_force": in_si["hysteresis_power"] / speed,
     }
-    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.normal.errors()
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
 
 
 _run = Program(_compiled, ("forced", "coupled"))

@@ -110,7 +110,7 @@ def _compiled(
     whole = {"profile": setup.profile, "friction_work": carry.work}
     in_si = scale.to_si(**whole, **fields, **outcomes.numbers)
     history = ShearHistory(times=experiment.times, grid=experiment.grid, saved=None, **in_si)
-    return history, kernels.normal.errors(experiment.duration)
+    return history, kernels.errors(experiment.duration)
 
 
 _run = Program(_compiled, ("coupled",))

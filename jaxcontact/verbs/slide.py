@@ -25,6 +25,7 @@ from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.results.sliding import SlidingHistory, with_totals
 from jaxcontact.verbs.experiment import Experiment, Plan, Save, fine_steps, reported
 
@@ -136,11 +137,12 @@ def planned(experiment: Experiment, velocity: Array, friction: Array | None) -> 
     shift = shifts(velocity / scale.length, times, substeps)
     motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
     profile = experiment.indenter.profile(grid) / scale.length
-    rubbing = None
+    rubbing, errors = None, kernels.errors(experiment.duration)
     if friction is not None:
         rubbing = rub(experiment.body, experiment.indenter, grid, scale, friction)
+        errors = joint_errors(kernels, rubbing.expansion, experiment.duration)
     memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
-    return experiment.plan(memory, motion, scale, kernels.errors(experiment.duration))
+    return experiment.plan(memory, motion, scale, errors)
 
 
 def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:

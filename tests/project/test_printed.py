@@ -62,7 +62,7 @@ OBJECTS = {
     "ContactStatistics": lambda: jc.contact_statistics(HISTORY),
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),
     "Sensitivity": lambda: jc.Sensitivity(("G1", "G2"), {"load": np.ones((2, 500))}),
-    "Surface": lambda: jc.surface_files.Surface(HEIGHTS, GRID),
+    "Surface": lambda: jc.Surface(HEIGHTS, GRID),
     "SurfaceStatistics": lambda: jc.surface_statistics(HEIGHTS, GRID),
     "Status": lambda: jc.Status.FINE,
     "kernels": lambda: jc.kernels(jc.LayeredHalfSpace([], FILM), jc.Sphere(1e-3), GRID),
