@@ -25,9 +25,13 @@ COARSE = "cells across the first contact: fewer than {few} are too coarse; accep
 
 
 def check(case: Case, path: Path) -> None:
-    """Check what all experiments have in common, and the memory needed. Raises CaseError, which names the file."""
+    """Check an experiment over time, or what steady states have in common, and the memory needed.
+
+    Raises CaseError, which names the file.
+    """
     try:
-        Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+        if case.experiment() is None:
+            Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
         _check_memory(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error
@@ -36,7 +40,7 @@ def check(case: Case, path: Path) -> None:
 def check_completely(case: Case, path: Path) -> None:
     """Check everything that a run would reject before it computes, by tracing its function, which takes seconds."""
     check(case, path)
-    if case.kind == "indentation":  # ``check`` is complete for it
+    if KINDS[case.kind].march is not None:  # ``check`` is complete for it
         return
     try:
         jax.eval_shape(case.run)

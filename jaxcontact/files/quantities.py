@@ -13,11 +13,8 @@ MICRO = str.maketrans("µμ", "uu")
 
 
 def _prefixed(unit: str, sign: int = 1) -> dict[str, Decimal]:
-    """Return the unit without a prefix, then with each of the prefixes; sign -1 for a reciprocal unit."""
-    return {
-        unit.replace("?", prefix): Decimal(10) ** (sign * power)
-        for prefix, power in ({"": 0} | PREFIXES).items()
-    }
+    """Return the unit with each of the prefixes; sign -1 for a reciprocal unit."""
+    return {unit.replace("?", prefix): Decimal(10) ** (sign * power) for prefix, power in PREFIXES.items()}
 
 
 LENGTHS = {"nm": Decimal("1e-9"), **_prefixed("?m"), "cm": Decimal("1e-2")}

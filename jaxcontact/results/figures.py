@@ -1,4 +1,4 @@
-"""The figures that a result's ``plot`` returns, and the pictures that a run writes.
+"""The figure that a result's ``plot`` returns.
 
 The attribute ``view`` of a result selects its figure. Figures read the fields of a result without importing its class,
 so that the modules of results may import this one.
@@ -23,25 +23,13 @@ def figure_of(result: Any) -> Figure:
 
 
 @styled
-def pictures_of(result: Any) -> dict[str, Figure]:
-    """Return the figures of a run by file name: the figure of the result and, for a history, those of its time series."""
-    if not hasattr(result, "times"):
-        return {"contact.png": figure_of(result)}
-    return {"overview.png": figure_of(result), "pressure_map.png": map_figure(result)} | (
-        {"history.png": plotting.history_figure(result)} if result.view == "shear" else {}
-    )
-
-
-def map_figure(history: Any) -> Figure:
-    """The pressure at the first and the last time, or only at the last with ``save="last"``; in plane strain, profiles."""
-    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
-    if history.grid.plane_strain:
-        lines = pressure.reshape(-1, pressure.shape[-2])
-        return plotting.profiles_figure(history.grid.axes()[0], lines, times[-len(lines) :])
-    fields = [pressure] if pressure.ndim == 2 else [pressure[0], pressure[-1]]
-    titles = [f"t = {time:g} s" for time in (times[0], times[-1])][-len(fields) :]
-    x, y = history.grid.axes()
-    return plotting.maps_figure(x, y, fields, titles)
+def overview_of(history: Any) -> Figure | None:
+    """Return the figure of stick and slip zones, or of a rough contact; None if profiles and time series show the result."""
+    if history.view == "shear":
+        return shear_figure(history)
+    if history.grid.plane_strain or is_round(history):
+        return None
+    return rough_figure(history)
 
 
 def contact_figure(history: Any) -> Figure:

@@ -1,7 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -69,9 +69,9 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     of stored_energy, as long as no part of the history leaves the grid.
 
     status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the contact returned
-    to where part of the history had left the grid, and the displacement missing there is significant (``dropped`` above 1
-    % of the approach): the grid does not hold both the track and the contact; 9: an earlier step failed, and this step
-    depends on its history.
+    to where part of the history had left the grid, and the displacement missing there is significant (``dropped`` above
+    1 % of the largest approach so far): the grid does not hold both the track and the contact; 9: an earlier step failed,
+    and this step depends on its history.
     """
 
     velocity: Array
@@ -103,6 +103,11 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
         if not self._has_maps_over_time:
             return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
         return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
+
+
+def sliding_history(**given: Any) -> SlidingHistory:
+    """Return a history from its fields without the totals."""
+    return SlidingHistory(**with_totals(given, given["velocity"]))
 
 
 @pytree

@@ -15,8 +15,8 @@ from jaxcontact._support.status import Status
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
-from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.history.observables import Observer
+from jaxcontact.history.pressing import contact_outcome, status_of
 from jaxcontact.history.track import as_array, check_along_x, check_rubbing
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Approach, Control
