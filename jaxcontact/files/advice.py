@@ -15,7 +15,7 @@ from jaxcontact.indenters.predicted_contact import predicted
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.inputs.layers import checked_body, thickest
 from jaxcontact.inputs.spectrum import relaxation_modes
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
@@ -80,7 +80,7 @@ def advice(case: Case) -> list[str]:
 
 def describe_strain(case: Case) -> str:
     """The film's strain to come, in one line, or for what it is not foretold; empty without a film."""
-    if response_of(checked_body(case.body)[0]).film() is None:
+    if limits_of(checked_body(case.body)[0]).film is None:
         return ""
     strain = foretold_strain(case)
     if strain is None:
@@ -159,7 +159,7 @@ def first_radius(case: Case) -> float:
 
 def fastest_time(case: Case) -> float:
     """The shortest relaxation time [s] of the material that is pressed on; inf for an elastic one."""
-    spectrum = response_of(checked_body(case.body)[0]).surface().spectrum()
+    spectrum = limits_of(checked_body(case.body)[0]).surface.spectrum()
     rigid_at_first = float(spectrum.instantaneous) == 0.0  # Kelvin-Voigt: only its retardation is finite
     rates = np.asarray(spectrum.rates if rigid_at_first else relaxation_modes(spectrum)[0])
     return float(1.0 / np.max(rates)) if rates.size and np.max(rates) > 0.0 else math.inf

@@ -1,4 +1,4 @@
-"""What the rest of the package asks of a body: its response to a pressure wave, in wavenumber and time."""
+"""The interface of a response: the displacement under a pressure wave, by wavenumber and time."""
 
 import abc
 
@@ -6,9 +6,6 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
-from jaxcontact.inputs.layers import Layer
-from jaxcontact.inputs.materials import Material
-from jaxcontact.inputs.spectrum import Spectrum
 from jaxcontact.response.influence.images import Images
 
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(
@@ -24,15 +21,16 @@ class Separable:
         lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)].
 
     rates: lambda_k [1/s], (K,), zero for a flow without limit; terms: C_0 and M shapes S_m, (M + 1, n); mix:
-    (M, K). The first shape is that of the film on a rigid base (of a half-space: a number), with the fluidities of
-    ``Response.film_creep`` in mix[0]. error: the largest relative error of the
-    sum of products, over wavenumbers and over times up to the horizon, (); horizon: the latest time for which it is made
-    [s], () inf without one.
+    (M, K). film: what the first of the shapes, that of the film on a rigid base (of a half-space: a number), is
+    multiplied by at once [1/Pa] and in mix, by rate [1/(Pa s)], (K + 1,). error: the largest relative error of the sum of
+    products, over wavenumbers and over times up to the horizon, (); horizon: the latest time for which it is made [s],
+    () inf without one.
     """
 
     rates: Array
     terms: Array
     mix: Array
+    film: Array
     error: Array
     horizon: Array | float = float("inf")
 
@@ -47,7 +45,7 @@ class Response(abc.ABC):
     def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """Mean of alpha N over start <= t <= end; arguments broadcast; wavenumber >= 0 [rad/m].
 
-        At wavenumber zero it is ``wide`` in the mean, with zero derivative in the wavenumber.
+        At wavenumber zero it is that of the substrate alone, with zero derivative in the wavenumber.
         """
 
     @abc.abstractmethod
@@ -69,51 +67,3 @@ class Response(abc.ABC):
     @abc.abstractmethod
     def expand_shapes(self, shapes: Array) -> Images:
         """The same of the shapes of ``separate``, (M, n), the film's first; at the depths of ``expand``."""
-
-    @abc.abstractmethod
-    def wide(self, t: Array | float) -> Array:
-        """Compliance [1/Pa] that a contact far wider than the layers meets after a time t [s]."""
-
-    @abc.abstractmethod
-    def narrow(self, t: Array | float) -> Array:
-        """Compliance [1/Pa] that a contact far narrower than the top layer meets."""
-
-    @abc.abstractmethod
-    def springs(self, t: Array | float) -> Array:
-        """Compliance [m/Pa] of the layers as a bed of springs; zero without layers."""
-
-    @abc.abstractmethod
-    def long_term(self) -> Array:
-        """``wide`` without unlimited flow, after a very long time: a scale that is never zero."""
-
-    @abc.abstractmethod
-    def flows(self) -> Array:
-        """Whether the surface sinks without limit under a load, () bool."""
-
-    @abc.abstractmethod
-    def stiffness_ratio(self) -> Array:
-        """The film's modulus at first over that of what it lies on; zero without one, or where it is rigid at first."""
-
-    @abc.abstractmethod
-    def surface(self) -> Material:
-        """The material that the indenter touches."""
-
-    @abc.abstractmethod
-    def film(self) -> Layer | None:
-        """The film whose shortening is reported; None without one."""
-
-    @abc.abstractmethod
-    def film_creep(self) -> Spectrum:
-        """The creep of the film on a rigid base, whose shape is ``on_rigid_base``; of a half-space, its own."""
-
-    @abc.abstractmethod
-    def on_rigid_base(self) -> Array:
-        """alpha N of the film on a rigid base over ``film_creep``, at ``wavenumbers``, (n,)."""
-
-    @abc.abstractmethod
-    def creeps_far(self) -> bool:
-        """Whether creep may be felt however far from a load: that of a half-space, or of a substrate."""
-
-    @abc.abstractmethod
-    def rigid_at_first(self) -> Array | bool:
-        """Whether a step load cannot dent the surface at once, J(0) = 0; a bool where the class tells."""
