@@ -27,7 +27,7 @@ from jaxcontact.inputs.controls import Control, Load, check_control
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep, marked
 from jaxcontact.results.notes import Diagnostics, announce
@@ -186,9 +186,9 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
         correspondence == "exact" or not bulky,
         f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}": it would be 5 % off',
     )
-    response = response_of(body)
-    rigid = response.rigid_at_first()
-    alone, film = indenter.material is None, response.film() is not None and correspondence == "exact"
+    limits = limits_of(body)
+    rigid = limits.rigid_at_first()
+    alone, film = indenter.material is None, limits.film is not None and correspondence == "exact"
     if not is_concrete(rigid):
         return ~(jnp.asarray(rigid) & (alone or film))
     checks.require(
