@@ -15,7 +15,7 @@ from jaxcontact.indenters.predicted_contact import predicted
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.inputs.layers import checked_body, thickest
 from jaxcontact.inputs.spectrum import relaxation_modes
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
@@ -80,7 +80,7 @@ def advice(case: Case) -> list[str]:
 
 def describe_strain(case: Case) -> str:
     """Return the estimated film strain in one line, or that there is no estimate; an empty string without a film."""
-    if response_of(checked_body(case.body)[0]).film() is None:
+    if limits_of(checked_body(case.body)[0]).film is None:
         return ""
     strain = estimated_strain(case)
     if strain is None:
@@ -159,7 +159,7 @@ def first_radius(case: Case) -> float:
 
 def fastest_time(case: Case) -> float:
     """Return the shortest relaxation time [s] of the material at the surface; inf for an elastic one."""
-    spectrum = response_of(checked_body(case.body)[0]).surface().spectrum()
+    spectrum = limits_of(checked_body(case.body)[0]).surface.spectrum()
     kelvin_voigt = (
         float(spectrum.instantaneous) == 0.0
     )  # its retardation times are finite, but not its relaxation times

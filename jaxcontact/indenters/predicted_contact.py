@@ -36,7 +36,7 @@ from jaxcontact.inputs.controls import Control, Load
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.response.base import Response
 from jaxcontact.response.body import response_of
-from jaxcontact.response.volume import film_shape
+from jaxcontact.response.limits import BodyLimits, limits_of
 
 Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; the omitted part is 1e-6 of the displacement at the centre
 WEIGHTS = Z * np.log(Z[1] / Z[0])  # of the quadrature over Z
@@ -82,17 +82,20 @@ def predicted(body: LayeredHalfSpace, outline: Outline, control: Control, times:
     body: its top layer is taken as the film, of uniform thickness. The control is taken at its maximum for the whole
     history.
     """
-    response = response_of(checked_body(body)[0])
+    checked = checked_body(body)[0]
+    response, limits = response_of(checked), limits_of(checked)
     value = max(float(np.max(np.asarray(control.value))), 0.0)
     instants = {0.0, float(times[-1] - times[0])}
-    each = [_at(response, outline, isinstance(control, Load), value, t) for t in instants]
+    each = [_at(response, limits, outline, isinstance(control, Load), value, t) for t in instants]
     return Predicted(max(one.radius for one in each), max(one.film_strain for one in each))
 
 
-def _at(response: Response, outline: Outline, loaded: bool, value: float, t: float) -> Predicted:
+def _at(
+    response: Response, limits: BodyLimits, outline: Outline, loaded: bool, value: float, t: float
+) -> Predicted:
     """Return the estimate after a time t [s] under a load [N], or at an approach [m]."""
     own = outline.compliance
-    wide, narrow = (float(side(t)) + own for side in (response.wide, response.narrow))
+    wide, narrow = (float(side(t)) + own for side in (limits.wide, limits.narrow))
     if value == 0.0 or max(wide, narrow) == 0.0:  # no load, or both instantaneous compliances are zero
         return Predicted(0.0, 0.0)
     radii = np.array([a for a in (outline.hertz(A, value, loaded) for A in (wide, narrow)) if a > 0.0])
@@ -117,7 +120,7 @@ def _at(response: Response, outline: Outline, loaded: bool, value: float, t: flo
         return peak(a) * a * (centre - edge) > outline.depth(a)
 
     a = _bisected(too_small, 0.01 * radii.min(), 100.0 * radii.max())
-    return Predicted(a, 0.0 if outline.length is not None else peak(a) * _strain_per_pressure(response, a, t))
+    return Predicted(a, 0.0 if outline.length is not None else peak(a) * _strain_per_pressure(limits, a, t))
 
 
 @jax.jit  # otherwise each operation is compiled separately
@@ -125,13 +128,13 @@ def _step(response: Response, alpha: Array, t: Array) -> Array:
     return response.step(alpha, t, t)
 
 
-def _strain_per_pressure(response: Response, a: float, t: float) -> float:
-    film = response.film()
+def _strain_per_pressure(limits: BodyLimits, a: float, t: float) -> float:
+    film = limits.film
     if film is None:
         return 0.0
     h = float(film.thickness)
-    shape = np.asarray(film_shape(film.material, jnp.asarray(h * Z / a)))
-    return float(response.film_creep().creep(t)) * a / h * _round(shape)[0]
+    shape = np.asarray(limits.film_shape(jnp.asarray(Z / a)))
+    return float(limits.film_creep().creep(t)) * a / h * _round(shape)[0]
 
 
 def _round(A: np.ndarray) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_material
 from jaxcontact.inputs.materials import Elastic
-from jaxcontact.response.half_space import HalfSpace
+from jaxcontact.response.volume import surface_creep
 
 CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate (springs 1.2, half-space 1.3)
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
@@ -59,7 +59,7 @@ class Indenter(abc.ABC):
 
     def compliance(self) -> Array:
         """Return (1 - nu)/G of the indenter [1/Pa], zero if rigid."""
-        return jnp.zeros(()) if self.material is None else HalfSpace(self.material).wide(0.0)
+        return jnp.zeros(()) if self.material is None else surface_creep(self.material).creep(0.0)
 
 
 def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:

@@ -6,9 +6,6 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
-from jaxcontact.inputs.layers import Layer
-from jaxcontact.inputs.materials import Material
-from jaxcontact.inputs.spectrum import Spectrum
 from jaxcontact.response.influence.images import Images
 
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(5)  # for means over a time interval
@@ -23,16 +20,17 @@ class Separable:
         u = C_0 * p + sum_k lambda_k C_k * eta_k,     eta_k' = p - lambda_k eta_k,
         lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)].
 
-    rates: lambda_k [1/s], (K,), zero for steady-state viscous flow; terms: C_0 and M shapes S_m, (M + 1, n); mix:
-    (M, K). The first shape is that of the film on a rigid base (for a half-space, a number), with the fluidities of
-    ``Response.film_creep`` in mix[0]. error: the largest relative error of the
-    sum of products, over wavenumbers and over times up to the horizon, (); horizon: the latest time for which the sum is
-    valid [s], (), inf if there is no limit.
+    rates: lambda_k [1/s], (K,), zero for steady-state viscous flow; terms: C_0 and M shapes S_m, (M + 1, n); mix: (M, K).
+    film: the factors of the first shape, that of the film on a rigid base (for a half-space, a number): at once [1/Pa] and,
+    as in mix, for each rate [1/(Pa s)], (K + 1,). error: the largest relative error of the sum of products, over
+    wavenumbers and over times up to the horizon, (); horizon: the latest time for which the sum is valid [s], (), inf if
+    there is no limit.
     """
 
     rates: Array
     terms: Array
     mix: Array
+    film: Array
     error: Array
     horizon: Array | float = float("inf")
 
@@ -47,7 +45,7 @@ class Response(abc.ABC):
     def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """Return the mean of alpha N over start <= t <= end; arguments broadcast; wavenumber >= 0 [rad/m].
 
-        At wavenumber zero it is the mean of ``wide``, with zero derivative with respect to the wavenumber.
+        At wavenumber zero it is that of the substrate alone, with zero derivative with respect to the wavenumber.
         """
 
     @abc.abstractmethod
@@ -69,55 +67,3 @@ class Response(abc.ABC):
     @abc.abstractmethod
     def expand_shapes(self, shapes: Array) -> Images:
         """Return images, at the depths of ``expand``, of the shapes of ``separate``, (M, n), the film's first."""
-
-    @abc.abstractmethod
-    def wide(self, t: Array | float) -> Array:
-        """Return the compliance [1/Pa] in the limit of long waves, for a contact far wider than the layers, at time t
-        [s].
-        """
-
-    @abc.abstractmethod
-    def narrow(self, t: Array | float) -> Array:
-        """Return the compliance [1/Pa] in the limit of short waves, for a contact far narrower than the top layer, at
-        time t [s].
-        """
-
-    @abc.abstractmethod
-    def long_term(self) -> Array:
-        """Return the relaxed value of ``wide`` without steady-state viscous flow: a compliance scale that is never zero."""
-
-    @abc.abstractmethod
-    def flows(self) -> Array:
-        """Return whether the displacement under a constant load increases without limit, () bool."""
-
-    @abc.abstractmethod
-    def stiffness_ratio(self) -> Array:
-        """Return the film's instantaneous modulus over that of its base; zero without a film, or if its J(0) is zero."""
-
-    @abc.abstractmethod
-    def surface(self) -> Material:
-        """Return the material at the surface."""
-
-    @abc.abstractmethod
-    def film(self) -> Layer | None:
-        """Return the film whose strain is reported; None without one."""
-
-    @abc.abstractmethod
-    def film_creep(self) -> Spectrum:
-        """Return the creep of the film on a rigid base, whose shape is ``on_rigid_base``; for a half-space, its own
-        creep.
-        """
-
-    @abc.abstractmethod
-    def on_rigid_base(self) -> Array:
-        """Return alpha N of the film on a rigid base over ``film_creep``, at ``wavenumbers``, (n,)."""
-
-    @abc.abstractmethod
-    def creeps_far(self) -> bool:
-        """Return whether creep affects the displacement at any distance from a load: true for viscoelastic half-spaces
-        and substrates.
-        """
-
-    @abc.abstractmethod
-    def rigid_at_first(self) -> Array | bool:
-        """Return whether the instantaneous compliance J(0) is zero; a bool where the class determines it."""

@@ -3,12 +3,11 @@
 With a bulk modulus in place of nu, the creep is ``response.volume.surface_creep``, which is exact as well.
 """
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
-from jaxcontact.inputs.materials import KelvinVoigt, Material
+from jaxcontact.inputs.materials import Material
 from jaxcontact.inputs.spectrum import Spectrum
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.influence.images import Images
@@ -38,7 +37,8 @@ class HalfSpace(Response):
         share, creep = surface_parts(self.material)
         rates, fluidities = own_creep(creep)
         terms = share * jnp.stack([creep.instantaneous, jnp.ones(())])[:, None]
-        return Separable(rates, terms, fluidities[None], jnp.zeros(()))
+        film = jnp.append(creep.instantaneous, fluidities)
+        return Separable(rates, terms, fluidities[None], film, jnp.zeros(()))
 
     def expand(self, values: Array) -> Images:
         """Return a single image at the surface."""
@@ -47,47 +47,6 @@ class HalfSpace(Response):
     def expand_shapes(self, shapes: Array) -> Images:
         """Return the same image as ``expand``."""
         return self.expand(shapes)
-
-    def wide(self, t: Array | float) -> Array:
-        return surface_creep(self.material).creep(t)
-
-    def narrow(self, t: Array | float) -> Array:
-        return self.wide(t)
-
-    def long_term(self) -> Array:
-        creep = surface_creep(self.material)
-        return creep.instantaneous + jnp.sum(jnp.where(creep.rates > 0.0, creep.amplitudes, 0.0))
-
-    def flows(self) -> Array:
-        return may_flow(self.material)
-
-    def rigid_at_first(self) -> Array | bool:
-        return isinstance(self.material, KelvinVoigt) or _zero_instantaneous_compliance(self.material)
-
-    def stiffness_ratio(self) -> Array:
-        return jnp.zeros(())
-
-    def surface(self) -> Material:
-        return self.material
-
-    def film(self) -> None:
-        return None
-
-    def film_creep(self) -> Spectrum:
-        """Return the creep of the half-space."""
-        return surface_parts(self.material)[1]
-
-    def on_rigid_base(self) -> Array:
-        """Return zero, since there is no film."""
-        return jnp.zeros(1)
-
-    def creeps_far(self) -> bool:
-        return True
-
-
-@jax.jit  # used in every check, where each operation would otherwise be compiled separately
-def _zero_instantaneous_compliance(material: Material) -> Array:
-    return material.spectrum().instantaneous == 0.0
 
 
 def own_creep(spectrum: Spectrum) -> tuple[Array, Array]:

@@ -9,15 +9,12 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree
 from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
-from jaxcontact.inputs.materials import Elastic, Material
-from jaxcontact.inputs.spectrum import Spectrum
+from jaxcontact.inputs.materials import Material
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
-from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.stack import mean_step, scaled_response, solids
 from jaxcontact.response.time import ladder
 from jaxcontact.response.time.rational import separate
-from jaxcontact.response.volume import film_creep, film_shape
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4  # ``response.time.rational`` gives the accuracy of 24 rates and 8 shapes
 
@@ -56,38 +53,3 @@ class Stack(Response):
 
     def expand_shapes(self, shapes: Array) -> Images:
         return ladder.expand_shapes(self.body, shapes)
-
-    def wide(self, t: Array | float) -> Array:
-        return HalfSpace(self.substrate).wide(t)
-
-    def narrow(self, t: Array | float) -> Array:
-        return HalfSpace(self.layers[0].material).wide(t)
-
-    def long_term(self) -> Array:
-        return HalfSpace(self.substrate).long_term()
-
-    def flows(self) -> Array:
-        return jnp.any(jnp.stack([may_flow(solid) for solid in solids(self.body)]))
-
-    def rigid_at_first(self) -> Array | bool:
-        return jnp.any(jnp.stack([jnp.asarray(HalfSpace(s).rigid_at_first()) for s in solids(self.body)]))
-
-    def stiffness_ratio(self) -> Array:
-        return ladder.stiffness_contrast(self.body)
-
-    def surface(self) -> Material:
-        return self.layers[0].material
-
-    def film(self) -> Layer:
-        """Return the top layer."""
-        return self.layers[0]
-
-    def film_creep(self) -> Spectrum:
-        return film_creep(self.layers[0].material)
-
-    def on_rigid_base(self) -> Array:
-        top = self.layers[0]
-        return film_shape(top.material, self.wavenumbers() * top.thickness)
-
-    def creeps_far(self) -> bool:
-        return not isinstance(self.substrate, Elastic)

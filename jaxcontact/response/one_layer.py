@@ -29,9 +29,8 @@ from jaxcontact._support.exponential import mean_decay
 from jaxcontact._support.pytree import pytree
 from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
 from jaxcontact.inputs.materials import Material
-from jaxcontact.inputs.spectrum import Spectrum, parallel_creep
+from jaxcontact.inputs.spectrum import parallel_creep
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
-from jaxcontact.response.half_space import HalfSpace, may_flow
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.layer import differences
 from jaxcontact.response.time import ladder
@@ -178,38 +177,3 @@ class OneLayer(Response):
 
     def expand_shapes(self, shapes: Array) -> Images:
         return ladder.expand_shapes(self.body, shapes)
-
-    def stiffness_ratio(self) -> Array:
-        return ladder.stiffness_contrast(self.body)
-
-    def wide(self, t: Array | float) -> Array:
-        return HalfSpace(self.substrate).wide(t)
-
-    def narrow(self, t: Array | float) -> Array:
-        return HalfSpace(self.layer.material).wide(t)
-
-    def long_term(self) -> Array:
-        return HalfSpace(self.substrate).long_term()
-
-    def flows(self) -> Array:
-        return may_flow(self.layer.material)
-
-    def rigid_at_first(self) -> Array | bool:
-        return HalfSpace(self.layer.material).rigid_at_first()
-
-    def surface(self) -> Material:
-        return self.layer.material
-
-    def film(self) -> Layer:
-        return self.layer
-
-    def film_creep(self) -> Spectrum:
-        return self.layer.material.spectrum()
-
-    def on_rigid_base(self) -> Array:
-        modes, zero = self._modes_and_zero(self.wavenumbers())
-        return jnp.where(zero, 0.0, modes.film)
-
-    def creeps_far(self) -> bool:
-        """Return False: at wavenumber zero the layer has no effect."""
-        return False
