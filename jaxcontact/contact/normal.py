@@ -54,13 +54,19 @@ class Problem:
 
 @pytree
 class Solution:
-    """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ()."""
+    """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ().
+
+    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries, and separated (): whether
+    there is no contact because none could carry the load.
+    """
 
     pressure: Array
     displacement: Array
     approach: Array
     error: Array
     iterations: Array
+    contact_pressure: Array | None = None
+    separated: Array | None = None
 
 
 class _Search(NamedTuple):
