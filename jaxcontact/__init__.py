@@ -24,6 +24,8 @@ _installed_jax.warn_of_a_known_fault()
 
 from jaxcontact._status import Status as Status  # noqa: E402
 from jaxcontact._version import __version__ as __version__  # noqa: E402
+from jaxcontact.adhesion import DugdaleAdhesion as DugdaleAdhesion  # noqa: E402
+from jaxcontact.adhesion import ExponentialAdhesion as ExponentialAdhesion  # noqa: E402
 from jaxcontact.citation import cite as cite  # noqa: E402
 from jaxcontact.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
 from jaxcontact.controls import Approach as Approach  # noqa: E402
@@ -57,6 +59,7 @@ from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # n
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
+from jaxcontact.results import AdhesiveHistory as AdhesiveHistory  # noqa: E402
 from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
 from jaxcontact.rough_contact import ContactClusters as ContactClusters  # noqa: E402
 from jaxcontact.rough_contact import ContactStatistics as ContactStatistics  # noqa: E402
@@ -84,6 +87,7 @@ from jaxcontact.topography import surface_statistics as surface_statistics  # no
 
 # what the reference shows; tests/test_public_api.py holds the same names
 __all__ = [
+    "AdhesiveHistory",
     "Approach",
     "Burgers",
     "Cone",
@@ -91,7 +95,9 @@ __all__ = [
     "ContactHistory",
     "ContactStatistics",
     "Cylinder",
+    "DugdaleAdhesion",
     "Elastic",
+    "ExponentialAdhesion",
     "FlatPunch",
     "FractionalKelvinVoigt",
     "FractionalMaxwell",

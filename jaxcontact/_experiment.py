@@ -19,6 +19,9 @@ from jaxcontact._checks import Verdict
 from jaxcontact._pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._scale import Scale
 from jaxcontact._status import Status
+from jaxcontact.adhesion import Adhesion, check_adhesion
+from jaxcontact.contact.attraction import Attraction
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.controls import Control, Load, check_control
 from jaxcontact.grid import Grid, check_grid
 from jaxcontact.history import march as marching
@@ -59,7 +62,8 @@ class Options:
 class Experiment:
     """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
 
-    thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: they stay as they are.
+    thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: they stay as they are. adhesion: a law of
+    adhesion, or None.
     """
 
     body: LayeredHalfSpace
@@ -73,6 +77,7 @@ class Experiment:
     valid: Array | None
     options: Options = static()
     thicknesses: Array | None = None
+    adhesion: Adhesion | None = None
 
     @classmethod
     def of(
@@ -86,14 +91,14 @@ class Experiment:
         tolerance: Any = 1e-8,
         max_iterations: Any = 500,
         kernels: Kernels | None = None,
+        adhesion: Adhesion | None = None,
         **options: Any,
     ) -> Experiment:
         """Check all that verbs have in common; ValueError for what cannot be computed."""
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
-        valid = (
-            valid & _checks.not_decreasing("times [s]", times) & check_control(control, np.shape(times)[0])
-        )
+        valid = valid & check_adhesion(adhesion) & _checks.not_decreasing("times [s]", times)
+        valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesion is not None)
         valid = valid & _checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             _checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
@@ -107,7 +112,8 @@ class Experiment:
         valid = valid & _can_be_reached(control, indenter, grid)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
-        return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
+        law = as_float64(adhesion)
+        return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options, adhesion=law)
 
     def also(self, verdict: Verdict) -> Experiment:
         """The experiment with one more condition on values that are not known yet."""
@@ -146,10 +152,24 @@ class Experiment:
         """The control, scaled: the sum of pressures or the approach."""
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
 
+    def law(self, scale: Scale) -> Any:
+        """The contact law, scaled."""
+        if self.adhesion is None:
+            return UNILATERAL
+        return Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
+
     def plan(self, memory: Memory, inputs: Any, scale: Scale, errors: Errors) -> Plan:
         """Ready to march, with a memory and its inputs (nt, substeps, ...)."""
         profile = self.indenter.profile(self.grid) / scale.length
-        setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled, self.edges)
+        setup = Setup(
+            memory,
+            profile,
+            self.tolerance,
+            self.max_iterations,
+            self.load_controlled,
+            self.edges,
+            self.law(scale),
+        )
         substeps = self.options.substeps
         targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
         steps = Steps(fine_steps(self.times, substeps), targets, inputs)
@@ -232,7 +252,7 @@ class Plan:
 
     def seen(self, outcome: Outcome) -> ContactStep:
         """An outcome in SI, for a user's function."""
-        fields = {k: v for k, v in outcome._asdict().items() if k not in ("saved", "more")}
+        fields = {k: v for k, v in outcome._asdict().items() if k not in ("saved", "more", "adhesion")}
         gap = self.setup.profile + outcome.displacement - outcome.approach
         return ContactStep(**self.scale.to_si(gap=gap, **fields))
 
@@ -240,8 +260,8 @@ class Plan:
         """The fields of a ``ContactHistory``, from outcomes over times; fields of the last where not kept."""
         fields = outcomes if outcomes.pressure is not None else last
         given = outcomes._replace(pressure=fields.pressure, displacement=fields.displacement)._asdict()
-        saved, _ = given.pop("saved"), given.pop("more")
-        in_si = self.scale.to_si(profile=self.setup.profile, **given)
+        saved, _, told = given.pop("saved"), given.pop("more"), given.pop("adhesion")
+        in_si = self.scale.to_si(profile=self.setup.profile, **given, **(told or {}))
         return {"times": times, "grid": grid, "saved": saved, **in_si}
 
 

@@ -20,6 +20,8 @@ DIMENSIONS = {
     **dict.fromkeys(("load", "lateral_force", "hysteresis_force", "coulomb_force", "tangential_load"), FORCE),
     **dict.fromkeys(("stored_energy", "hysteresis_power", "friction_power", "power", "dissipated"), ENERGY),
     "friction_work": ENERGY_PER_AREA,
+    "jump_energy": ENERGY,
+    **dict.fromkeys(("jumps", "cohesive_cells"), NONE),
     **dict.fromkeys(
         ("film_strain", "iterations", "error", "status", "stick", "slip_ratio", "creepage"), NONE
     ),

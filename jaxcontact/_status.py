@@ -29,6 +29,7 @@ class Status(IntEnum):
     INHERITED = 9
     NOT_FINITE = 10
     NOT_RESOLVED = 11
+    PULLED_OFF = 12
 
     @property
     def message(self) -> str:
@@ -49,6 +50,7 @@ MESSAGES = {
     Status.INHERITED: "an earlier step failed (see its own status), and this step builds on its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the body's response is off by more than 1 %: kernels with more nodes, or a shorter time",
+    Status.PULLED_OFF: "the tensile load exceeds what adhesion can carry: there is no contact from here on",
 }
 
 
@@ -65,7 +67,8 @@ def inherited(own: Array, earlier: Array) -> Array:
 
     own: the status of the contact problem of this step; earlier: ``FINE`` if all steps before succeeded, else the status
     to report in place of a success. A failure of the step itself takes precedence. Contact on too few cells is no failure
-    that is passed on: a load that rises from zero always begins with it, and what it adds to the history is small.
+    that is passed on: a load that rises from zero always begins with it, and what it adds to the history is small. Nor is
+    separation under a tensile load, after which the history is right: there is no pressure.
     """
     failed = passed_on(own) != Status.FINE
     return jnp.where(failed | (earlier == Status.FINE), own, earlier)
@@ -73,7 +76,8 @@ def inherited(own: Array, earlier: Array) -> Array:
 
 def passed_on(status: Array) -> Array:
     """Return what later inner steps of the same row inherit from a step of this status."""
-    return jnp.where(status == Status.TOO_COARSE, int(Status.FINE), status)
+    no_failure = (status == Status.TOO_COARSE) | (status == Status.PULLED_OFF)
+    return jnp.where(no_failure, int(Status.FINE), status)
 
 
 def to_next_row(earlier: Array) -> Array:

@@ -13,6 +13,7 @@ from jaxcontact import _checks
 from jaxcontact._experiment import Experiment, Plan, Save, fine_steps, fine_values, finished
 from jaxcontact._pytree import is_concrete, replace
 from jaxcontact._status import Status
+from jaxcontact.adhesion import Adhesion
 from jaxcontact.controls import Control
 from jaxcontact.grid import Grid
 from jaxcontact.history.growing import GrowingMemory, GrowthStep
@@ -23,7 +24,7 @@ from jaxcontact.kept_traces import Program
 from jaxcontact.layers import LayeredHalfSpace, body_at_first
 from jaxcontact.notes import announce
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
-from jaxcontact.results import ContactHistory
+from jaxcontact.results import AdhesiveHistory, ContactHistory
 
 WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
 
@@ -42,6 +43,7 @@ def indent(
     correspondence: str = "exact",
     kernels: Kernels | None = None,
     checkpoint: str = "pressures",
+    adhesion: Adhesion | None = None,
 ) -> ContactHistory:
     """Press an indenter on a body and follow the contact in time.
 
@@ -77,9 +79,13 @@ def indent(
         checkpoint: what reverse mode keeps: "pressures" (a field for each inner step, and no contact is solved
             again) or "blocks" (the state of every sqrt(nt)-th step, and every contact is solved twice): 2.7
             or 0.7 GB for 2000 steps at 256 x 256 cells with save="last".
+        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None: the surfaces do not attract each other. With it the
+            control may be negative, the pressure is the sum of contact and attraction, and contact is where the gap is zero.
+            A step follows the branch of solutions from the step before, and jumps where it ends (``contact.adhesive``). The
+            tolerance is then the largest traction out of balance over the largest traction.
 
     Returns:
-        A ``ContactHistory``. Failure to converge is data: ``status`` and ``converged``. Its ``notes`` tell of film strain
+        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failure to converge is data: ``status`` and ``converged``. Its ``notes`` tell of film strain
         above 0.2, of fewer than 10 cells across the contact, of shared decay rates off by more than 1e-3, and of a
         response that is off on the grid by more than 1e-4; outside of jit, vmap and grad they are warnings as well.
 
@@ -102,6 +108,7 @@ def indent(
         "correspondence": correspondence,
         "kernels": kernels,
         "checkpoint": checkpoint,
+        "adhesion": adhesion,
     }
     solve = _widening if isinstance(grid, str) else _solved
     history = solve(body, indenter, control, times, grid=grid, **options)
@@ -156,7 +163,8 @@ def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
     plan = planned(experiment)
     outcomes, last = plan.march(experiment.options)
     history = plan.history(experiment.grid, experiment.times, outcomes, last)
-    return ContactHistory(**history), plan.errors
+    kind = ContactHistory if experiment.adhesion is None else AdhesiveHistory
+    return kind(**history), plan.errors
 
 
 def planned(experiment: Experiment) -> Plan:

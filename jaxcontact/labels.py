@@ -56,6 +56,9 @@ FIELDS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tangential_displacement": (VECTOR, "m", "tangential displacement of the indenter"),
     "dissipated": (TIME, "J", "lost to friction since the first time"),
     "friction_work": (("x", "y"), "J m-2", "lost to friction per area from the first time to the last"),
+    "jumps": (TIME, "1", "jumps from one branch of solutions to another since the first time"),
+    "jump_energy": (TIME, "J", "energy lost in jumps since the first time"),
+    "cohesive_cells": (TIME, "1", "cells across the zone of attraction at the edge of contact"),
     "dropped": (TIME, "m", "bound on the displacement of the history that left the grid"),
 }
 

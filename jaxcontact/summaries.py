@@ -35,6 +35,7 @@ ROWS = {  # what a summary shows of a result that has it: name of the field, or 
     "hysteresis_power": "W",
     "friction_power": "W",
     "dissipated": "J",
+    "jump_energy": "J",
 }
 STATISTICS = {  # of a contact, and of a surface: name of the field, unit
     "mean_pressure": "Pa",

@@ -45,8 +45,7 @@ from jaxcontact.contact import normal
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
-from jaxcontact.operators import spectral
-from jaxcontact.operators.convolution import Convolution
+from jaxcontact.operators.base import Linear
 
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
 MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
@@ -117,7 +116,7 @@ class Model:
     stiffness: of the attraction at its points, or zero for the bound from above.
     """
 
-    inverse: Convolution
+    inverse: Linear
     attraction: Attraction
     stiffness: Array
     faces: Faces
@@ -170,7 +169,7 @@ class _Inner(NamedTuple):
 
 
 def minimised(
-    model: Model, preconditioner: Convolution, start: Move, residual: Array, reduction: Array
+    model: Model, preconditioner: Linear, start: Move, residual: Array, reduction: Array
 ) -> tuple[Move, Array]:
     """Return the minimum of the model and the iterations taken, from a start that leaves ``residual`` of the tractions.
 
@@ -208,17 +207,17 @@ def minimised(
 
 
 class _Tools(NamedTuple):
-    """What stays the same during a search: the extended operator and its inverse, and the cell's compliance."""
+    """What stays the same during a search: the extended operator, its inverse and its grid, and the cell's compliance."""
 
-    operator: Convolution
-    inverse: Convolution
+    operator: Linear
+    inverse: Linear
+    shape: tuple[int, int]
     cell: Array
 
 
 def tools_of(problem: Problem) -> _Tools:
-    """Return the extended operator of a problem, its inverse, and the compliance of a cell."""
-    operator = problem.operator.extended(problem.gap.shape)
-    return _Tools(operator, operator.inverted(), problem.operator.cell_compliance())
+    """Return the extended operator of a problem, its inverse and its grid, and the compliance of a cell."""
+    return _Tools(*problem.operator.extended(problem.gap.shape), problem.operator.cell_compliance())
 
 
 def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> Faces:
@@ -376,7 +375,7 @@ def _search(problem: Problem, tools: _Tools, start: Start, tolerance: Array, max
 def _first(problem: Problem, tools: _Tools, start: Start) -> _State:
     """Return the state that a search begins with: of the start's pressure, without penetration."""
     nx, ny = problem.gap.shape
-    zero = jnp.zeros(spectral.padded_shape(problem.gap.shape, problem.operator.periodic))
+    zero = jnp.zeros(tools.shape)
     displacement = tools.operator(zero.at[:nx, :ny].set(start.pressure))
     surface = displacement[:nx, :ny] + problem.gap
     if problem.load_controlled:
@@ -435,3 +434,52 @@ def _cold(problem: Problem, tolerance: Array) -> Start:
     hard = replace(problem, law=UNILATERAL, target=jnp.abs(problem.target))
     found = normal.solve(hard, jnp.zeros_like(problem.gap), jnp.maximum(tolerance, 1e-4), jnp.asarray(COLD))
     return Start(found.pressure, found.pressure > 0.0, jnp.asarray(True))
+
+
+@pytree
+class Tangent:
+    """The problem linearised at a solution, for ``contact.implicit``; gap: of the solution, (nx, ny)."""
+
+    model: Model
+    operator: Linear
+    gap: Array
+
+    @classmethod
+    def of(cls, problem: Problem, found: Solution) -> Tangent:
+        """Linearise at a solution."""
+        tools = tools_of(problem)
+        gap = jnp.where(found.carried > 0.0, 0.0, found.displacement + problem.gap - found.approach)
+        faces = faces_of(problem, found.carried > 0.0, tools.shape)
+        model = Model(tools.inverse, problem.law, problem.law.stiffness(jnp.maximum(gap, 0.0)), faces)
+        return cls(model, tools.operator, gap)
+
+    def moved(self, wall: Array, approach: Array) -> Move:
+        """Return the displacement that holds the cells in contact at the wall, which moves (nx, ny); linear."""
+        displacement = self.model.faces.lift(_pasted(wall, self.model.faces.held.shape))
+        return Move(displacement, self.model.inverse(displacement), approach)
+
+    def added(self, move: Move, change: Array) -> Move:
+        """Return a move with one of the space added; linear."""
+        total = move.displacement + change
+        return Move(total, self.model.inverse(total), move.approach + self.model.faces.approach(change))
+
+    def unbalanced(self, move: Move, forcing: Array, explicit: Array, load: Array) -> Array:
+        """Return the tractions that a move leaves, projected, with changes of surface, attraction and load; linear."""
+        tractions = jnp.zeros_like(move.pressure)
+        attraction = explicit - self.model.attraction.softened(self.model.stiffness, forcing)
+        load = load if self.model.faces.load_controlled else 0.0
+        return self.model.tractions(*move) + self.model.balanced(tractions, attraction, load)
+
+    def result(self, move: Move, forcing: Array, explicit: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the changes of pressure, displacement, approach and attraction for the whole move; linear."""
+        nx, ny = self.gap.shape
+        displacement, pressure = move.displacement[:nx, :ny], move.pressure[:nx, :ny]
+        change = displacement + forcing - move.approach
+        attraction = explicit - self.model.attraction.softened(self.model.stiffness, change)
+        faces, approach = self.model.faces, move.approach
+        if faces.of_zero_mean:
+            pressure = pressure - masked_mean(pressure + attraction, ~faces.held)
+        elif all(self.model.attraction.periodic):
+            mean = jnp.mean(displacement)
+            displacement, approach = displacement - mean, approach - mean
+        return pressure, displacement, approach, attraction

@@ -15,6 +15,7 @@ from jax import Array
 from jaxcontact._pytree import pytree, static
 from jaxcontact.adhesion import Adhesion
 
+WEAK = 0.01  # of the largest traction: what is below does not matter where the grid ends
 POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
 
 
@@ -24,6 +25,15 @@ class Attraction:
 
     law: Adhesion
     periodic: tuple[bool, bool] = static()
+
+    def touching(self, contact_pressure: Array) -> Array:
+        """Return the cells in contact, (nx, ny) bool."""
+        return contact_pressure > 0.0
+
+    def acting(self, pressure: Array, contact_pressure: Array) -> Array:
+        """Return the cells that touch or attract each other by more than ``WEAK`` of the largest traction, (nx, ny) bool."""
+        attracted = contact_pressure - pressure > WEAK * self.law.largest_traction
+        return self.touching(contact_pressure) | attracted
 
     def energy(self, gap: Array) -> Array:
         """Return the sum over cells of int_g^infinity s dg, ()."""

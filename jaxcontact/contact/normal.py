@@ -19,14 +19,14 @@ The stopping error is dimensionless and holds for the whole problem, also outsid
 depth = approach above the lowest point of the profile (or the mean displacement, if larger).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._pytree import pytree, replace, static
-from jaxcontact.contact.law import UNILATERAL, ContactLaw
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
@@ -49,7 +49,7 @@ class Problem:
     target: Array
     lowest: Array
     load_controlled: bool = static()
-    law: ContactLaw = UNILATERAL
+    law: Any = UNILATERAL  # a ContactLaw, or an Attraction for contact.adhesive
 
 
 @pytree
@@ -67,6 +67,11 @@ class Solution:
     iterations: Array
     contact_pressure: Array | None = None
     separated: Array | None = None
+
+    @property
+    def carried(self) -> Array:
+        """The pressure that contact carries, (nx, ny): all of it without adhesion."""
+        return self.pressure if self.contact_pressure is None else self.contact_pressure
 
 
 class _Search(NamedTuple):

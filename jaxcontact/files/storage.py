@@ -19,14 +19,14 @@ from jaxcontact.grid import Grid
 from jaxcontact.interior_fields import InteriorFields
 from jaxcontact.labels import arrays_of, dataset, fields_of, numbers_of, status_names, stored_fields
 from jaxcontact.notes import Diagnostics
-from jaxcontact.results import ContactHistory
+from jaxcontact.results import AdhesiveHistory, ContactHistory
 from jaxcontact.sliding.results import SlidingHistory, SteadySliding
 from jaxcontact.slipping.results import ShearHistory, SteadyRolling
 
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *TIMELESS)
+    cls.__name__: cls for cls in (ContactHistory, AdhesiveHistory, ShearHistory, SlidingHistory, *TIMELESS)
 }
 KIND = "kind"  # the name of the class of a stored result
 STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
@@ -45,7 +45,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all (ParaView's files each by itself).
 
     Args:
-        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
+        result: ``ContactHistory``, ``AdhesiveHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
             ``InteriorFields``; what a ``save`` function kept is left out.
         path: with the ending ``.npz`` or ``.nc``, or ``.pvd`` for ParaView: a film of all times, in files of their own
             in a folder of the same name beside it, to look at and not to load again.

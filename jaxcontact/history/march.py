@@ -15,9 +15,10 @@ from jax import Array
 from jaxcontact._pytree import pytree, static
 from jaxcontact._status import Status, first_of, inherited, passed_on, to_next_row
 from jaxcontact.contact.edge import contact_cells, memory_factor
-from jaxcontact.contact.implicit import KEPT, solve_contact
-from jaxcontact.contact.law import UNILATERAL, ContactLaw
+from jaxcontact.contact.implicit import KEPT
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.history.adhering import at_rest, numbers_of_rest, solve_step
 from jaxcontact.history.memory import Memory
 
 LEAST_ACROSS = 3
@@ -35,7 +36,7 @@ class Setup:
     max_iterations: Array
     load_controlled: bool = static()
     edges: tuple[bool, bool] = static()  # as in ``status_of``
-    law: ContactLaw = UNILATERAL
+    law: Any = UNILATERAL  # a ContactLaw, or an Attraction
 
 
 class Steps(NamedTuple):
@@ -50,17 +51,20 @@ class Carry(NamedTuple):
     """The memory's fields, the last pressure (nx, ny), and its rate of change over the last step.
 
     failed: what the next inner step inherits of failures, a ``Status``: ``FINE`` if there were none, that of the last
-    failed inner step of this row, or ``INHERITED`` if it lies in an earlier row.
+    failed inner step of this row, or ``INHERITED`` if it lies in an earlier row. adhering: the last state of a contact with
+    adhesion (``history.adhering``), None without.
     """
 
     memory: Any
     pressure: Array
     rate: Array
     failed: Array
+    adhering: Any
 
 
 class Outcome(NamedTuple):
-    """One step, scaled: fields (nx, ny) and scalars by the names of a result; more: of the memory's own."""
+    """One step, scaled: fields (nx, ny) and scalars by the names of a result; more: of the memory's own; adhesion: scalars of
+    a contact with adhesion by the names of its result, None without."""
 
     pressure: Any
     displacement: Any
@@ -74,6 +78,7 @@ class Outcome(NamedTuple):
     error: Array
     status: Array
     more: Any
+    adhesion: Any
 
 
 Keep = Callable[[Outcome], Outcome]
@@ -82,7 +87,8 @@ Keep = Callable[[Outcome], Outcome]
 def start(setup: Setup) -> Carry:
     """No pressure, no history."""
     zero = jnp.zeros_like(setup.profile)
-    return Carry(setup.memory.start(setup.profile.shape), zero, zero, jnp.zeros((), int))
+    fields, adhering = setup.memory.start(setup.profile.shape), at_rest(setup.law, setup.profile)
+    return Carry(fields, zero, zero, jnp.zeros((), int), adhering)
 
 
 def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
@@ -92,7 +98,9 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
     gap = setup.profile + earlier
     problem = Problem(operator, gap, steps.target, lowest, setup.load_controlled, setup.law)
     guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
-    solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
+    solution, adhering, told = solve_step(
+        problem, guess, carry.adhering, setup.tolerance, setup.max_iterations
+    )
     pressure = solution.pressure
     fields = setup.memory.update(fields, pressure, steps.memory)
     rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
@@ -106,9 +114,10 @@ def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
         film_strain=observed.film_strain,
         status=status,
         more=observed.more,
+        adhesion=told,
         **contact_outcome(problem, solution, earlier),
     )
-    return Carry(fields, pressure, rate, passed_on(status)), outcome
+    return Carry(fields, pressure, rate, passed_on(status), adhering), outcome
 
 
 def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:
@@ -125,8 +134,8 @@ def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None 
         "pressure": p,
         "approach": solution.approach,
         "load": jnp.sum(p),
-        "contact_area": jnp.sum(problem.law.touching(p)).astype(float),
-        "smooth_area": contact_cells(p, gap, compliance, operator.periodic),
+        "contact_area": jnp.sum(problem.law.touching(solution.carried)).astype(float),
+        "smooth_area": contact_cells(solution.carried, gap, compliance, operator.periodic),
         "iterations": solution.iterations,
         "error": solution.error,
     }
@@ -146,23 +155,25 @@ def plane_strain(field: Array) -> bool:
 def status_of(
     problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
 ) -> Array:
-    """Return the status of a contact by itself, the first that holds of: a response that is not finite, no convergence,
-    contact at the grid's edge, too few cells in it.
+    """Return the status of a contact by itself, the first that holds of: a response that is not finite, surfaces that a
+    tensile load has separated, no convergence, contact (or attraction) at the grid's edge, too few cells in it.
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
-    pressed, active = problem.target > 0.0, problem.law.touching(solution.pressure)
+    pressed, active = problem.target > 0.0, problem.law.acting(solution.pressure, solution.carried)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
     cells, met = jnp.sum(active), solved(solution.error, tolerance, solution.approach, solution.displacement)
     some = cells > 0
     if problem.load_controlled:
         some = some | pressed
-        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * problem.target)
+        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * jnp.abs(problem.target))
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     finite = jnp.isfinite(problem.operator.held_compliance())
+    separated = jnp.asarray(False) if solution.separated is None else solution.separated
     return first_of(
         (~finite, Status.NOT_FINITE),
+        (separated, Status.PULLED_OFF),
         (~met, Status.NOT_CONVERGED),
         (edge, Status.AT_EDGE),
         (coarse, Status.TOO_COARSE),
@@ -239,4 +250,5 @@ def blank(setup: Setup, steps: Steps) -> Outcome:
     first = jax.tree.map(lambda a: a[(0,) * 2], steps.memory)
     observed = jax.eval_shape(setup.memory.observe, setup.memory.start(zero.shape), zero, first)
     more = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), observed.more)
-    return Outcome(zero, zero, None, one, one, one, one, one, whole, one, whole, more)
+    told = numbers_of_rest(setup.law)
+    return Outcome(zero, zero, None, one, one, one, one, one, whole, one, whole, more, told)

@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Family, Linear, Operator
+from jaxcontact.operators.base import Extended, Family, Linear, Operator
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
@@ -51,27 +51,23 @@ class Convolution(Operator):
         """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
         return _mean_over_waves(self.circulant)
 
-    def extended(self, shape: tuple[int, ...]) -> Convolution:
-        """Return a periodic operator on the padded grid that acts between the cells of a grid of ``shape`` as this one does.
+    def extended(self, shape: tuple[int, ...]) -> Extended:
+        """Return the periodic operator on the padded grid and its inverse.
 
         The kernel at offsets that no two cells have is free: it is filled so that kernel and slope are continuous, which
         keeps the spectrum positive for half-spaces and most layers (measured: films of 0.001 to 10 times the modulus of
         their base, and thin ones of 100 times). What is not positive is raised to ``LEAST`` of the largest. On a grid
-        that is periodic along both axes it takes the mean for the softest of the waves.
+        that is periodic along both axes the mean is as soft as the softest of the waves.
         """
-        if all(self.periodic):
-            return replace(self, spectrum=self.circulant)
         padded = spectral.padded_shape(shape, self.periodic)
-        kernel = spectral.inverse(self.spectrum.astype(complex), padded, WRAPPED)
-        for axis, wraps in enumerate(self.periodic):
-            kernel = kernel if wraps else _filled(kernel, shape[axis], axis)
-        spectrum = spectral.transform(kernel, WRAPPED).real
-        spectrum = jnp.maximum(spectrum, LEAST * jnp.max(spectrum))
-        return Convolution(spectrum, spectrum, None, WRAPPED)
-
-    def inverted(self) -> Convolution:
-        """Return the inverse of a periodic operator without a spectrum of zero."""
-        return Convolution(1.0 / self.spectrum, 1.0 / self.spectrum, None, self.periodic)
+        spectrum = self.circulant
+        if not all(self.periodic):
+            kernel = spectral.inverse(self.spectrum.astype(complex), padded, WRAPPED)
+            for axis, wraps in enumerate(self.periodic):
+                kernel = kernel if wraps else _filled(kernel, shape[axis], axis)
+            spectrum = spectral.transform(kernel, WRAPPED).real
+            spectrum = jnp.maximum(spectrum, LEAST * jnp.max(spectrum))
+        return Extended(_Wrapped(spectrum), _Wrapped(1.0 / spectrum), padded)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.window is None else spectral.window_shape(shape, self.periodic)
@@ -85,6 +81,16 @@ class Convolution(Operator):
 
     def plus_even(self, share: Array | float) -> Convolution:
         return jax.tree.map(lambda a: (1.0 + share) * a, self)
+
+
+@pytree
+class _Wrapped:
+    """A periodic operator by its spectrum (my/2 + 1, mx), on fields (mx, my)."""
+
+    spectrum: Array
+
+    def __call__(self, field: Array) -> Array:
+        return spectral.convolve(self.spectrum, field, WRAPPED)
 
 
 @pytree
