@@ -24,7 +24,9 @@ from jaxcontact import _checks
 from jaxcontact._checks import Verdict
 from jaxcontact._pytree import pytree
 
-RAMP = 1.2  # half-width of the ramp at the end of Dugdale's attraction, over (compliance of a cell) x (strength)
+RAMP = (
+    1.2  # half-width of the ramp at the end of Dugdale's attraction, over (compliance of a cell) x (strength)
+)
 
 
 class Adhesion(abc.ABC):

@@ -15,8 +15,9 @@ padding the pressure is zero. An iteration takes the cells that touch under a po
 others minimises the quadratic model of the energy, by conjugate gradients preconditioned by K between projections. Cells
 that would penetrate are held and the model is minimised again, up to ``ROUNDS`` times. Of the step as much is taken as
 lowers the energy, which needs no convolution. The model may have directions of negative curvature, which the conjugate
-gradients follow or stop at; where little of a step was usable, the next model leaves out the softening by the attraction:
-it bounds the energy from above, so that its minimum cannot be higher.
+gradients follow or stop at. Where little of a step was usable, the next one holds the attraction as it is and solves the
+contact without adhesion under it (``contact.normal``). Since the attraction falls with the gap, the energy with its linear part
+alone bounds the energy from above, so that this cannot raise it.
 
 Under a given load the cells that are held move with the indenter, as one unknown. On a grid periodic along both axes the mean
 displacement is zero: under a given approach steps have zero mean, under a given load it is subtracted from displacement
@@ -34,7 +35,8 @@ bound from above, whose minimisation lowers the energy: D. R. Hunter, K. Lange, 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -50,12 +52,17 @@ from jaxcontact.operators.base import Linear
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
 MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
 COARSEST = 0.1  # reduction of the residual by a minimisation
-CLOSE = 1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
+BOUND = 1e-4  # error of the contact without adhesion that bounds the energy
+CLOSE = (
+    1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
+)
 SHORTER, LEAST_PART = 0.3, 1e-6  # of a step
 SMALL_PART = 0.2  # below it the next model is the upper bound
 ROUNDING = 1e-14  # of the energies, up to which a rise is none
 COLD = 50  # iterations of the contact without adhesion that a search begins with
-BESIDE = 1e-6  # of the gap that the largest traction closes, up to which the extended operator is the operator
+BESIDE = (
+    1e-6  # of the gap that the largest traction closes, up to which the extended operator is the operator
+)
 LOST = 3  # iterations without contact under a tensile load that make a separation
 
 
@@ -113,7 +120,7 @@ class Faces:
 class Model:
     """The tangent of the tractions at a state: K^-1 less the softening by attraction.
 
-    stiffness: of the attraction at its points, or zero for the bound from above.
+    stiffness: of the attraction at its points.
     """
 
     inverse: Linear
@@ -155,6 +162,7 @@ class _State(NamedTuple):
     error: Array
     part: Array  # of the last step that was taken
     lost: Array  # iterations in a row without contact
+    bent: Array  # whether a direction of negative curvature was met
     iterations: Array
 
 
@@ -165,13 +173,14 @@ class _Inner(NamedTuple):
     direction: Array
     descent: Array
     count: Array
+    bent: Array
     going: Array
 
 
 def minimised(
     model: Model, preconditioner: Linear, start: Move, residual: Array, reduction: Array
-) -> tuple[Move, Array]:
-    """Return the minimum of the model and the iterations taken, from a start that leaves ``residual`` of the tractions.
+) -> tuple[Move, Array, Array]:
+    """Return the minimum of the model, the iterations taken and whether it has none, from a start that leaves ``residual`` of the tractions.
 
     They end at a direction of negative curvature; if it is the first, it is the step.
     """
@@ -192,18 +201,18 @@ def minimised(
         new = jnp.sum(left * z)
         direction = z + (new / jnp.where(s.descent > 0.0, s.descent, 1.0)) * s.direction
         going = ~bent & (new > goal) & (s.count + 1 < MOST_DIRECTIONS)
-        return _Inner(change, total, left, direction, new, s.count + 1, going)
+        return _Inner(change, total, left, direction, new, s.count + 1, bent, going)
 
     zero = jnp.zeros_like(z)
     descent = jnp.sum(residual * z)
-    first = _Inner(zero, zero, residual, z, descent, jnp.zeros((), int), descent > 0.0)
+    first = _Inner(zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), descent > 0.0)
     found = jax.lax.while_loop(lambda s: s.going, step, first)
     move = Move(
         start.displacement + found.change,
         start.pressure + found.lifted,
         start.approach + faces.approach(found.change),
     )
-    return move, found.count
+    return move, found.count, found.bent
 
 
 class _Tools(NamedTuple):
@@ -269,13 +278,38 @@ def _error(problem: Problem, tools: _Tools, seen: _Look) -> Array:
     open_gap = jnp.max(jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), 0.0)) / tools.cell
     error = jnp.maximum(unbalanced, open_gap) / largest
     if problem.load_controlled:
-        missed = jnp.abs(jnp.sum(inside) - problem.target) / jnp.sum(jnp.abs(inside))
+        carried = jnp.sum(jnp.abs(seen.excess) + seen.attraction)
+        missed = jnp.abs(jnp.sum(inside) - problem.target) / carried
         error = jnp.maximum(error, missed)
     return error
 
 
 def _iterate(problem: Problem, tools: _Tools, s: _State) -> _State:
-    """Return the state after one step of Newton's method, or of the bound from above."""
+    """Return the state after one step of Newton's method, or of the bound from above after a step of little use."""
+    bounded, newton = partial(_bounded, problem, tools), partial(_newton, problem, tools)
+    return jax.lax.cond(s.part < SMALL_PART, bounded, newton, s)
+
+
+def _bounded(problem: Problem, tools: _Tools, s: _State) -> _State:
+    """Return the contact without adhesion under the attraction that the state has, which has no more energy.
+
+    Under a load less than what the attraction takes away there is none.
+    """
+    gap = _look(problem, tools, s).gap
+    attraction = problem.law.traction(jnp.maximum(gap, 0.0))
+    target = problem.target + jnp.sum(attraction) if problem.load_controlled else problem.target
+    surface = problem.gap - problem.operator(attraction)
+    hard = replace(problem, law=UNILATERAL, gap=surface, target=target)
+    nx, ny = gap.shape
+    start = jnp.maximum(s.pressure[:nx, :ny] + attraction, 0.0)
+    found = normal.solve(hard, start, jnp.asarray(BOUND), jnp.asarray(MOST_DIRECTIONS))
+    new = _first(problem, tools, Start(found.pressure - attraction, found.pressure > 0.0, jnp.asarray(False)))
+    lost = jnp.where(problem.load_controlled & (target <= 0.0), LOST, 0)
+    return new._replace(lost=lost, bent=s.bent, iterations=s.iterations + found.iterations)
+
+
+def _newton(problem: Problem, tools: _Tools, s: _State) -> _State:
+    """Return the state after one step of Newton's method."""
     seen = _look(problem, tools, s)
     held, gap, approach = seen.contact, seen.gap, s.approach
     lost = jnp.zeros((), int)
@@ -286,31 +320,36 @@ def _iterate(problem: Problem, tools: _Tools, s: _State) -> _State:
         held = jnp.where(some, held, gap <= closest)
         rise = jnp.where(some, 0.0, closest)
         gap, approach = gap - rise, approach + rise
-    attraction = problem.law.traction(jnp.maximum(gap, 0.0))
-    bounded = s.part < SMALL_PART
-    stiffness = jnp.where(bounded, 0.0, problem.law.stiffness(jnp.maximum(gap, 0.0)))
-    move, count = _newton_move(problem, tools, (seen.pressure, attraction, gap, held), stiffness, s.error)
-    part = _usable_part(problem, (s, gap, approach), move)
+    move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), s.error)
+    part = _usable_part(problem, s, gap, move)
     new = _State(
         s.displacement + part * move.displacement,
         s.pressure + part * move.pressure,
         approach + part * move.approach,
         s.error,
-        jnp.where((part == 0.0) & bounded, -1.0, part),
+        part,
         lost,
+        s.bent | bent,
         s.iterations + count,
     )
     return new._replace(error=_error(problem, tools, _look(problem, tools, new)))
 
 
-def _newton_move(problem: Problem, tools: _Tools, at: tuple[Array, ...], stiffness: Array, error: Array) -> tuple[Move, Array]:
-    """Return a step that penetrates nowhere and lowers the model, and the directions that it took."""
-    pressure, attraction, gap, held = at
+def _newton_move(
+    problem: Problem, tools: _Tools, at: tuple[Array, Array, Array], error: Array
+) -> tuple[Move, Array, Array]:
+    """Return a step that penetrates nowhere and lowers the model, the directions that it took, and whether one was bent.
+
+    at: pressure (mx, my), gap and held cells (nx, ny).
+    """
+    pressure, gap, held = at
     nx, ny = gap.shape
+    attraction = problem.law.traction(jnp.maximum(gap, 0.0))
+    stiffness = problem.law.stiffness(jnp.maximum(gap, 0.0))
     tiny = 1e-10 * tools.cell * problem.law.law.largest_traction
     reduction = jnp.minimum(COARSEST, jnp.sqrt(error))
 
-    def minimise(held: Array, move: Move) -> tuple[Move, Array]:
+    def minimise(held: Array, move: Move) -> tuple[Move, Array, Array]:
         model = Model(tools.inverse, problem.law, stiffness, faces_of(problem, held, pressure.shape))
         load = problem.target if problem.load_controlled else 0.0
         unbalanced = model.balanced(pressure, attraction, load) + model.tractions(*move)
@@ -323,28 +362,28 @@ def _newton_move(problem: Problem, tools: _Tools, at: tuple[Array, ...], stiffne
         displacement = move.displacement + lifted
         return Move(displacement, tools.inverse(displacement), move.approach)
 
-    def around(state: tuple[Array, Move, Array, Array, Array]) -> tuple[Array, Move, Array, Array, Array]:
-        held, move, _, rounds, count = state
-        move, taken = minimise(held, move)
+    def around(state: tuple[Any, ...]) -> tuple[Any, ...]:
+        held, move, _, rounds, count, bent = state
+        move, taken, bends = minimise(held, move)
         crossing = (gap + move.displacement[:nx, :ny] - move.approach < -tiny) & ~held
         again = jnp.any(crossing)
         held = held | crossing
         move = jax.lax.cond(again, at_wall, lambda _, move: move, held, move)
-        return held, move, again, rounds + 1, count + taken
+        return held, move, again, rounds + 1, count + taken, bent | bends
 
     zero = jnp.zeros_like(pressure)
     first = at_wall(held, Move(zero, zero, jnp.zeros(())))
-    state = (held, first, jnp.asarray(True), jnp.zeros((), int), jnp.zeros((), int))
-    _, move, _, _, count = jax.lax.while_loop(lambda s: s[2] & (s[3] < ROUNDS), around, state)
-    return move, count
+    none = jnp.zeros((), int)
+    state = (held, first, jnp.asarray(True), none, none, jnp.asarray(False))
+    _, move, _, _, count, bent = jax.lax.while_loop(lambda s: s[2] & (s[3] < ROUNDS), around, state)
+    return move, count, bent
 
 
-def _usable_part(problem: Problem, at: tuple[_State, Array, Array], move: Move) -> Array:
+def _usable_part(problem: Problem, s: _State, gap: Array, move: Move) -> Array:
     """Return the part of a step that does not raise the energy, one or less; zero if there is none.
 
     The elastic energy is a parabola along the step, so that no convolution is needed.
     """
-    s, gap, _ = at
     nx, ny = gap.shape
     change = move.displacement[:nx, :ny] - move.approach
     slope, bend = jnp.sum(s.pressure * move.displacement), jnp.sum(move.pressure * move.displacement)
@@ -367,8 +406,8 @@ def _usable_part(problem: Problem, at: tuple[_State, Array, Array], move: Move) 
 
 def _search(problem: Problem, tools: _Tools, start: Start, tolerance: Array, max_iterations: Array) -> _State:
     first = _first(problem, tools, start)
-    gone = lambda s: (s.lost >= LOST) & (problem.target <= 0.0)
-    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & (s.part >= 0.0) & ~gone(s)
+    gone = lambda s: jnp.asarray(problem.load_controlled) & (s.lost >= LOST) & (problem.target <= 0.0)
+    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & ~gone(s)
     return jax.lax.while_loop(going, lambda s: _iterate(problem, tools, s), first)
 
 
@@ -387,7 +426,7 @@ def _first(problem: Problem, tools: _Tools, start: Start) -> _State:
         gap = gap * (jnp.mean(problem.gap) - approach) / jnp.mean(gap)
     displacement = displacement.at[:nx, :ny].set(gap + approach - problem.gap)
     one, none = jnp.ones(()), jnp.zeros((), int)
-    s = _State(displacement, tools.inverse(displacement), approach, one, one, none, none)
+    s = _State(displacement, tools.inverse(displacement), approach, one, one, none, jnp.asarray(False), none)
     return s._replace(error=_error(problem, tools, _look(problem, tools, s)))
 
 
@@ -400,7 +439,8 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     tools = tools_of(problem)
     load = problem.load_controlled
     start = jax.lax.cond(start.none, lambda: _cold(problem, tolerance), lambda: start)
-    s = _search(problem, tools, start, tolerance, max_iterations)
+    apart = load and ((problem.target <= 0.0) & ~(start.none | jnp.any(start.contact)))
+    s = _search(problem, tools, start, tolerance, jnp.where(apart, 0, max_iterations))
     s = s._replace(pressure=tools.inverse(s.displacement))
     seen = _look(problem, tools, s)
     nx, ny = problem.gap.shape
@@ -414,16 +454,23 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     error = jnp.maximum(_error(problem, tools, seen), jnp.where(beside > BESIDE, beside, 0.0))
     separated = jnp.asarray(False)
     if load:
-        separated = (problem.target <= 0.0) & ((s.lost >= LOST) | ~(start.none | jnp.any(start.contact)))
+        separated = apart | (problem.target <= 0.0) & (s.lost >= LOST)
     found = Solution(
-        pressure, displacement, approach, error, s.iterations, jnp.where(seen.contact, seen.excess, 0.0), separated
+        pressure,
+        displacement,
+        approach,
+        error,
+        s.iterations,
+        jnp.where(seen.contact, seen.excess, 0.0),
+        separated,
+        s.bent,
     )
     if not load:
         return found
     zero = jnp.zeros_like(pressure)
     first_touch = jnp.min(problem.gap) - problem.lowest
-    apart = Solution(zero, zero, first_touch, jnp.zeros(()), s.iterations, zero, separated)
-    return jax.tree.map(lambda a, b: jnp.where(separated, a, b), apart, found)
+    nothing = Solution(zero, zero, first_touch, jnp.zeros(()), s.iterations, zero, separated, s.bent)
+    return jax.tree.map(lambda a, b: jnp.where(separated, a, b), nothing, found)
 
 
 def _cold(problem: Problem, tolerance: Array) -> Start:

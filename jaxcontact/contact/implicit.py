@@ -214,6 +214,7 @@ def _solve_adhesive_jvp(primals, tangents):
         no(found.iterations),
         apart(jnp.where(held, dp + attraction, 0.0), nowhere),
         no(found.separated),
+        no(found.unstable),
     )
     return found, d_found
 

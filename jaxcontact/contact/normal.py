@@ -56,8 +56,8 @@ class Problem:
 class Solution:
     """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ().
 
-    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries, and separated (): whether
-    there is no contact because none could carry the load.
+    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries; separated (): whether there is
+    no contact because none could carry the load; and unstable (): whether the search passed states without stability.
     """
 
     pressure: Array
@@ -67,6 +67,7 @@ class Solution:
     iterations: Array
     contact_pressure: Array | None = None
     separated: Array | None = None
+    unstable: Array | None = None
 
     @property
     def carried(self) -> Array:

@@ -7,9 +7,12 @@ gap h = surface - approach, an equilibrium that changes smoothly has
     dE = -<p, dh>     under an approach,      d(E - load x approach) = -<p, d surface> - approach d load     under a load,
 
 and over a step the trapezoidal rule meets this to a part of <dp, dh> (or of <dp, d surface> + d load d approach): a
-monotonic relation between them cannot miss it by more than half. What is lost beyond ``SMOOTH`` of that is the energy
-released in a jump. Jumps of a part of the contact that are small beside the change of the whole in the same step are not
-seen, nor is the jump into contact of a first step.
+monotonic relation between them cannot miss it by more than half. A step is a jump if the search met an unstable state and
+more than ``SMOOTH`` of that product was lost, which is the energy released; or if a tensile load has separated the surfaces
+(whose energy is then without bound, and not counted). Measured on a ball at Tabor numbers of 0.5 and 2, smooth steps of a
+quarter of the approach at pull-off lose less than 0.07 of it where unstable states were met, jumps 0.12 to 1.2. Jumps of a
+part of the contact that are small beside the change of the whole in the same step are not seen, nor is the jump into contact
+of a first step.
 """
 
 from __future__ import annotations
@@ -26,9 +29,12 @@ from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.implicit import solve_adhesive, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 
-SMOOTH = 0.3  # of <dp, dh>: an energy that a smooth change does not lose
+SMOOTH = 0.1  # of <dp, dh>: an energy that a smooth change does not lose
 LEAST = 1e-4  # of the energy of the attraction: a loss of less is no jump
-HELD = {False: 0.83, True: 1.27}  # contact modulus times held compliance over the side of a cell; True: plane strain
+HELD = {
+    False: 0.83,
+    True: 1.27,
+}  # contact modulus times held compliance over the side of a cell; True: plane strain
 
 
 class Adhering(NamedTuple):
@@ -73,7 +79,9 @@ def solve_step(
     solution = solve_adhesive(problem, Start(guess, before.contact, before.none), tolerance, max_iterations)
     held = jax.lax.stop_gradient((problem, solution))
     released, smooth = _released(*held, before)
-    jumped = ~before.none & (released > smooth)
+    separated = solution.separated & jnp.any(before.contact)
+    left = ~before.none & solution.unstable & (released > smooth)
+    jumped = separated | left
     after = Adhering(
         held[0].gap + held[1].displacement,
         held[1].pressure,
@@ -81,7 +89,7 @@ def solve_step(
         held[1].approach,
         jnp.asarray(False),
         before.jumps + jumped,
-        before.energy + jnp.where(jumped, released, 0.0),
+        before.energy + jnp.where(left & ~separated, released, 0.0),
     )
     modulus = HELD[guess.shape[1] == 1] / problem.operator.held_compliance()
     zone = law.law.zone_length(modulus)

@@ -161,13 +161,15 @@ def status_of(
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
     pressed, active = problem.target > 0.0, problem.law.acting(solution.pressure, solution.carried)
+    touching = problem.law.touching(solution.carried)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
     cells, met = jnp.sum(active), solved(solution.error, tolerance, solution.approach, solution.displacement)
-    some = cells > 0
+    some = jnp.any(touching)
     if problem.load_controlled:
         some = some | pressed
-        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * jnp.abs(problem.target))
+        size = jnp.sum(jnp.abs(solution.pressure))
+        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     finite = jnp.isfinite(problem.operator.held_compliance())
     separated = jnp.asarray(False) if solution.separated is None else solution.separated
