@@ -36,7 +36,7 @@ html_theme_options = {"navigation_with_keys": True}
 pygments_style = "a11y-high-contrast-light"
 pygments_dark_style = "a11y-high-contrast-dark"
 
-# Notebooks as they were committed: tests/test_notebooks.py runs them.
+# Notebooks as they were committed: tests/project/test_notebooks.py runs them.
 nb_execution_mode = "off"
 nb_merge_streams = True
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]

@@ -17,75 +17,75 @@ jax.config.update("jax_enable_x64", True)
 # and all run slower for it.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
-from jaxcontact import _installed_jax  # noqa: E402
+from jaxcontact._compile import installed_jax  # noqa: E402
 
-_installed_jax.silence_the_compiler()
-_installed_jax.warn_of_a_known_fault()
+installed_jax.silence_the_compiler()
+installed_jax.warn_of_a_known_fault()
 
-from jaxcontact._status import Status as Status  # noqa: E402
-from jaxcontact._version import __version__ as __version__  # noqa: E402
-from jaxcontact.adhesion import DugdaleAdhesion as DugdaleAdhesion  # noqa: E402
-from jaxcontact.adhesion import ExponentialAdhesion as ExponentialAdhesion  # noqa: E402
-from jaxcontact.citation import cite as cite  # noqa: E402
-from jaxcontact.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
-from jaxcontact.controls import Approach as Approach  # noqa: E402
-from jaxcontact.controls import Load as Load  # noqa: E402
-from jaxcontact.controls import TangentialDisplacement as TangentialDisplacement  # noqa: E402
-from jaxcontact.controls import TangentialLoad as TangentialLoad  # noqa: E402
+from jaxcontact._compile.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
+from jaxcontact._support.citation import cite as cite  # noqa: E402
+from jaxcontact._support.status import Status as Status  # noqa: E402
+from jaxcontact._support.version import __version__ as __version__  # noqa: E402
 from jaxcontact.files.storage import load as load  # noqa: E402
 from jaxcontact.files.storage import save as save  # noqa: E402
-from jaxcontact.fractional import FractionalKelvinVoigt as FractionalKelvinVoigt  # noqa: E402
-from jaxcontact.fractional import FractionalMaxwell as FractionalMaxwell  # noqa: E402
-from jaxcontact.fractional import Springpot as Springpot  # noqa: E402
-from jaxcontact.grid import Grid as Grid  # noqa: E402
-from jaxcontact.heat import flash_temperature as flash_temperature  # noqa: E402
-from jaxcontact.indentation import indent as indent  # noqa: E402
-from jaxcontact.indenters import Cone as Cone  # noqa: E402
-from jaxcontact.indenters import Cylinder as Cylinder  # noqa: E402
-from jaxcontact.indenters import FlatPunch as FlatPunch  # noqa: E402
-from jaxcontact.indenters import HeightField as HeightField  # noqa: E402
-from jaxcontact.indenters import Sphere as Sphere  # noqa: E402
-from jaxcontact.interior_fields import InteriorFields as InteriorFields  # noqa: E402
-from jaxcontact.interior_fields import subsurface as subsurface  # noqa: E402
-from jaxcontact.layers import Graded as Graded  # noqa: E402
-from jaxcontact.layers import Layer as Layer  # noqa: E402
-from jaxcontact.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
-from jaxcontact.materials import Burgers as Burgers  # noqa: E402
-from jaxcontact.materials import Elastic as Elastic  # noqa: E402
-from jaxcontact.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
-from jaxcontact.materials import Maxwell as Maxwell  # noqa: E402
-from jaxcontact.materials import Prony as Prony  # noqa: E402
-from jaxcontact.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
+from jaxcontact.indenters.shapes import Cone as Cone  # noqa: E402
+from jaxcontact.indenters.shapes import Cylinder as Cylinder  # noqa: E402
+from jaxcontact.indenters.shapes import FlatPunch as FlatPunch  # noqa: E402
+from jaxcontact.indenters.shapes import HeightField as HeightField  # noqa: E402
+from jaxcontact.indenters.shapes import Sphere as Sphere  # noqa: E402
+from jaxcontact.inputs.adhesion import DugdaleAdhesion as DugdaleAdhesion  # noqa: E402
+from jaxcontact.inputs.adhesion import ExponentialAdhesion as ExponentialAdhesion  # noqa: E402
+from jaxcontact.inputs.controls import Approach as Approach  # noqa: E402
+from jaxcontact.inputs.controls import Load as Load  # noqa: E402
+from jaxcontact.inputs.controls import TangentialDisplacement as TangentialDisplacement  # noqa: E402
+from jaxcontact.inputs.controls import TangentialLoad as TangentialLoad  # noqa: E402
+from jaxcontact.inputs.fractional import FractionalKelvinVoigt as FractionalKelvinVoigt  # noqa: E402
+from jaxcontact.inputs.fractional import FractionalMaxwell as FractionalMaxwell  # noqa: E402
+from jaxcontact.inputs.fractional import Springpot as Springpot  # noqa: E402
+from jaxcontact.inputs.grid import Grid as Grid  # noqa: E402
+from jaxcontact.inputs.layers import Graded as Graded  # noqa: E402
+from jaxcontact.inputs.layers import Layer as Layer  # noqa: E402
+from jaxcontact.inputs.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
+from jaxcontact.inputs.materials import Burgers as Burgers  # noqa: E402
+from jaxcontact.inputs.materials import Elastic as Elastic  # noqa: E402
+from jaxcontact.inputs.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
+from jaxcontact.inputs.materials import Maxwell as Maxwell  # noqa: E402
+from jaxcontact.inputs.materials import Prony as Prony  # noqa: E402
+from jaxcontact.inputs.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
+from jaxcontact.inputs.roughness import self_affine as self_affine  # noqa: E402
+from jaxcontact.inputs.surface_files import Surface as Surface  # noqa: E402
+from jaxcontact.inputs.surface_files import read_surface as read_surface  # noqa: E402
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
-from jaxcontact.results import AdhesiveHistory as AdhesiveHistory  # noqa: E402
-from jaxcontact.results import ContactHistory as ContactHistory  # noqa: E402
-from jaxcontact.rough_contact import ContactClusters as ContactClusters  # noqa: E402
-from jaxcontact.rough_contact import ContactStatistics as ContactStatistics  # noqa: E402
-from jaxcontact.rough_contact import PressureHistogram as PressureHistogram  # noqa: E402
-from jaxcontact.rough_contact import contact_clusters as contact_clusters  # noqa: E402
-from jaxcontact.rough_contact import contact_statistics as contact_statistics  # noqa: E402
-from jaxcontact.rough_contact import pressure_histogram as pressure_histogram  # noqa: E402
-from jaxcontact.roughness import self_affine as self_affine  # noqa: E402
-from jaxcontact.sensitivities import Sensitivity as Sensitivity  # noqa: E402
-from jaxcontact.sensitivities import sensitivity as sensitivity  # noqa: E402
-from jaxcontact.sliding.results import SlidingHistory as SlidingHistory  # noqa: E402
-from jaxcontact.sliding.results import SteadySliding as SteadySliding  # noqa: E402
-from jaxcontact.sliding.steady import slide_steady as slide_steady  # noqa: E402
-from jaxcontact.sliding.transient import slide as slide  # noqa: E402
-from jaxcontact.slipping.results import ShearHistory as ShearHistory  # noqa: E402
-from jaxcontact.slipping.results import SteadyRolling as SteadyRolling  # noqa: E402
-from jaxcontact.slipping.rolling import roll_steady as roll_steady  # noqa: E402
-from jaxcontact.slipping.shearing import shear as shear  # noqa: E402
-from jaxcontact.studies import Study as Study  # noqa: E402
-from jaxcontact.studies import sweep as sweep  # noqa: E402
-from jaxcontact.surface_files import Surface as Surface  # noqa: E402
-from jaxcontact.surface_files import read_surface as read_surface  # noqa: E402
-from jaxcontact.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
-from jaxcontact.topography import surface_statistics as surface_statistics  # noqa: E402
+from jaxcontact.results.contact import AdhesiveHistory as AdhesiveHistory  # noqa: E402
+from jaxcontact.results.contact import ContactHistory as ContactHistory  # noqa: E402
+from jaxcontact.results.friction import ShearHistory as ShearHistory  # noqa: E402
+from jaxcontact.results.friction import SteadyRolling as SteadyRolling  # noqa: E402
+from jaxcontact.results.interior import InteriorFields as InteriorFields  # noqa: E402
+from jaxcontact.results.rough_contact import ContactClusters as ContactClusters  # noqa: E402
+from jaxcontact.results.rough_contact import ContactStatistics as ContactStatistics  # noqa: E402
+from jaxcontact.results.rough_contact import PressureHistogram as PressureHistogram  # noqa: E402
+from jaxcontact.results.rough_contact import contact_clusters as contact_clusters  # noqa: E402
+from jaxcontact.results.rough_contact import contact_statistics as contact_statistics  # noqa: E402
+from jaxcontact.results.rough_contact import pressure_histogram as pressure_histogram  # noqa: E402
+from jaxcontact.results.sliding import SlidingHistory as SlidingHistory  # noqa: E402
+from jaxcontact.results.sliding import SteadySliding as SteadySliding  # noqa: E402
+from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
+from jaxcontact.results.topography import surface_statistics as surface_statistics  # noqa: E402
+from jaxcontact.verbs.flash_temperature import flash_temperature as flash_temperature  # noqa: E402
+from jaxcontact.verbs.indent import indent as indent  # noqa: E402
+from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
+from jaxcontact.verbs.sensitivity import Sensitivity as Sensitivity  # noqa: E402
+from jaxcontact.verbs.sensitivity import sensitivity as sensitivity  # noqa: E402
+from jaxcontact.verbs.shear import shear as shear  # noqa: E402
+from jaxcontact.verbs.slide import slide as slide  # noqa: E402
+from jaxcontact.verbs.slide_steady import slide_steady as slide_steady  # noqa: E402
+from jaxcontact.verbs.studies import Study as Study  # noqa: E402
+from jaxcontact.verbs.studies import sweep as sweep  # noqa: E402
+from jaxcontact.verbs.subsurface import subsurface as subsurface  # noqa: E402
 
-# what the reference shows; tests/test_public_api.py holds the same names
+# what the reference shows; tests/project/test_public_api.py holds the same names
 __all__ = [
     "AdhesiveHistory",
     "Approach",

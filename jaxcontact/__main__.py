@@ -15,18 +15,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
-from jaxcontact._version import __version__
-from jaxcontact.cases import REPRODUCTIONS
+from jaxcontact._compile.compilation_cache import enable_compilation_cache, local_folder
+from jaxcontact._compile.kept_traces import UntrustedFolderError, kept_traces
+from jaxcontact._support.version import __version__
 from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, complain, tell
 from jaxcontact.commands.sweep import run_study
-from jaxcontact.compilation_cache import enable_compilation_cache, local_folder
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
-from jaxcontact.kept_traces import UntrustedFolderError, kept_traces
+from jaxcontact.paper import REPRODUCTIONS
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -101,7 +101,7 @@ def _dispatch(arguments: list[str]) -> int:
 
 def _command(arguments: list[str]) -> int:
     if arguments[:1] == ["fit"]:
-        from fitting import command  # it takes a second to import, which the others need not wait for
+        from fitting.cli import command  # it takes a second to import, which the others need not wait for
 
         return command.main(arguments[1:])
     options = _parser().parse_args(arguments)
@@ -110,7 +110,7 @@ def _command(arguments: list[str]) -> int:
 
 def _parser_with_fits() -> argparse.ArgumentParser:
     """The parser with those of the fits, which otherwise parse by themselves."""
-    from fitting import command
+    from fitting.cli import command
 
     return _parser(command.add_parser)
 
@@ -240,7 +240,7 @@ def _add_output(parser: argparse.ArgumentParser, required: bool) -> "argparse._M
 
 def _reproduce(options: argparse.Namespace) -> int:
     """Compare with the paper; the exit status of the comparison."""
-    from jaxcontact.cases import reproduce
+    from jaxcontact.paper import reproduce
 
     return reproduce.main(options.names, options.directory, force=options.force)
 

@@ -1,6 +1,6 @@
 """The package ``fitting`` under the name ``jaxcontact.fitting``, for environments with another package ``fitting``.
 
-Both names lead to the same module objects, submodules included: ``jaxcontact.fitting.creep is fitting.creep``. Nothing
+Both names lead to the same module objects, submodules included: ``jaxcontact.fitting.creep is fitting.fits.creep``. Nothing
 else in jaxcontact imports from ``fitting`` when it is imported, which stands above it.
 """
 

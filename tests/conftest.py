@@ -29,7 +29,8 @@ import jax  # noqa: E402
 
 import jaxcontact as jc  # noqa: E402
 
-sys.path.insert(0, str(Path(__file__).parent))
+# tests share cases and helpers across folders
+sys.path[:0] = [str(folder) for folder in sorted(Path(__file__).parent.glob("*/"))]
 
 
 def pytest_unconfigure():

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from jaxcontact.labels import extra
+from jaxcontact.results.labels import extra
 
 SHELLS = ("bash", "zsh", "fish")
 OF_PATHS = ("FILE", "RESULT", "CASE", "STUDY", "DIR")  # how the name of a path begins, in a help

@@ -4,12 +4,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from jaxcontact import citation
+from jaxcontact._support import citation
+from jaxcontact._support.npz import read_npz, write_whole
 from jaxcontact.commands.status import FINE, tell
 from jaxcontact.files import advice, storage
 from jaxcontact.files.case_file import read_case
 from jaxcontact.files.chosen_times import COURSE
-from jaxcontact.files.npz import read_npz, write_whole
 from jaxcontact.files.template import template
 
 CASES = Path(__file__).parents[1] / "cases"

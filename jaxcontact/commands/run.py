@@ -15,20 +15,21 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact._experiment import reported
-from jaxcontact._progress import Progress, working
-from jaxcontact._recorded_warnings import recorded_warnings
-from jaxcontact._status import Status
+from jaxcontact._support import run_directory
+from jaxcontact._support.progress import Progress, working
+from jaxcontact._support.recorded_warnings import recorded_warnings
+from jaxcontact._support.status import Status
 from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
-from jaxcontact.files import advice, run_directory
+from jaxcontact.files import advice
 from jaxcontact.files.case_file import Case, CaseError, case_of, read_tables
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import chosen
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
 from jaxcontact.files.run_figures import lines_of
-from jaxcontact.notes import in_one_line, kind_of
-from jaxcontact.simulation import prepare
+from jaxcontact.results.notes import in_one_line, kind_of
+from jaxcontact.verbs.experiment import reported
+from jaxcontact.verbs.simulation import prepare
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
     Status.NOT_CONVERGED: "solver",

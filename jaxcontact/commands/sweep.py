@@ -15,17 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact._status import Status
-from jaxcontact._version import __version__
+from jaxcontact._compile.compilation_cache import enable_compilation_cache
+from jaxcontact._support import run_directory
+from jaxcontact._support.npz import write_whole
+from jaxcontact._support.status import Status
+from jaxcontact._support.version import __version__
 from jaxcontact.commands.interrupts import exit_status, signal_of
 from jaxcontact.commands.status import FINE, NOT_CONVERGED, complain, tell
-from jaxcontact.compilation_cache import enable_compilation_cache
-from jaxcontact.files import advice, run_directory
+from jaxcontact.files import advice
 from jaxcontact.files.case_file import Case, CaseError
-from jaxcontact.files.npz import write_whole
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
-from jaxcontact.studies import FUNCTION, Study, sweep_of
+from jaxcontact.verbs.studies import FUNCTION, Study, sweep_of
 
 CASE = "fingerprint"  # beside what varies: a case is another where a file that it names has changed
 TABLE, SUMMARY = "study.csv", "summary.json"

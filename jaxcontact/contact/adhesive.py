@@ -42,7 +42,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.law import UNILATERAL

@@ -8,22 +8,46 @@ the derivative of the averaged energy with respect to the gaps, so that they are
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, static
-from jaxcontact.adhesion import Adhesion
+from jaxcontact._support.pytree import pytree, static
 
 WEAK = 0.01  # of the largest traction: what is below does not matter where the grid ends
 POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
+
+
+class CohesiveLaw(Protocol):
+    """What is asked of a law of adhesion (``inputs.adhesion``), scaled: functions of the gap, cell by cell."""
+
+    @property
+    def largest_traction(self) -> Array:
+        """The attraction at a gap of zero, ()."""
+
+    def traction(self, gap: Array) -> Array:
+        """Return the attraction s(g) >= 0."""
+
+    def energy(self, gap: Array) -> Array:
+        """Return int_g^infinity s dg."""
+
+    def stiffness(self, gap: Array) -> Array:
+        """Return -ds/dg >= 0."""
+
+    def resolved(self, cell_compliance: Array) -> Any:
+        """Return the law as cells of a compliance can resolve it."""
+
+    def zone_length(self, modulus: Any) -> Array:
+        """Return the length of the zone of attraction at the edge of contact."""
 
 
 @pytree
 class Attraction:
     """A scaled law of adhesion, averaged on the cells of a grid; periodic: along x and y."""
 
-    law: Adhesion
+    law: CohesiveLaw
     periodic: tuple[bool, bool] = static()
 
     def touching(self, contact_pressure: Array) -> Array:
@@ -52,7 +76,7 @@ class Attraction:
         """Return the decrease of the cells' attraction, (nx, ny), for a change of the gaps; linear and symmetric."""
         return self._spread(change, stiffness * self._points(change))
 
-    def explicit(self, change: Adhesion, gap: Array) -> Array:
+    def explicit(self, change: CohesiveLaw, gap: Array) -> Array:
         """Return the change of the cells' attraction for a change of the law's parameters, (nx, ny)."""
         points = self._points(gap)
         return self._spread(gap, jax.jvp(lambda law: law.traction(points), (self.law,), (change,))[1])

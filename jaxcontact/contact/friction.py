@@ -40,7 +40,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.operators.base import Linear, TractionOperator
 

@@ -43,7 +43,7 @@ from jax import Array
 from jax.ad_checkpoint import checkpoint_name
 from jax.scipy.sparse.linalg import gmres
 
-from jaxcontact._pytree import replace
+from jaxcontact._support.pytree import replace
 from jaxcontact.contact import adhesive, nonsymmetric, partial_slip
 from jaxcontact.contact.adhesive import Start
 from jaxcontact.contact.friction import FreeDirections, TangentialSolution, free_directions, preconditioner

@@ -18,7 +18,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._support.pytree import pytree
 
 
 class ContactLaw(abc.ABC):

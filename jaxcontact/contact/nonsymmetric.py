@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import replace
+from jaxcontact._support.pytree import replace
 from jaxcontact.contact import normal
 from jaxcontact.contact.normal import Problem, Solution, approach_of, over_depth, projected, usable_start
 from jaxcontact.operators.base import Linear

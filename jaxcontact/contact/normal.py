@@ -25,7 +25,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator

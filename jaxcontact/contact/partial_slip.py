@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import friction, normal
 from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
 from jaxcontact.contact.normal import Problem, Solution

@@ -8,16 +8,16 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxcontact._experiment import Experiment
 from jaxcontact.files.case_file import Case, CaseError, layer_tables
 from jaxcontact.files.case_schema import KINDS
-from jaxcontact.footprint import disk_room, footprint_of, machine_memory
-from jaxcontact.indenters import Sphere
-from jaxcontact.layers import checked_body, thickest
-from jaxcontact.notes import FEW_CELLS, STRAIN_LIMIT
-from jaxcontact.predicted_contact import predicted
+from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
+from jaxcontact.indenters.predicted_contact import predicted
+from jaxcontact.indenters.shapes import Sphere
+from jaxcontact.inputs.layers import checked_body, thickest
+from jaxcontact.inputs.spectrum import relaxation_modes
 from jaxcontact.response.body import response_of
-from jaxcontact.spectrum import relaxation_modes
+from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
+from jaxcontact.verbs.experiment import Experiment
 
 THICK = 1000.0  # thickness over the grid's width
 PRESSED = ("indentation", "shear")  # experiments in which the ball stays where it is

@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxcontact.files.case_file import Case, layer_tables
 from jaxcontact.files.case_schema import KINDS
-from jaxcontact.summaries import prefixed
+from jaxcontact.results.summaries import prefixed
 
 UNITS = {"load": "N", "approach": "m", "tangential_load": "N", "tangential_displacement": "m"}
 LETTERS = 17.0  # that one inch holds, at the size below

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact import indenters, materials
-from jaxcontact.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
+from jaxcontact._support.npz import read_npy
 from jaxcontact.files.case_schema import (
     KIND,
     KINDS,
@@ -30,11 +29,13 @@ from jaxcontact.files.case_schema import (
     sections_of,
 )
 from jaxcontact.files.chosen_times import LAST, kept_unless_said
-from jaxcontact.files.npz import read_npy
 from jaxcontact.files.quantities import in_si
-from jaxcontact.grid import Grid
-from jaxcontact.labels import stored_fields
-from jaxcontact.layers import Layer, LayeredHalfSpace
+from jaxcontact.indenters import shapes
+from jaxcontact.inputs import materials
+from jaxcontact.inputs.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
+from jaxcontact.results.labels import stored_fields
 
 Table = dict[str, Any]
 
@@ -55,7 +56,7 @@ class Case:
     kind: str
     tables: Table
     body: LayeredHalfSpace
-    indenter: indenters.Indenter
+    indenter: shapes.Indenter
     control: Control
     times: np.ndarray
     grid: Grid
@@ -276,7 +277,7 @@ def layer_tables(tables: Table) -> list[tuple[str, Table]]:
     return [("layer", given)]
 
 
-def _indenter(table: Table, own: Keys, folder: Path) -> indenters.Indenter:
+def _indenter(table: Table, own: Keys, folder: Path) -> shapes.Indenter:
     chosen, values = _choose("indenter", table, "shape", own, SHAPES)
     material = None
     if "material" in table:
@@ -396,7 +397,7 @@ def _grid(table: Table, own: Keys, body: Any, indenter: Any, control: Control, t
         return Grid((n, n), (cell, cell), periodic)
     if periodic not in (False, (False, False)):
         raise CaseError("grid.width: missing; accepted with periodic: width, or shape and spacing")
-    if isinstance(indenter, indenters.HeightField):
+    if isinstance(indenter, shapes.HeightField):
         raise CaseError(
             "grid.shape: missing; accepted with a height field: shape and spacing, or n and width"
         )

@@ -10,16 +10,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from jaxcontact import indenters, materials
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
-from jaxcontact.indentation import indent
-from jaxcontact.results import ContactHistory
-from jaxcontact.sliding.results import SlidingHistory, SteadySliding
-from jaxcontact.sliding.steady import slide_steady
-from jaxcontact.sliding.transient import slide
-from jaxcontact.slipping.results import ShearHistory, SteadyRolling
-from jaxcontact.slipping.rolling import roll_steady
-from jaxcontact.slipping.shearing import shear
+from jaxcontact.indenters import shapes
+from jaxcontact.inputs import materials
+from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact.results.sliding import SlidingHistory, SteadySliding
+from jaxcontact.verbs.indent import indent
+from jaxcontact.verbs.roll_steady import roll_steady
+from jaxcontact.verbs.shear import shear
+from jaxcontact.verbs.slide import slide
+from jaxcontact.verbs.slide_steady import slide_steady
 
 
 @dataclass(frozen=True)
@@ -166,18 +167,18 @@ MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
 RADIUS = Key(POSITIVE, "radius [m]", required=True)
 
 SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
-    "sphere": (indenters.Sphere, {"radius": RADIUS}),
+    "sphere": (shapes.Sphere, {"radius": RADIUS}),
     "cylinder": (
-        indenters.Cylinder,
+        shapes.Cylinder,
         {"radius": RADIUS, "length": Key(POSITIVE, "length along y [m]", required=True)},
     ),
     "cone": (
-        indenters.Cone,
+        shapes.Cone,
         {"half_angle": Key(POSITIVE, "between axis and side [rad], 1.227 for Berkovich", required=True)},
     ),
-    "flat-punch": (indenters.FlatPunch, {"radius": RADIUS}),
+    "flat-punch": (shapes.FlatPunch, {"radius": RADIUS}),
     "height-field": (
-        indenters.HeightField,
+        shapes.HeightField,
         {"heights": Key(TEXT, "a .npy file of heights (nx, ny) [m], relative to the case", required=True)},
     ),
 }

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact.labels import FIELDS, TIME
+from jaxcontact.results.labels import FIELDS, TIME
 
 FEW, ALL, LAST = "few", "all", "last"  # what "save" of a case file and of the command line may be
 MOST = 9  # times of maps with "few"

@@ -19,13 +19,13 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxcontact import _sources
+from jaxcontact._support import sources
+from jaxcontact._support.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.case_file import Case
-from jaxcontact.files.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.storage import arrays_of, stored_fields
-from jaxcontact.grid import Grid
-from jaxcontact.results import ContactHistory
-from jaxcontact.simulation import FinishedBlock
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.results.contact import ContactHistory
+from jaxcontact.verbs.simulation import FinishedBlock
 
 CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks
 MAPS = ("pressure", "displacement")  # kept of the chosen times, and of the last
@@ -70,7 +70,9 @@ def fingerprint(case: Case) -> str:
     """Return a digest that two cases share only if they give the same result: of every number, and of the sources."""
     given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
     leaves, structure = jax.tree.flatten(given)
-    words = f"{_sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
+    words = (
+        f"{sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
+    )
     numbers = b"".join(np.asarray(leaf, dtype=float).tobytes() for leaf in leaves)
     return hashlib.sha256(words.encode() + numbers).hexdigest()
 

@@ -13,8 +13,8 @@ from xml.etree.ElementTree import Element, ElementTree, SubElement
 
 import numpy as np
 
-from jaxcontact.files.npz import write_whole
-from jaxcontact.labels import arrays_of, derived_of, dimensions, fields_of
+from jaxcontact._support.npz import write_whole
+from jaxcontact.results.labels import arrays_of, derived_of, dimensions, fields_of
 
 AXES = ("depth", "y", "x")  # of the points, the last the fastest, as VTK counts them
 Field = tuple[str, np.ndarray, tuple[str, ...]]  # name with unit, values, names of its dimensions

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact.summaries import component
+from jaxcontact.results.summaries import component
 
 FIGURES = {  # where a result has them: name, unit
     "approach": "m",

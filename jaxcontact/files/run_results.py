@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact import figures, labels, plotting
-from jaxcontact._version import __version__
+from jaxcontact._support.npz import Stacked, write_npz, write_whole
+from jaxcontact._support.version import __version__
 from jaxcontact.files import storage
 from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, course_of
 from jaxcontact.files.finished_steps import FinishedRun
-from jaxcontact.files.npz import Stacked, write_npz, write_whole
 from jaxcontact.files.run_figures import figures_in, values_of
+from jaxcontact.results import figures, labels, plotting
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 BESIDE = {

@@ -13,15 +13,15 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from jaxcontact.files.npz import read_npz, write_npz, write_whole
+from jaxcontact._support.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.paraview import write_collection
-from jaxcontact.grid import Grid
-from jaxcontact.interior_fields import InteriorFields
-from jaxcontact.labels import arrays_of, dataset, fields_of, numbers_of, status_names, stored_fields
-from jaxcontact.notes import Diagnostics
-from jaxcontact.results import AdhesiveHistory, ContactHistory
-from jaxcontact.sliding.results import SlidingHistory, SteadySliding
-from jaxcontact.slipping.results import ShearHistory, SteadyRolling
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
+from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact.results.interior import InteriorFields
+from jaxcontact.results.labels import arrays_of, dataset, fields_of, numbers_of, status_names, stored_fields
+from jaxcontact.results.notes import Diagnostics
+from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)

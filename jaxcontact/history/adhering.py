@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import replace
+from jaxcontact._support.pytree import replace
 from jaxcontact.contact.adhesive import Start
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.implicit import solve_adhesive, solve_contact

@@ -23,12 +23,12 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._exponential import ramps
-from jaxcontact._pytree import pytree
-from jaxcontact.grid import Grid
+from jaxcontact._support.exponential import ramps
+from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
-from jaxcontact.indenters import Indenter
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.base import Operator
 from jaxcontact.operators.kernels import Film, Kernels, build
 

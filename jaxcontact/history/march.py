@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, static
-from jaxcontact._status import Status, first_of, inherited, passed_on, to_next_row
+from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.status import Status, first_of, inherited, passed_on, to_next_row
 from jaxcontact.contact.edge import contact_cells, memory_factor
 from jaxcontact.contact.implicit import KEPT
 from jaxcontact.contact.law import UNILATERAL
@@ -28,7 +28,7 @@ LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solutio
 
 @pytree
 class Setup:
-    """All that stays the same during a march, scaled (``_scale``)."""
+    """All that stays the same during a march, scaled (``_support.scale``)."""
 
     memory: Memory
     profile: Array

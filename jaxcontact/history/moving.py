@@ -27,15 +27,15 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._exponential import ramps
-from jaxcontact._pytree import pytree
+from jaxcontact._support.exponential import ramps
+from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.observables import Observer, SlidingStep, clearance, dropped_share, energies
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import Rubbing
-from jaxcontact.sliding.observables import Observer, SlidingStep, clearance, dropped_share, energies
 
 ABSORPTION = 40.0  # the layer lets exp(-40) through
 ABSORB_AFTER = 1 / 32  # of the padded length moved
@@ -217,7 +217,7 @@ class MovingMemory(Memory):
         return of_pressure * fields.pressure + of_traction * fields.sheared
 
     def _by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, int]) -> Array | None:
-        """Return the displacement u_q of ``sliding.observables`` under the traction, (nx, ny); None without friction."""
+        """Return the displacement u_q of ``history.observables`` under the traction, (nx, ny); None without friction."""
         if self.rubbed is None:
             return None
         k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
@@ -226,7 +226,7 @@ class MovingMemory(Memory):
         return spectral.inverse(spectrum, shape, self._periodic)
 
     def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
-        """With what sliding shows, see ``sliding.observables``."""
+        """With what sliding shows, see ``history.observables``."""
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)

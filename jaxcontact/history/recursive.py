@@ -3,7 +3,7 @@
     u(t) = C_0 * p + sum_k lambda_k C_k * eta_k,      eta_k' = p - lambda_k eta_k,      eta_k = 0 at first.
 
 For a pressure linear over a step dt the update is exact: with z = lambda dt, and
-psi and phi2 the integrals of the exponential (``_exponential``),
+psi and phi2 the integrals of the exponential (``_support.exponential``),
 
     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt).
 
@@ -14,8 +14,8 @@ the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._exponential import ramps
-from jaxcontact._pytree import pytree
+from jaxcontact._support.exponential import ramps
+from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
 from jaxcontact.operators.kernels import Kernels
 

@@ -10,10 +10,10 @@ Each kernel is a weighted sum of the same images, so only their weights depend o
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
+from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
-from jaxcontact.indenters import Indenter
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import ImageKernels, image_weights
 from jaxcontact.response.body import response_of
 

@@ -5,9 +5,9 @@
     | u_z |   | -x   -y   zz |   | p   |
 
 xx, yy, zz are even in both offsets, xy odd in both, x and y odd in the offset along them alone (theory:
-``response.tangential_coefficients``). So the spectra of x and y are imaginary, of all others real, and each is kept
-as one real array. For similar solids x and y vanish, and need not be kept at all. In plane strain, with one cell along
-a periodic y, xy and y vanish, and y is not padded.
+``response.influence.tangential_coefficients``). So the spectra of x and y are imaginary, of all others real, and each
+is kept as one real array. For similar solids x and y vanish, and need not be kept at all. In plane strain, with one
+cell along a periodic y, xy and y vanish, and y is not padded.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, static
+from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, TractionOperator
 from jaxcontact.operators.convolution import FLOOR, Convolution
-from jaxcontact.response.tangential_coefficients import SurfaceKernels
+from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
 
 
 @pytree

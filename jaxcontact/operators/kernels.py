@@ -9,22 +9,22 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact import _checks
-from jaxcontact._checks import Verdict
-from jaxcontact._pytree import as_float64, is_concrete, pytree, static, value_in_words
-from jaxcontact._scale import Scale
-from jaxcontact.grid import Grid, check_grid
-from jaxcontact.indenters import Indenter, checked_indenter
-from jaxcontact.kept_traces import Program
-from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, static, value_in_words
+from jaxcontact._support.scale import Scale
+from jaxcontact.indenters.shapes import Indenter, checked_indenter
+from jaxcontact.inputs.grid import Grid, check_grid
+from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
-from jaxcontact.response.coefficients import influence_coefficients
-from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.periodic import periodic_coefficients, periodic_response
-from jaxcontact.response.separable import DEFAULT_NODES, check_times, products
-from jaxcontact.response.strip_coefficients import strip_coefficients
+from jaxcontact.response.influence.coefficients import influence_coefficients
+from jaxcontact.response.influence.images import Images, image_errors
+from jaxcontact.response.influence.periodic import periodic_coefficients, periodic_response
+from jaxcontact.response.influence.strip_coefficients import strip_coefficients
+from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
@@ -131,7 +131,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
     """
     body, valid = checked_body(body)
     valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
-    _checks.whole("nodes", nodes, 1, 8)
+    checks.whole("nodes", nodes, 1, 8)
     built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
@@ -139,11 +139,11 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
 def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
     """Kernels of that grid."""
     built = kernels.grid
-    _checks.require(
+    checks.require(
         tuple(built.shape) == tuple(grid.shape),
         f"kernels: expected those of a grid of {tuple(grid.shape)} cells, got {tuple(built.shape)}",
     )
-    _checks.require(
+    checks.require(
         built.periodic == grid.periodic,
         f"kernels: expected those of a grid with periodic={grid.periodic}, got periodic={built.periodic}",
     )
@@ -151,7 +151,7 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
     if not is_concrete(near):
         return jnp.all(near)
     ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))
-    _checks.require(bool(np.all(near)), f"kernels: expected those of cells of {theirs} m, got {ours} m")
+    checks.require(bool(np.all(near)), f"kernels: expected those of cells of {theirs} m, got {ours} m")
     return True
 
 
@@ -160,7 +160,7 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     ratio = response_of(body).stiffness_ratio()
     if not is_concrete(ratio):
         return ratio <= MOST_STIFF
-    _checks.require(
+    checks.require(
         float(ratio) <= MOST_STIFF * (1.0 + 1e-9),
         f"layer: expected at most {MOST_STIFF:g} times the substrate's modulus, got {float(ratio):.4g} times:"
         " the response of a stiffer film cannot be put on a grid",

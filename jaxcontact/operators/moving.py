@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, static
+from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, Operator
 from jaxcontact.operators.convolution import FLOOR, Convolution, held_compliance

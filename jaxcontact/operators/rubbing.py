@@ -10,11 +10,11 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree, replace, static
-from jaxcontact._scale import Scale
-from jaxcontact.grid import Grid
-from jaxcontact.indenters import Indenter
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.scale import Scale
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Linear, Operator
 from jaxcontact.operators.convolution import Convolution

@@ -4,21 +4,25 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
-from jaxcontact._scale import Scale
-from jaxcontact.grid import Grid
-from jaxcontact.indenters import Indenter
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact._support.pytree import pytree
+from jaxcontact._support.scale import Scale
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.coupled import CoupledFamily, Tangential
 from jaxcontact.operators.kernels import Kernels, build
-from jaxcontact.response.tangential_coefficients import (
+from jaxcontact.response.influence.tangential_coefficients import (
     SurfaceKernels,
     TangentialImages,
     tangential_coefficients,
 )
-from jaxcontact.response.tangential_images import fit_images
-from jaxcontact.response.tangential_lines import tangential_lines
-from jaxcontact.response.tangential_time import TangentialSeparable, half_space_shares, separate_tangential
+from jaxcontact.response.influence.tangential_images import fit_images
+from jaxcontact.response.influence.tangential_lines import tangential_lines
+from jaxcontact.response.time.tangential_time import (
+    TangentialSeparable,
+    half_space_shares,
+    separate_tangential,
+)
 
 
 @pytree

@@ -5,11 +5,11 @@ import abc
 import numpy as np
 from jax import Array
 
-from jaxcontact._pytree import pytree
-from jaxcontact.layers import Layer
-from jaxcontact.materials import Material
-from jaxcontact.response.images import Images
-from jaxcontact.spectrum import Spectrum
+from jaxcontact._support.pytree import pytree
+from jaxcontact.inputs.layers import Layer
+from jaxcontact.inputs.materials import Material
+from jaxcontact.inputs.spectrum import Spectrum
+from jaxcontact.response.influence.images import Images
 
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(
     5

@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import _checks
-from jaxcontact.layers import LayeredHalfSpace, checked_body
-from jaxcontact.materials import Elastic, Material
+from jaxcontact._support import checks
+from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
+from jaxcontact.inputs.materials import Elastic, Material
 from jaxcontact.response.base import Response
 from jaxcontact.response.half_space import HalfSpace
 from jaxcontact.response.layered import Stack
@@ -51,7 +51,7 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
         2.5e-11
     """
     body, valid = checked_body(body)
-    valid = valid & _checks.non_negative("k [rad/m]", k) & _checks.non_negative("t [s]", t)
+    valid = valid & checks.non_negative("k [rad/m]", k) & checks.non_negative("t [s]", t)
     k, t = jnp.asarray(k, float), jnp.asarray(t, float)
     safe = jnp.where(k == 0.0, 1.0, k)
     response = jnp.where(k == 0.0, jnp.inf, response_of(body).step(safe, t, t) / safe)

@@ -7,12 +7,12 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
-from jaxcontact.materials import KelvinVoigt, Material
+from jaxcontact._support.pytree import pytree
+from jaxcontact.inputs.materials import KelvinVoigt, Material
+from jaxcontact.inputs.spectrum import Spectrum
 from jaxcontact.response.base import Response, Separable
-from jaxcontact.response.images import Images
+from jaxcontact.response.influence.images import Images
 from jaxcontact.response.volume import surface_creep, surface_parts
-from jaxcontact.spectrum import Spectrum
 
 
 @pytree

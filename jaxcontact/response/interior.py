@@ -14,7 +14,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact.layers import LayeredHalfSpace
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.response.layer import TwoPort, two_port
 from jaxcontact.response.stack import SurfaceCompliance, covered, solids, surface_compliance
 from jaxcontact.response.volume import nu_at_first

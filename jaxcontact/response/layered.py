@@ -7,19 +7,22 @@ which shows that nothing else depends on the formula.
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._pytree import pytree
-from jaxcontact.layers import Layer, LayeredHalfSpace
-from jaxcontact.materials import Elastic, Material
-from jaxcontact.response import ladder
+from jaxcontact._support.pytree import pytree
+from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
+from jaxcontact.inputs.materials import Elastic, Material
+from jaxcontact.inputs.spectrum import Spectrum
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
-from jaxcontact.response.images import Images
-from jaxcontact.response.rational import separate
+from jaxcontact.response.influence.images import Images
 from jaxcontact.response.stack import mean_step, scaled_response, solids
+from jaxcontact.response.time import ladder
+from jaxcontact.response.time.rational import separate
 from jaxcontact.response.volume import bed_creep, film_creep, film_shape
-from jaxcontact.spectrum import Spectrum
 
-RATES_A_NODE, SHAPES_A_NODE = 12, 4  # see ``response.rational`` for what 24 rates and 8 shapes are good to
+RATES_A_NODE, SHAPES_A_NODE = (
+    12,
+    4,
+)  # see ``response.time.rational`` for what 24 rates and 8 shapes are good to
 
 
 @pytree

@@ -25,18 +25,18 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._exponential import mean_decay
-from jaxcontact._pytree import pytree
-from jaxcontact.layers import Layer, LayeredHalfSpace
-from jaxcontact.materials import Material
-from jaxcontact.response import ladder
+from jaxcontact._support.exponential import mean_decay
+from jaxcontact._support.pytree import pytree
+from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
+from jaxcontact.inputs.materials import Material
+from jaxcontact.inputs.spectrum import Spectrum, parallel_creep
 from jaxcontact.response.base import QUADRATURE_NODES, QUADRATURE_WEIGHTS, Response, Separable
 from jaxcontact.response.half_space import HalfSpace, may_flow
-from jaxcontact.response.images import Images
+from jaxcontact.response.influence.images import Images
 from jaxcontact.response.layer import differences
-from jaxcontact.response.separable import separate_bands
+from jaxcontact.response.time import ladder
+from jaxcontact.response.time.separable import separate_bands
 from jaxcontact.response.volume import bed_creep, nu_at_first, surface_creep
-from jaxcontact.spectrum import Spectrum, parallel_creep
 
 
 @pytree
@@ -160,7 +160,7 @@ class OneLayer(Response):
         return ladder.wavenumbers(self.body)
 
     def separate(self, nodes: int) -> Separable:
-        """Bands of the decay rates of the film in parallel with the substrate; see ``response.separable``."""
+        """Bands of the decay rates of the film in parallel with the substrate; see ``response.time.separable``."""
         elements = self._elements(self.wavenumbers())
         modes, zero, _, amplitude, rates = elements
         moved = jnp.where(zero[:, None, None], 0.0, modes.amplitude[..., None] * amplitude)

@@ -30,9 +30,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._exponential import phi1
-from jaxcontact.layers import LayeredHalfSpace
-from jaxcontact.materials import Material
+from jaxcontact._support.exponential import phi1
+from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.inputs.materials import Material
 from jaxcontact.response.layer import TwoPort, two_port
 
 NARROW = 0.25  # length over end of an interval up to which the contour of its end serves all its times

@@ -14,9 +14,9 @@ the material itself, and the material in parallel with springs. In time each is 
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact.materials import Material
+from jaxcontact.inputs.materials import Material
+from jaxcontact.inputs.spectrum import Spectrum, parallel_creep
 from jaxcontact.response.layer import two_port, uniaxial
-from jaxcontact.spectrum import Spectrum, parallel_creep
 
 
 def nu_at_first(material: Material) -> Array:

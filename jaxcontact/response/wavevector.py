@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact import _checks
-from jaxcontact._pytree import as_float64
-from jaxcontact.layers import LayeredHalfSpace, checked_body
+from jaxcontact._support import checks
+from jaxcontact._support.pytree import as_float64
+from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.response.stack import SurfaceCompliance, all_steps
 
 
@@ -51,8 +51,8 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
         ((3, 3), '3.3333e-11')
     """
     body, valid = checked_body(body)
-    valid = valid & _checks.finite("kx [rad/m]", kx) & _checks.finite("ky [rad/m]", ky)
-    valid = valid & _checks.non_negative("t [s]", t)
+    valid = valid & checks.finite("kx [rad/m]", kx) & checks.finite("ky [rad/m]", ky)
+    valid = valid & checks.non_negative("t [s]", t)
     body, kx, ky, t = as_float64((body, kx, ky, t))
     return jnp.where(valid, _response(body, *jnp.broadcast_arrays(kx, ky, t)), jnp.nan)
 

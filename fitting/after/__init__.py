@@ -1,0 +1,1 @@
+"""Uses of a finished fit: posteriors, propagation of its uncertainty and design of tests."""

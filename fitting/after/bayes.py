@@ -1,0 +1,247 @@
+"""The posterior of a material's parameters given the data of a fit, by Hamiltonian Monte Carlo.
+
+    p(x | data) ~ (1 + (RSS(x) - RSS_0)/(w^2 RSS_0))^(-n/2)          exp(-(RSS(x) - RSS_0)/(2 w^2)) with known sigma
+
+x are the logarithms of the parameters (of the compliances of a series), and the nuisances of an indentation;
+RSS_0 is the least sum of squares and w the factor by which the fit widened its intervals for correlated noise.
+The standard deviation of the points is integrated out with the prior 1/s. For a model that is linear in x this is
+Student's distribution of n - p degrees of freedom, whose intervals are those of the profiles (A. Gelman et al.,
+Bayesian Data Analysis, 2013, sec. 14.2). The prior is even in x between the bounds of the fit; an open side ends
+some decades beyond what the data can see, which matters only where they leave a parameter open.
+"""
+
+import dataclasses
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.after.propagation import Propagated
+from fitting.inference.result import Fit, Landscape
+from fitting.models.structure import Volume
+from fitting.search import sampling
+from fitting.views import report
+
+# the largest R-hat, and the least effective sample size, of chains that have mixed
+MIXED, ENOUGH = 1.05, 200.0
+ASTRAY = 0.02  # share of draws that may diverge
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Posterior:
+    """Draws of a material's parameters from their posterior, of chains that have mixed.
+
+    Attributes:
+        fit: what it is of.
+        samples: {parameter: (s,)} of those that were not held [SI], chain after chain.
+        intervals: {parameter: (low, high)}, equal-tailed, at the fit's level.
+        medians: {parameter: value}.
+        prior: {parameter: (low, high)}: the range over which the prior is even in the logarithm.
+        open: parameters whose profile goes on beyond the prior: on that side the interval is the prior's.
+        r_hat, ess: {parameter: split R-hat of its logarithm | effective sample size}.
+        nuisances: {nuisance: (s,)} of those that were fitted [SI].
+        divergent: share of the draws at which the integration went astray.
+        draws: compliances (s, m) [SI], as the fit's structure lists them.
+    """
+
+    fit: Fit
+    samples: dict[str, np.ndarray]
+    intervals: dict[str, tuple[float, float]]
+    medians: dict[str, float]
+    prior: dict[str, tuple[float, float]]
+    open: tuple[str, ...]
+    r_hat: dict[str, float]
+    ess: dict[str, float]
+    nuisances: dict[str, np.ndarray]
+    divergent: float
+    draws: np.ndarray = dataclasses.field(repr=False)
+
+    def propagate(self, f: Callable[..., Array], most: int = 1000) -> Propagated:
+        """The band of f(material) over the draws; nothing is linearised.
+
+        Args:
+            f: a function of a material that jax can trace, to a number or an array.
+            most: draws that are taken at most, evenly.
+
+        Returns:
+            Median, standard deviation, and equal-tailed limits at the fit's level.
+
+        Example:
+            >>> t = np.linspace(0.5, 10.0, 40)
+            >>> fit = fitting.fit_creep(fitting.CreepData(t=t, J=1e-6 * (1 + t)), "Maxwell", sigma=1e-8)
+            >>> band = fitting.posterior(fit).propagate(lambda material: material.creep(100.0))
+            >>> print(f"J(100 s) = {band.value:.3g} 1/Pa")
+            J(100 s) = 0.000101 1/Pa
+        """
+        structure, material = self.fit.structure, self.fit.material
+        held = "nu" if material.bulk_modulus is None else "bulk_modulus"
+        volume = Volume(held, getattr(material, held))
+        run = lambda row: jnp.asarray(f(structure.material(structure.parameters(row), volume)), dtype=float)
+        rows = self.draws[np.linspace(0, len(self.draws) - 1, min(most, len(self.draws))).astype(int)]
+        found = np.asarray(jax.lax.map(run, jnp.asarray(rows)))
+        low, value, high = np.quantile(found, _shares(self.fit.level), axis=0)
+        sd = np.std(found, axis=0)
+        return Propagated(value, sd, low, high, {"data": sd})
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def summary(self) -> str:
+        """Each parameter with its interval, and that of the profile beside it."""
+        some = next(iter(self.samples.values()))
+        lines = [
+            f"posterior of the {self.fit.model.__name__} fit: {some.size} draws, even prior in the logarithms;"
+            f" {100 * self.fit.level:g} % intervals, and those of the profile"
+        ]
+        for name, (low, high) in self.intervals.items():
+            unit, profile = self.fit.structure.unit(name), report.span(*self.fit.intervals[name])
+            lines.append(
+                f"  {name:5s} = {self.medians[name]:11.5g} {unit:5s} {low:.5g} to {high:.5g} (profile {profile});"
+                f" R-hat {self.r_hat[name]:.3f}, {self.ess[name]:.0f} effective draws"
+            )
+        for name in self.open:
+            low, high = self.prior[name]
+            lines.append(
+                f"  {name}: not bounded by the data on a side, where its interval is that of the prior,"
+                f" {low:.3g} to {high:.3g}"
+            )
+        return "\n".join(lines)
+
+
+def posterior(
+    fit: Fit, *, samples: int = 1000, warmup: int = 1000, chains: int = 4, seed: int = 0, decades: float = 4.0
+) -> Posterior:
+    """Draw from the posterior of a fit's parameters, with the No-U-Turn sampler of numpyro.
+
+    Weights, correlation and bounds are those of the fit (``fitting.after.bayes``).
+
+    Args:
+        fit: of creep, a series, a modulus, several tests together, or an indentation of a half-space; one that
+            stands.
+        samples: draws of each chain.
+        warmup: steps of each chain before them, which adapt it.
+        chains: their number, from 2 on.
+        seed: the same gives the same draws.
+        decades: by which the prior goes beyond the best fit and what the data see, on an open side.
+
+    Returns:
+        Draws, intervals and how well the chains mixed.
+
+    Raises:
+        ImportError: without numpyro, the extra ``jaxcontact[bayes]``.
+        ValueError: chains that have not mixed, a fit that was refused, or one whose residuals are runs of the
+            contact solver.
+
+    Example:
+        >>> t = np.linspace(0.5, 10.0, 40)
+        >>> noise = 1 + 0.01 * np.random.default_rng(0).standard_normal(40)
+        >>> fit = fitting.fit_creep(fitting.CreepData(t=t, J=1e-6 * (1 + t) * noise), "Maxwell", weights="relative")
+        >>> found = fitting.posterior(fit)
+        >>> low, high = found.intervals["G"]
+        >>> fit.intervals["G"][0] < found.medians["G"] < fit.intervals["G"][1]
+        True
+    """
+    land = _check(fit, samples, warmup, chains, decades)
+    free = np.flatnonzero(land.box[:, 1] > land.box[:, 0])
+    logs = free < fit.structure.size
+    box = _prior(land, free, logs, decades)
+    noise = (fit.rss, fit.widening**2, float(fit.residuals.size), fit.weights == "sigma")
+    of_data = land.residual, land.best, free, logs, *box.T, *noise
+    density = sampling.Density(*(jax.tree.map(jnp.asarray, part) for part in of_data))
+    z = sampling.starts(density, chains, seed)
+    x, astray = sampling.run(jax.random.split(jax.random.key(seed), chains), z, density, warmup, samples)
+    return _gather(fit, land, free, box, np.asarray(x), float(np.mean(astray)))
+
+
+def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> Landscape:
+    """ValueError unless there is something to sample; ImportError without the sampler."""
+    if not isinstance(fit, Fit):
+        raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
+    if fit.refused:
+        raise ValueError(f"fit: expected one that stands, got one that is refused: {fit.refused[0]}")
+    land = fit.estimate.landscape
+    if land is None:
+        raise ValueError(
+            "fit: expected one of creep, modulus or a half-space; thousands of runs of the contact solver on a film"
+            " are not offered"
+        )
+    if not (samples >= 100 and warmup >= 100 and chains >= 2 and decades > 0):
+        got = f"{samples}, {warmup}, {chains}, {decades}"
+        raise ValueError(f"samples, warmup >= 100, chains >= 2 and decades > 0 expected, got {got}")
+    sampling.sampler()
+    return land
+
+
+def _prior(land: Landscape, free: np.ndarray, logs: np.ndarray, decades: float) -> np.ndarray:
+    """Ranges (p, 2) of the free coordinates: logarithms of compliances, and nuisances as they are."""
+    box, far = land.box[free].copy(), 10.0**decades
+    best = land.best[free]
+    low, high = np.where(best > 0, np.minimum(best, 1.0), 1.0) / far, np.maximum(best, 1.0) * far
+    box[:, 0] = np.where(logs, np.maximum(box[:, 0], low), box[:, 0])
+    box[:, 1] = np.where(logs, np.minimum(box[:, 1], high), box[:, 1])
+    return np.where(logs[:, None], np.log(np.where(logs[:, None], box, 1.0)), box)
+
+
+def _gather(
+    fit: Fit, land: Landscape, free: np.ndarray, box: np.ndarray, x: np.ndarray, astray: float
+) -> Posterior:
+    """What is said of coordinates (chains, samples, p); ValueError where they do not count."""
+    structure, size = fit.structure, fit.structure.size
+    own = {name: list(free).index(place) for name, place in structure.where.items() if place in free}
+    r_hat, ess = _mixing(x, own)
+    _refuse(r_hat, ess, astray)
+    draws = _values(land, free, x.reshape(-1, free.size), size)
+    ends = _values(land, free, box.T, size)
+    samples = {name: np.asarray(structure.parameters(draws.T)[name]) for name in own}
+    prior = {name: tuple(sorted(map(float, structure.parameters(ends.T)[name]))) for name in own}
+    quantiles = {name: np.quantile(values, _shares(fit.level)).tolist() for name, values in samples.items()}
+    is_open = lambda name: fit.intervals[name][0] < prior[name][0] or fit.intervals[name][1] > prior[name][1]
+    return Posterior(
+        fit=fit, samples=samples, intervals={name: (low, high) for name, (low, _, high) in quantiles.items()},
+        medians={name: middle for name, (_, middle, _) in quantiles.items()}, prior=prior,
+        open=tuple(filter(is_open, own)), r_hat=r_hat, ess=ess, divergent=astray, draws=draws[:, :size],
+        nuisances={land.nuisances[i - size]: draws[:, i] for i in free if i >= size},
+    )  # fmt: skip
+
+
+def _shares(level: float) -> list[float]:
+    return [0.5 - 0.5 * level, 0.5, 0.5 + 0.5 * level]
+
+
+def _values(land: Landscape, free: np.ndarray, x: np.ndarray, size: int) -> np.ndarray:
+    """Compliances and nuisances (s, k) in SI of coordinates (s, p)."""
+    values = np.tile(land.best, (len(x), 1))
+    values[:, free] = np.where(free < size, np.exp(np.where(free < size, x, 0.0)), x)
+    return values * land.unit
+
+
+def _mixing(x: np.ndarray, own: dict[str, int]) -> tuple[dict[str, float], dict[str, float]]:
+    """Split R-hat and effective sample size of the logarithm of each parameter."""
+    diagnostics = importlib.import_module("numpyro.diagnostics")
+    each = {name: x[:, :, i] for name, i in own.items()}
+    with np.errstate(divide="ignore", invalid="ignore"):  # chains that stand still
+        r_hat = {name: float(diagnostics.split_gelman_rubin(rows)) for name, rows in each.items()}
+        ess = {name: float(diagnostics.effective_sample_size(rows)) for name, rows in each.items()}
+    return r_hat, ess
+
+
+def _refuse(r_hat: dict[str, float], ess: dict[str, float], astray: float) -> None:
+    """ValueError unless the chains agree on every parameter, by enough draws."""
+    advice = "a longer warmup, more samples, or narrower bounds"
+    worst, least = max(r_hat, key=lambda name: r_hat[name]), min(ess, key=lambda name: ess[name])
+    if not r_hat[worst] < MIXED:
+        raise ValueError(
+            f"chains: not mixed, R-hat of {worst} is {r_hat[worst]:.3g}, expected < {MIXED}: {advice}"
+        )
+    if not ess[least] > ENOUGH:
+        raise ValueError(
+            f"chains: {ess[least]:.0f} effective draws of {least}, expected > {ENOUGH:g}: {advice}"
+        )
+    if astray > ASTRAY:
+        raise ValueError(
+            f"chains: {astray:.1%} of the steps diverged, expected at most {ASTRAY:.0%}: {advice}"
+        )

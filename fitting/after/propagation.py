@@ -1,0 +1,129 @@
+"""A fit's uncertainty carried into a result, by gradients.
+
+    var f = g^T C g,   g = df/dp + sum over q of the nuisances' share,
+
+with p the compliances that were fitted (``structure.py``) and C their covariance. A nuisance q
+(Poisson's ratio, a film's thickness) with a standard deviation s acts twice: in f itself, and through
+the parameters, which were fitted at the assumed q:  (df/dq + df/dp dp/dq)^2 s^2.
+"""
+
+import warnings
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.inference import student
+from fitting.inference.result import Fit
+from fitting.models.structure import Volume
+from fitting.views.in_words import described
+
+
+class Propagated(NamedTuple):
+    """A result with its uncertainty.
+
+    Attributes:
+        value, sd, low, high: arrays of the shape of the result.
+        shares: {cause: sd from it alone}, "data" and the quantities that were varied.
+    """
+
+    value: np.ndarray
+    sd: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    shares: dict[str, np.ndarray]
+
+    def __repr__(self) -> str:
+        rows = [(name, getattr(self, name), "") for name in ("value", "sd", "low", "high")]
+        rows += [(f"sd from {cause}", sd, "") for cause, sd in self.shares.items()]
+        return described("Propagated, in the unit of the result:", rows)
+
+
+def propagate(
+    fit: Fit,
+    f: Callable[..., Array],
+    *,
+    spread: dict[str, tuple[float, float] | float] | None = None,
+) -> Propagated:
+    """The band of f(material), at the fit's level, from the uncertainty of a fit.
+
+    Linear in the compliances: where a parameter is not determined the band says so by its width.
+
+    Args:
+        fit: what ``fit_creep``, ``fit_prony`` or ``fit_indentation`` returned.
+        f: a differentiable function of a material, to a number or an array.
+        spread: {"nu": sd}, or {"bulk_modulus": sd} [Pa] of a fit with one, varies it about the fit's;
+            {"thickness": sd} [m] also gives f the film's thickness as its second argument, about that of the fit,
+            or (value, sd) where the fit has none.
+
+    Returns:
+        Value, standard deviation and band, in the shape and unit of f's result.
+
+    Raises:
+        ValueError: what is not a fit, a result without a slope, or a spread of an unknown or unfitted quantity.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
+        >>> fit = fitting.fit_creep(data, "Maxwell", sigma=1e-8)
+        >>> band = fitting.propagate(fit, lambda material: material.creep(100.0))
+        >>> print(f"J(100 s) = {band.value:.4g} +- {band.sd:.1g} 1/Pa")
+        J(100 s) = 0.000101 +- 7e-08 1/Pa
+    """
+    if not isinstance(fit, Fit):
+        raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
+    spread, structure = spread or {}, fit.structure
+    values, sds = _spread(fit, spread)
+    held = "nu" if "nu" in values else "bulk_modulus"
+    thick = "thickness" in spread
+
+    def result(p: Array, q: dict[str, Array]) -> Array:
+        material = structure.material(structure.parameters(p), Volume(held, q[held]))
+        return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
+
+    start = jnp.asarray(structure.off_zero(fit.estimate.best, fit.duration))
+    value = np.asarray(result(start, values))
+    by_p, by_q = jax.jacfwd(result, argnums=(0, 1))(start, values)
+    by_p = np.asarray(by_p)
+    variance = np.einsum("...i,ij,...j->...", by_p, fit.covariance(), by_p)
+    shares = {"data": np.sqrt(np.maximum(variance, 0.0))}
+    for name, sd in sds.items():
+        shares[name] = np.abs(np.asarray(by_q[name]) + by_p @ fit.moves(name)) * sd
+    _check_moves(value, by_p, by_q)
+    total = np.sqrt(sum(share**2 for share in shares.values()))
+    z = student.two_sided(fit.level)
+    return Propagated(value, total, value - z * total, value + z * total, shares)
+
+
+def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) -> None:
+    """ValueError where nothing of a result has a slope, a warning where a part has none: its sd would be 0."""
+    slopes = np.any(by_p != 0.0, axis=-1) | np.any(
+        [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
+    )
+    without = int(np.sum(~slopes))
+    why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
+    if without == value.size:
+        raise ValueError(f"f: expected a result that moves with the material, got slope 0: {why}")
+    if without:
+        warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
+
+
+def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:
+    """Values of nu (or the bulk modulus) and thickness, and the standard deviations given."""
+    film, material = getattr(fit, "film", None), fit.material
+    held = "nu" if material.bulk_modulus is None else "bulk_modulus"
+    known = {held: float(getattr(material, held)), "thickness": film.thickness if film else None}
+    values, sds = {held: jnp.asarray(known[held])}, {}
+    for name, given in spread.items():
+        if name not in known:
+            raise ValueError(f"spread: expected keys among {list(known)}, got {name!r}")
+        value, sd = given if isinstance(given, tuple) else (known[name], given)
+        if value is None or not (np.isfinite(sd) and sd >= 0):
+            raise ValueError(f"spread[{name!r}]: expected sd >= 0, or (value, sd), got {given!r}")
+        if known[name] is not None and value != known[name]:
+            raise ValueError(f"spread[{name!r}]: the fit was made at {known[name]:g}, got {value:g}")
+        values[name], sds[name] = jnp.asarray(float(value)), float(sd)
+    return values, sds

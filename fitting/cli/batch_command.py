@@ -1,0 +1,108 @@
+"""The command ``jaxcontact fit batch``: many creep curves, a folder for each fit, one table and one page for all."""
+
+import argparse
+import csv
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tqdm import tqdm
+
+from fitting.cli import batch_page, flags
+from fitting.fits.creep import CreepFit, fit_creep
+from fitting.views import output
+from fitting.views.shell_words import in_flags
+
+RESULTS = ("summary.json", "table.csv", "report.html")
+
+
+class FileFit(NamedTuple):
+    """Of one file: its fit, or the error in its place; folder: of the results."""
+
+    file: str
+    folder: str
+    fit: CreepFit | None
+    error: str | None
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fit every file; one that cannot be read or fitted is listed with the reason, and stops nothing."""
+    folders = folders_of(options.file)
+    written = [f"{folder}/{name}" for folder in folders for name in output.RESULTS]
+    output.check_directory(options, (*RESULTS, *written))
+    files = tqdm(options.file, "fitting", unit="file", disable=None, leave=False)
+    found = [_outcome(options, path, folder) for path, folder in zip(files, folders, strict=True)]
+    if all(one.error for one in found):
+        raise ValueError(
+            f"{found[0].error} (and none of the other files)" if found[1:] else str(found[0].error)
+        )
+    for one in found:
+        print(one.error if one.fit is None else f"{one.file}: {one.fit.verdict}")
+    rows = [
+        {"file": one.file, "folder": one.folder, "error": one.error} | (one.fit.to_dict() if one.fit else {})
+        for one in found
+    ]
+    output.write_json(options.directory / "summary.json", {"model": options.model, "fits": rows})
+    output.write_text(options.directory / "table.csv", _table(rows))
+    output.write_text(options.directory / "report.html", batch_page.page(options.model, found))
+    print(f"in {options.directory}: report.html, summary.json, table.csv, and a folder for each fit")
+    return 0
+
+
+def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
+    """The fit of a file, left in its folder, or an error."""
+    try:
+        data, given = flags.crept(options, file)
+        found = fit_creep(data, options.model, **given, **flags.known(options))
+    except ValueError as error:
+        return FileFit(file, folder, None, in_flags(str(error)))
+    output.leave(found, options.directory / folder, {"file": file})
+    return FileFit(file, folder, found, None)
+
+
+def folders_of(files: Sequence[str]) -> list[str]:
+    """A folder for the results of each file, all different on any system and none that leaves its directory.
+
+    The folder is named as the file without its ending; where that is no name, is the name of one of the results of
+    the batch, or is that of another file, differing at most in case, the position of the file goes before it.
+
+    Example:
+        >>> folders_of(["x/a.csv", "y/a.csv", "1_a.csv", "...csv", "report.html.csv"])
+        ['0_a', '1_a_', '1_a', '3_', '4_report.html']
+    """
+    names = [_plain(Path(file).stem) for file in files]
+    plain = [name.casefold() for name in names]
+    alone = [bool(name) and plain.count(name) == 1 and name not in RESULTS for name in plain]
+    taken = {name for name, single in zip(plain, alone, strict=True) if single}
+    found = []
+    for place, (name, single) in enumerate(zip(names, alone, strict=True)):
+        folder = name if single else f"{place}_{name}"
+        while not single and folder.casefold() in taken:
+            folder += "_"
+        taken.add(folder.casefold())
+        found.append(folder)
+    return found
+
+
+def _plain(name: str) -> str:
+    """A name without characters that some system does not allow, and without dots and blanks at its ends."""
+    return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", name).strip(". ")
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    """One line for each file: parameters with their intervals, and the verdict or the error."""
+    names = list(next(row["parameters"] for row in rows if not row["error"]))
+    head = ["file", *(f"{name}{end}" for name in names for end in ("", "_low", "_high")), "verdict", "reason"]
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(head)
+    for row in rows:
+        if row["error"]:
+            table.writerow([row["file"], *[""] * 3 * len(names), "failed", row["error"]])
+            continue
+        spans = [(row["parameters"][name], *row["intervals"][name]) for name in names]
+        numbers = ["" if x is None else f"{x:.6g}" for span in spans for x in span]
+        table.writerow([row["file"], *numbers, row["verdict"], "; ".join(row["reasons"])])
+    return text.getvalue()

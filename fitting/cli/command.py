@@ -1,0 +1,232 @@
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare, batch,
+propagate and design.
+
+Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
+line, for the command line to show; what it says of options it says of flags.
+"""
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import Any
+
+import jaxcontact as jc
+from fitting.cli import batch_command, flags, further_commands
+from fitting.fits.creep import compare, fit_creep
+from fitting.fits.indentation import fit_indentation
+from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.fits.prony import fit_prony
+from fitting.io.modulus_reader import read_oscillation, read_relaxation
+from fitting.io.readers import read_indentation
+from fitting.views import output
+
+MODELS = "Maxwell,StandardLinearSolid,Burgers"
+
+
+def main(arguments: list[str]) -> int:
+    """Fit as the arguments after ``fit`` say; 0. Raises ValueError on bad input, SystemExit on bad usage."""
+    parser = argparse.ArgumentParser(prog="jaxcontact fit", description="Material parameters from data.")
+    add_parser(parser.add_subparsers(required=True, metavar="KIND"))
+    options = parser.parse_args(arguments)
+    return options.command(options)
+
+
+def add_parser(kinds: Any) -> None:
+    """Add the commands to subparsers."""
+    for name, command, what in (
+        ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
+        ("prony", _prony, "a creep curve as a series of retardation times"),
+        ("compare", _compare, "a creep curve by several models"),
+        (
+            "batch",
+            batch_command.run,
+            "many creep curves, a folder of results for each, one table and one page",
+        ),
+        (
+            "propagate",
+            further_commands.carry,
+            "what follows from a creep curve at other times, or under a ball, with its band",
+        ),
+    ):
+        parser = kinds.add_parser(name, help=what)
+        flags.add_file(parser, several=command is batch_command.run)
+        if command is _prony:
+            parser.add_argument("--tau", metavar="T,T,...", help="retardation times [s] (chosen by BIC)")
+        elif command is _compare:
+            parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=f"({MODELS})")
+            flags.add_known(parser)
+        else:
+            flags.add_model(parser, laws=True)
+        if command is further_commands.carry:
+            further_commands.add_carry(parser)
+        flags.add_creep(parser)
+        parser.set_defaults(command=command)
+    further_commands.add_design(kinds.add_parser("design", help="the shortest creep tests for a material"))
+    _add_indentation(kinds.add_parser("indentation", help="a ball, cone or punch: time, load and depth"))
+    _add_moduli(kinds)
+
+
+def _add_moduli(kinds: Any) -> None:
+    relaxation = kinds.add_parser("relaxation", help="a relaxation modulus over time")
+    flags.add_file(relaxation)
+    flags.add_model(relaxation)
+    flags.add_test(relaxation, "t, modulus")
+    relaxation.set_defaults(command=_relaxation)
+    oscillation = kinds.add_parser("oscillation", help="storage and loss modulus over frequency")
+    flags.add_file(oscillation)
+    flags.add_model(oscillation)
+    errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
+    flags.add_common(oscillation, "relative", errors, "omega, storage, loss, complex, delta, tan_delta")
+    flags.add_volume(oscillation)
+    flags.add_segment(oscillation, "a sweep of several, by name or position from 0; repeat to join")
+    oscillation.set_defaults(command=_oscillation)
+
+
+def _add_indentation(press: Any) -> None:
+    flags.add_file(press)
+    flags.add_model(press)
+    errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
+    flags.add_common(press, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
+    flags.add_resample(press)
+    flags.add_segment(press, "approach, hold or retract; repeat for several")
+    press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
+    press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
+    taken = "leave out what is before contact, as the load shows it or from a depth [m]"
+    press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
+    press.add_argument("--radius", type=float, metavar="R", help="of the ball, or of the --punch [m]")
+    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
+    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
+    press.add_argument(
+        "--ball-modulus", type=float, metavar="E", help="Young's of the indenter [Pa]; rigid without"
+    )
+    press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
+    press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
+    press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
+    press.add_argument("--control", default="load", metavar="C", help="load or depth: what is given (load)")
+    press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
+    press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
+    press.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help="under a film (0.3)")
+    sticks = "work of adhesion of a ball that sticks, on a half-space [J/m2] (0)"
+    press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
+    for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
+        press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")
+    press.set_defaults(command=_indentation)
+
+
+def _creep(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    output.check_directory(options)
+    data, given = flags.crept(options, options.file)
+    with flags.about(options.file):
+        found = fit_creep(data, options.model, **given, **flags.known(options))
+    return output.finish(options, found)
+
+
+def _prony(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    output.check_directory(options)
+    data, given = flags.crept(options, options.file)
+    tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
+    with flags.about(options.file):
+        found = fit_prony(data, tau, **given)
+    return output.finish(options, found)
+
+
+def _relaxation(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    output.check_directory(options)
+    data, nu = _modulus(read_relaxation, options, start=options.start)
+    given = flags.weighting(options, False) | flags.known(options)
+    with flags.about(options.file):
+        found = fit_relaxation(data, options.model, nu=nu, **given)
+    return output.finish(options, found)
+
+
+def _oscillation(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    output.check_directory(options)
+    data, nu = _modulus(read_oscillation, options)
+    with flags.about(options.file):
+        found = fit_oscillation(
+            data, options.model, nu=nu, **flags.weighting(options, False), **flags.known(options)
+        )
+    return output.finish(options, found)
+
+
+def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
+    """The data, and Poisson's ratio."""
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
+    segment = options.segment and [flags.place(one) for one in options.segment]
+    data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
+    return data, options.nu if options.tension is None else options.tension
+
+
+def _compare(options: argparse.Namespace) -> int:
+    """Read, fit each model, print the table, write the one of lowest BIC and a line on each."""
+    output.check_directory(options)
+    data, given = flags.crept(options, options.file)
+    with flags.about(options.file):
+        table = compare(data, options.models.split(","), **flags.known(options), **given)
+    print(table)
+    return output.finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
+
+
+def _indentation(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    indenter = _indenter(options)
+    if options.layer is not None and options.substrate_modulus is None:
+        raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
+    output.check_directory(options)
+    data = flags.resampled(options, options.file, _indented(options, indenter))
+    extra: dict[str, Any] = {"adhesion": options.adhesion}
+    for name in ("contact_point", "drift", "machine_compliance"):
+        text = getattr(options, name)
+        extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
+    if options.layer is not None:
+        substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
+        extra |= {"layer": options.layer, "substrate": substrate}
+    nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
+    driven = "load" if options.control.lower() == "depth" else "depth"
+    has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
+    with flags.about(options.file):
+        found = fit_indentation(
+            data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
+            control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
+        )  # fmt: skip
+    return output.finish(options, found)
+
+
+def _indenter(options: argparse.Namespace) -> Any:
+    """What presses."""
+    solid = (
+        _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
+    )
+    if options.cone is None:
+        if options.radius is None:
+            raise ValueError("--radius: expected the radius of the ball in m, or a --cone, got none")
+        return (jc.FlatPunch if options.punch else jc.Sphere)(options.radius, solid)
+    if options.radius is not None or options.punch:
+        raise ValueError("--cone: expected no --radius and no --punch beside it")
+    if options.cone.lower() == "berkovich":
+        return jc.Cone.berkovich(solid)
+    return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
+
+
+def _indented(options: argparse.Namespace, indenter: Any) -> Any:
+    """The curve, from contact on where that is asked for; segments and the window are of what is left."""
+    curve = None if options.curve is None else flags.place(options.curve)
+    of_file = {"curve": curve, "spring_constant": options.spring_constant}
+    if options.in_contact is None:
+        return flags.read(read_indentation, options.file, options, segment=options.segment, **of_file)
+    window, options.window = options.window, None
+    data = flags.read(read_indentation, options.file, options, **of_file)
+    depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
+    with flags.about(options.file):
+        data = data.in_contact(depth, indenter, options.layer is not None).only(*(options.segment or ()))
+        return data.window(*flags.span("--window", window)) if window else data
+
+
+def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
+    if not (E > 0 and -1.0 < nu <= 0.5):
+        raise ValueError(f"{flag}: expected a modulus > 0 and -1 < nu <= 0.5, got {E:g} and {nu:g}")
+    return jc.Elastic.from_young(E, nu)

@@ -1,0 +1,177 @@
+"""Flags that the fit commands share, what they mean to the readers and fits, and errors that speak of them."""
+
+import argparse
+import contextlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from fitting.data.weights import KINDS
+from fitting.fits.fractional import LAWS
+from fitting.inference.resampling import resample
+from fitting.io.readers import read_creep
+from fitting.models.structure import CLASSICAL
+from fitting.views.shell_words import in_flags
+
+
+def add_segment(parser: Any, what: str) -> None:
+    """Which parts of a file."""
+    parser.add_argument("--segment", action="append", metavar="S", help=what)
+
+
+def add_file(parser: Any, several: bool = False) -> None:
+    """What is read, and where the results go."""
+    what = "CSV, TSV or an export with columns that name their units"
+    parser.add_argument("file", metavar="FILE", help=what, **({"nargs": "+"} if several else {}))
+    parser.add_argument(
+        "-o", dest="directory", type=Path, metavar="DIR", required=True, help="where results go"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+
+
+def add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
+    """How a file is read and a fit is made."""
+    parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
+    parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")
+    parser.add_argument("--window", metavar="BEGIN:END", help="times that are taken [s], one may be empty")
+    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", where the numbers read both ways')
+    _add_pairs(parser, "column", "KIND=HEADER", f"where a quantity is ({kinds})")
+    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, before what the header says")
+
+
+def add_model(parser: Any, laws: bool = False) -> None:
+    """One of the classical materials, or of the fractional laws too, and what is known of its parameters."""
+    names = ", ".join([*(cls.__name__ for cls in CLASSICAL), *(LAWS if laws else ())])
+    parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
+    add_known(parser)
+
+
+def add_known(parser: Any) -> None:
+    """What is known of the parameters."""
+    _add_pairs(parser, "fix", "NAME=VALUE", "hold a parameter")
+    _add_pairs(parser, "bound", "NAME=LOW:HIGH", "bound a parameter, one side may be empty")
+
+
+def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
+    parser.add_argument(f"--{flag}", action="append", default=[], metavar=form, help=what)
+
+
+def add_test(parser: Any, kinds: str) -> None:
+    """How a curve over time is read and weighted."""
+    errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
+    add_common(parser, "estimated", errors, kinds)
+    add_volume(parser)
+    parser.add_argument(
+        "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
+    )
+    add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+
+
+def add_resample(parser: Any) -> None:
+    """How many points are taken."""
+    what = "means over time, so many for each power of ten, in place of the samples"
+    parser.add_argument("--resample", type=float, metavar="N", help=what)
+
+
+def add_volume(parser: Any) -> None:
+    """What is known of the volume."""
+    parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
+    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
+
+
+def add_creep(parser: Any) -> None:
+    """How a creep curve is read and weighted."""
+    add_test(parser, "t, J, strain, stress, sigma: standard deviations")
+    parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
+    add_resample(parser)
+    parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
+
+
+def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **given: Any) -> Any:
+    """The data of a file; errors speak of flags."""
+    columns = {kind: place(text) for kind, text in pairs("--column", options.column)}
+    window = options.window and span("--window", options.window)
+    places = {"columns": columns, "units": dict(pairs("--unit", options.unit)), "window": window}
+    try:
+        return reader(file, decimal=options.decimal, **places, **given)
+    except ValueError as error:
+        raise ValueError(in_flags(str(error))) from error
+
+
+@contextlib.contextmanager
+def about(file: str) -> Iterator[None]:
+    """Errors within name the file, and speak of flags; a terminal says meanwhile what is fitted."""
+    try:
+        with tqdm(desc=f"fitting {file}", bar_format="{desc} ...", disable=None, leave=False):
+            yield
+    except ValueError as error:
+        raise ValueError(f"{file}: {in_flags(str(error))}") from error
+
+
+def place(text: str) -> int | str:
+    """A position, or a name."""
+    return int(text) if text.isdigit() else text
+
+
+def number(flag: str, text: str) -> float:
+    """A number, or a ValueError that names the flag."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{flag}: expected a number, got {text!r}") from None
+
+
+def weighting(options: argparse.Namespace, has_sigma: bool, usual: str = "estimated") -> dict[str, Any]:
+    """Weights or sigma, and the level; the standard deviations of a file go before the usual weights."""
+    level = {"level": options.level}
+    if options.weights.lower() in KINDS:
+        kind = options.weights.lower()
+        return level | {"weights": None if has_sigma and kind == usual else kind}
+    return level | {"weights": None, "sigma": number("--weights", options.weights)}
+
+
+def known(options: argparse.Namespace) -> dict[str, Any]:
+    """Fixed values and bounds."""
+    return {
+        "fixed": {name: number("--fix", text) for name, text in pairs("--fix", options.fix)},
+        "bounds": {name: span("--bound", text) for name, text in pairs("--bound", options.bound)},
+    }
+
+
+def pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
+    """(name, value) of "name=value"."""
+    for text in texts:
+        if "=" not in text:
+            raise ValueError(f"{flag}: expected NAME=..., got {text!r}")
+    return [(name, value) for name, _, value in (text.partition("=") for text in texts)]
+
+
+def span(flag: str, text: str) -> tuple[float | None, float | None]:
+    """The ends of "low:high", None for one that is empty."""
+    low, mark, high = text.partition(":")
+    if not mark:
+        raise ValueError(f"{flag}: expected LOW:HIGH, got {text!r}")
+    return number(flag, low) if low else None, number(flag, high) if high else None
+
+
+def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
+    """A creep curve, and what the fits of it take alike."""
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
+    data = read(
+        read_creep, file, options, stress=options.stress, start=options.start,
+        segment=options.segment and [place(one) for one in options.segment],
+        **{"convention": options.convention, **tensile},
+    )  # fmt: skip
+    data = resampled(options, file, data)
+    nu = options.nu if options.tension is None else options.tension
+    return data, {"nu": nu} | weighting(options, data.sigma is not None or data.scatter is not None)
+
+
+def resampled(options: argparse.Namespace, file: str, data: Any) -> Any:
+    """As ``--resample`` says."""
+    if options.resample is None:
+        return data
+    with about(file):
+        return resample(data, options.resample)

@@ -1,0 +1,119 @@
+"""Measured moduli: relaxation over time, and storage and loss over frequency. Frozen, checked, in SI units."""
+
+import dataclasses
+
+import numpy as np
+
+from fitting.data.clock import since_load
+from fitting.data.curves import array, times
+from fitting.views.in_words import described
+
+CONVENTIONS = ("G", "E")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RelaxationData:
+    """Stress over strain after a strain step.
+
+    Args:
+        t: (n,) [s] since the step, > 0 or from 0 on, not decreasing.
+        modulus: (n,) [Pa].
+        convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
+        nu: Poisson's ratio, for "E" only.
+        notes: what was taken and mended.
+        start: when the strain began on the clock of t [s], from which t counts in the result; 0 if it does already.
+            None takes t as the time since the step, and adds a note if their spacing suggests an earlier start of the
+            clock (``fitting/data/clock.py``).
+
+    Raises:
+        ValueError: anything else, with what was expected and what came.
+
+    Example:
+        >>> data = fitting.RelaxationData(t=[1, 2, 3, 4, 5], modulus=[9, 6, 4, 3, 2], convention="E", nu=0.5)
+        >>> print(data.shear[0])
+        3.0
+    """
+
+    t: np.ndarray
+    modulus: np.ndarray
+    convention: str = "G"
+    nu: float | None = None
+    notes: tuple[str, ...] = ()
+    start: float | None = None
+
+    def __post_init__(self) -> None:
+        since, late = since_load(times(self.t), self.start)
+        for name, value in {"t": since, "start": 0.0, "notes": (*self.notes, *late)}.items():
+            object.__setattr__(self, name, value)
+        if self.t[0] < 0:
+            raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
+        object.__setattr__(self, "modulus", array("modulus", self.modulus, self.t))
+        factor(self.convention, self.nu)
+
+    def __repr__(self) -> str:
+        head = f"RelaxationData: {self.t.size} points, convention {self.convention}"
+        return described(head, [("t", self.t, "s"), ("modulus", self.modulus, "Pa")], self.notes)
+
+    @property
+    def shear(self) -> np.ndarray:
+        """Relaxation modulus in shear G(t) [Pa], (n,)."""
+        return self.modulus * factor(self.convention, self.nu)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class OscillationData:
+    """Storage and loss modulus over frequency.
+
+    Args:
+        omega: (n,) angular frequency [rad/s] > 0, in any order.
+        storage: (n,) G' or E' [Pa].
+        loss: (n,) G'' or E'' [Pa].
+        convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
+        nu: Poisson's ratio, for "E" only.
+        notes: what was taken and mended.
+
+    Raises:
+        ValueError: anything else, with what was expected and what came.
+
+    Example:
+        >>> data = fitting.OscillationData(omega=[1, 2, 3, 4, 5], storage=[1, 2, 3, 4, 5], loss=[1, 1, 1, 1, 1])
+        >>> print(data.shear[0])
+        (1+1j)
+    """
+
+    omega: np.ndarray
+    storage: np.ndarray
+    loss: np.ndarray
+    convention: str = "G"
+    nu: float | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        omega = array("omega", self.omega)
+        order = np.argsort(omega, kind="stable")
+        if not omega[order[0]] > 0:
+            raise ValueError(f"omega: expected frequencies > 0 rad/s, got {omega[order[0]]:g}")
+        factor(self.convention, self.nu)
+        for name in ("omega", "storage", "loss"):
+            object.__setattr__(self, name, array(name, getattr(self, name), omega)[order])
+
+    def __repr__(self) -> str:
+        head = f"OscillationData: {self.omega.size} points, convention {self.convention}"
+        rows = [("omega", self.omega, "rad/s"), ("storage", self.storage, "Pa"), ("loss", self.loss, "Pa")]
+        return described(head, rows, self.notes)
+
+    @property
+    def shear(self) -> np.ndarray:
+        """G' + i G'' [Pa], (n,) complex."""
+        return (self.storage + 1j * self.loss) * factor(self.convention, self.nu)
+
+
+def factor(convention: str, nu: float | None) -> float:
+    """From the convention to shear; ValueError where the two do not go together."""
+    if convention not in CONVENTIONS:
+        raise ValueError(f"convention: expected one of {', '.join(CONVENTIONS)}, got {convention!r}")
+    if convention == "E" and (nu is None or not -1.0 < nu <= 0.5):
+        raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile modulus (convention 'E'), got {nu!r}")
+    if convention != "E" and nu is not None:
+        raise ValueError(f"nu: goes with convention 'E', not with {convention!r}; got {nu!r}")
+    return 1.0 if convention == "G" else 0.5 / (1.0 + (nu or 0.0))

@@ -1,0 +1,182 @@
+"""Many creep curves on one time grid in one compiled call."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import jaxcontact as jc
+from fitting.data.curves import CreepData
+from fitting.data.weights import choose_weights
+from fitting.inference import evidence
+from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.models.structure import limits, resolve
+from fitting.search import creep_search, padding, varpro
+from fitting.search.creep_search import Optimum
+from fitting.views.in_words import described
+
+VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
+
+
+class BatchFit(NamedTuple):
+    """Fits of m curves.
+
+    Attributes:
+        values: {parameter: (m,)} [Pa, Pa s].
+        intervals: {parameter: (m, 2)}, empty unless asked for.
+        lag1: correlation of neighbouring residuals (m,), nan without intervals.
+        refused: (m,) bool, fits that do not stand (``fitting.inference.verdict``); False without intervals.
+        notes: on the data, in words.
+    """
+
+    values: dict[str, np.ndarray]
+    intervals: dict[str, np.ndarray]
+    lag1: np.ndarray
+    refused: np.ndarray
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        rows = [(name, values, "") for name, values in self.values.items()]
+        rows += [(f"{name} interval", ends, "") for name, ends in self.intervals.items()]
+        rows += [("lag1", self.lag1, ""), ("refused", np.sum(self.refused), "")]
+        return described(f"BatchFit: {self.refused.size} curves, parameters in Pa and Pa s", rows, self.notes)
+
+
+def fit_creep_batch(
+    t: Any, J: Any, model: type | str = jc.Burgers, *, weights: str, intervals: bool = False,
+    fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
+    start: float | None = None,
+) -> BatchFit:  # fmt: skip
+    """Fit many curves on one time grid at once; the same fit as ``fit_creep`` of each.
+
+    Args:
+        t: times (n,) [s].
+        J: a curve in each row, (m, n) [1/Pa].
+        model: as in ``fit_creep``.
+        weights: "estimated", "relative" or "absolute"; no point is left out.
+        intervals: whether to find them too, which takes about ten times as long.
+        fixed: as in ``fit_creep``, for all curves.
+        bounds: likewise.
+        level: of the intervals.
+        start: as of ``CreepData``.
+
+    Returns:
+        Values, intervals and residual correlations.
+
+    Raises:
+        ValueError: as ``CreepData`` and ``fit_creep`` do.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> many = fitting.fit_creep_batch(t, [1e-6 * (1 + t), 1e-6 * (2 + t)], "Maxwell", weights="relative")
+        >>> print(np.round(many.values["G"]))
+        [1000000.  500000.]
+    """
+    structure = resolve(model)
+    table = limits(structure, fixed, bounds)
+    curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
+    notes = tuple(dict.fromkeys(note for curve in curves for note in curve.notes))
+    p = sum(low < high for low, high in table.values())
+    evidence.check(level, curves[0].t.size, p)
+    samples = [
+        Sample.of(curve.t, curve.response, *choose_weights(curve.t, curve.response, weights, None))
+        for curve in curves
+    ]
+    scaled = [
+        creep_search.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)
+    ]
+    problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
+    samples, problems, best = _settled(samples, problems, p)
+    unit = np.array([structure.units(s.compliance, s.time) for s in scaled])
+    rows = [structure.parameters(row) for row in np.asarray(best.parts)[:, own] * unit]
+    values = {name: np.array([row[name] for row in rows]) for name in structure.where}
+    if not intervals:
+        return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool), notes)
+    judged = [
+        evidence.judge(sample, one.residual, one.jacobian, one.inside, p, level)
+        for sample, one in zip(samples, _solved(samples, problems, best), strict=True)
+    ]
+    ends = np.asarray(_profile_all(problems, best, _levels(judged, problems)))
+    spans = ends[:, own] * unit[:, :, None]
+    found = [structure.intervals(row, table) for row in spans]
+    gathered = {name: np.array([row[name] for row in found]) for name in structure.where}
+    lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in judged), strict=True)
+    return BatchFit(values, gathered, np.array(lag1), np.array(refused), notes)
+
+
+def _settled(
+    samples: list[Sample], problems: varpro.TauSearch, p: int
+) -> tuple[list[Sample], varpro.TauSearch, Optimum]:
+    """The optima, with estimated weights that agree with their residuals; the same turns as ``evidence.settled``."""
+    best = _minimise_all(problems)
+    for turn in range(evidence.TURNS if samples[0].label == "estimated" else 0):
+        found = zip(samples, _solved(samples, problems, best), strict=True)
+        weights = [sample.reweighed(one, p) for sample, one in found]
+        if turn and all(evidence.close(w, s.weights) for w, s in zip(weights, samples, strict=True)):
+            break
+        samples = [sample._replace(weights=w) for sample, w in zip(samples, weights, strict=True)]
+        rows = [padding.without_weight(s.weights * float(np.max(np.abs(s.measured)))) for s in samples]
+        problems = problems._replace(weights=np.stack(rows))
+        best = _minimise_all(problems)
+    return samples, problems, best
+
+
+def _solved(samples: list[Sample], problems: varpro.TauSearch, best: Optimum) -> list[Solved]:
+    """The solution of each curve."""
+    n = samples[0].t.size
+    lower, upper = (np.asarray(side) for side in _limits_all(problems))
+    J, parts, residual = (np.asarray(a) for a in (_jacobian_all(problems, best), best.parts, best.residual))
+    inside, free = (
+        np.asarray(creep_search.strictly_inside(parts, lower, upper)),
+        np.flatnonzero(lower[0] < upper[0]),
+    )
+    return [
+        Solved(
+            residual[k, :n], J[k, :n][:, free], inside[k, free], np.ones(n, dtype=bool), sample.weights, None
+        )
+        for k, sample in enumerate(samples)
+    ]
+
+
+def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
+    """Return the RSS allowed for each curve (m,), or for each of its extents (m, 5) where they differ; slope0 has the
+    greatest."""
+    lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
+    levels = np.zeros((len(judged), 5))
+    levels[:, np.flatnonzero(lower < upper)] = [one.levels() for one in judged]
+    levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
+    same = np.all(np.ptp(levels, axis=1) <= 1e-12 * levels[:, 0])
+    return levels[:, 0] if same else levels
+
+
+def _stack(problems: list[varpro.TauSearch]) -> varpro.TauSearch:
+    """One problem with a leading axis; times, range of tau and sides of the box are common to all."""
+    columns = {name: np.stack([getattr(q, name) for q in problems]) for name in VARYING}
+    return problems[0]._replace(**columns)
+
+
+def _axes(problems: varpro.TauSearch) -> varpro.TauSearch:
+    """What vmap runs over: the common basis and range stay unbatched, so their exponentials are shared."""
+    return varpro.TauSearch(**{name: 0 if name in VARYING else None for name in problems._fields})
+
+
+@jax.jit
+def _minimise_all(problems: varpro.TauSearch) -> Optimum:
+    return jax.vmap(creep_search.minimise, in_axes=(_axes(problems),))(problems)
+
+
+@jax.jit
+def _limits_all(problems: varpro.TauSearch) -> tuple[jax.Array, jax.Array]:
+    return jax.vmap(lambda q: q.limits, in_axes=(_axes(problems),))(problems)
+
+
+@jax.jit
+def _jacobian_all(problems: varpro.TauSearch, best: Optimum) -> jax.Array:
+    return jax.vmap(creep_search.jacobian, in_axes=(_axes(problems), 0))(problems, best)
+
+
+@jax.jit
+def _profile_all(problems: varpro.TauSearch, best: Optimum, level: jax.Array) -> jax.Array:
+    one = lambda q, b, most: creep_search.profile(q, b, most, jnp.zeros(0))
+    return jax.vmap(one, in_axes=(_axes(problems), 0, 0))(problems, best, level)

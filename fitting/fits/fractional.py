@@ -1,0 +1,295 @@
+"""Fractional laws fitted to a creep curve: in log G, log V and alpha.
+
+After a step of stress the strain is the law's own J(t), up to alpha = 1, where a springpot is a dashpot. Under a stress
+history, linear between its knots, that of a power law is a sum of powers of the times since each knot: with the jumps
+and slopes of the stress, and p_a(t) = t^a/Gamma(1 + a),
+
+    strain = stress/G + 1/V sum_i (jump_i p_alpha(t - t_i) + slope_i (p_(1+alpha)(t - t_(i-1)) - p_(1+alpha)(t - t_i))).
+
+The strain of a Kelvin-Voigt law, or under a history of many knots, is that of its cut (``jaxcontact.inputs.fractional``), as
+``history.py`` has it of any retardation times, up to alpha = 0.98. The modes that are faster than any gap of the data are
+there too, as one fast retardation time: a springpot has no strain at the very instant of a step.
+"""
+
+import dataclasses
+import functools
+import itertools
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jax.tree_util import Partial
+
+import jaxcontact as jc
+from fitting.data.curves import CreepData
+from fitting.inference.result import Estimate, Landscape
+from fitting.models import history
+from fitting.models.structure import Structure, Volume, by_name, resolve
+from fitting.search import creep_search, padding
+from fitting.search.nonlinear import Best, Objective
+from fitting.search.uncertainty import covariance, log_covariance
+
+LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
+EXACT = 1e-8  # of the cut that is fitted
+CUT = 1e-5  # of the one that is handed out
+EDGE = 16.0  # e-folds beyond what the data show, where log G and log V end
+ORDERS = (0.02, 0.98)  # where alpha of a cut ends
+MOST = 4_000_000  # samples times knots for which the sum of powers is taken
+OFF = 60  # times at which two laws are compared
+FAST = 40.0  # rate of the modes that no gap of the data resolves, times the shortest of them
+STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, share of the spring
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Law(Structure):
+    """A fractional material as the list of its own parameters; its material is cut between the times ``span`` [s]."""
+
+    span: tuple[float, float] = (1.0, 1.0)
+
+    @property
+    def size(self) -> int:
+        """Length of the list."""
+        return len(self.where)
+
+    def unit(self, name: str) -> str:
+        """Of a parameter."""
+        return {"V": "Pa s^alpha", "alpha": ""}.get(name, "Pa")
+
+    def key(self, name: str) -> str:
+        """G_Pa, V_Pa_s^alpha, alpha."""
+        return f"{name}_{self.unit(name).replace(' ', '_')}".rstrip("_")
+
+    def parameters(self, compliances: Any) -> dict[str, Any]:
+        """{parameter: value} of the list."""
+        return {name: compliances[place] for name, place in self.where.items()}
+
+    def compliances(self, values: Array) -> Any:
+        """The law itself, which has ``creep``."""
+        return self.model(**self.parameters(values))
+
+    def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
+        """The list as it is: the search keeps it off zero."""
+        return values
+
+    def material(self, values: dict[str, Any], volume: Volume) -> jc.Prony:
+        """Its cut, for the solver."""
+        law = self.model(**values, **volume.keyword)
+        if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
+            return law.prony(*self.span, CUT)
+        element = jc.Prony(
+            J0=0.0,
+            J=np.array([1.0 / law.G]),
+            tau=np.array([(law.V / law.G) ** (1.0 / law.alpha)]),
+            **volume.keyword,
+        )
+        lower = dataclasses.replace(law, alpha=ORDERS[1]).prony(*self.span, CUT)
+        return min((element, lower), key=lambda material: self._off(law, material))
+
+    def _off(self, law: Any, material: jc.Prony) -> float:
+        """The largest relative difference of J(t) within the span."""
+        t = np.geomspace(*self.span, OFF)
+        return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
+
+    @property
+    def notes(self) -> list[str]:
+        """What the material is good for."""
+        return [
+            f"material: the law cut to retardation times, J(t) to {CUT:g} from {self.span[0]:.4g} to {self.span[1]:.4g} s"
+        ]
+
+
+def creep_structure(model: type | str) -> Structure:
+    """Of a classical material or a fractional one, given itself or its name."""
+    law = by_name(model, LAWS.values()) if isinstance(model, str) else model
+    if law not in LAWS.values():
+        return resolve(model, also=tuple(LAWS))
+    assert isinstance(law, type)
+    names = [field.name for field in dataclasses.fields(law) if field.name in ("G", "V", "alpha")]
+    return Law(law, {name: place for place, name in enumerate(names)}, 0)
+
+
+def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Bounds of the parameters with those of alpha below 1; ValueError where nothing is left."""
+    low, high = table["alpha"]
+    if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
+        raise ValueError(f"alpha: expected between 0 and 1, and {ORDERS[0]} to 1 if fixed, got {low:g}")
+    return table | {"alpha": (low, min(high, 1.0))}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Crept:
+    """A creep curve in parts of its duration, largest response and largest stress, padded; decades before its end
+    of the shortest gap; n points."""
+
+    basis: Any
+    y: np.ndarray
+    weight: np.ndarray
+    compliance: float
+    duration: float
+    decades: int
+    n: int
+
+    @classmethod
+    def of(cls, data: CreepData, weight: np.ndarray) -> "Crept":
+        """From weights (n,)."""
+        size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
+        basis, stress = creep_search.basis(data)
+        times = np.append(0.0, data.t) if data.J is not None else np.sort(np.append(data.t, data.stress[0]))
+        gaps = np.diff(times)
+        decades = math.ceil(math.log10(duration / float(np.min(gaps[gaps > 0]))))
+        y, weight = padding.repeated(data.response / size), padding.without_weight(weight * size)
+        return cls(basis, y, weight, size / stress, duration, max(decades, 1), data.t.size)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times that the data see [s]."""
+        return self.duration * 10.0**-self.decades, self.duration
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """What a residual takes."""
+        return self.basis, self.y, self.weight, self.compliance, math.log(self.duration)
+
+    def objective(self, law: Law, table: dict) -> Objective:
+        """Of coordinates (m,)."""
+        kind = {"model": law.model, "decades": self.decades}
+        lower, upper = self.box(law, table).T
+        return Objective(
+            lambda theta: np.asarray(_residual(theta, *self.arrays, **kind))[: self.n],
+            lambda theta, free: np.asarray(_slopes(theta, *self.arrays, **kind))[: self.n, free],
+            lower,
+            upper,
+            floor=1e-26 * float(np.sum((self.weight * self.y) ** 2)),
+        )
+
+    def box(self, law: Law, table: dict) -> np.ndarray:
+        """Of the coordinates (m, 2)."""
+        size, lapse = -math.log(self.compliance), math.log(self.duration)
+        V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
+        whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], self.highest(law.model))}
+        rows = [_within(whole[name], name, table[name]) for name in law.where]
+        return np.array(rows)
+
+    def highest(self, model: type) -> float:
+        """Order at which the search for alpha ends."""
+        return 1.0 if has_own_strain(model, self.basis) else ORDERS[1]
+
+    def starts(self, law: Law) -> list[np.ndarray]:
+        """Coordinates from pairs of alpha and of the share that a spring has in the largest response."""
+        pairs = STARTS if "G" in law.where else STARTS[:: len({share for _, share in STARTS})]
+        return [self._start(law, alpha, share) for alpha, share in pairs]
+
+    def _start(self, law: Law, alpha: float, share: float) -> np.ndarray:
+        size, part = -math.log(self.compliance), 1.0
+        G = size - math.log(share)
+        if law.model is jc.FractionalMaxwell:
+            part = 1.0 - share
+        elif law.model is jc.FractionalKelvinVoigt:  # what it has reached is a share of what it tends to
+            G = size + math.log(share)
+        V = size - math.log(part) + alpha * math.log(self.duration) - math.lgamma(1.0 + alpha)
+        return np.array([{"G": G, "V": V, "alpha": alpha}[name] for name in law.where])
+
+
+def _within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) -> tuple[float, float]:
+    """A range of a coordinate cut to the bounds of its parameter."""
+    with np.errstate(divide="ignore"):
+        low, high = bounds if name == "alpha" else map(float, np.log(bounds))
+    return (low, high) if low == high else (max(whole[0], low), min(whole[1], high))
+
+
+def values_of(law: Law, theta: Array) -> Array:
+    """Parameters (m,) from coordinates."""
+    by_log = np.array([name != "alpha" for name in law.where])
+    return jnp.where(by_log, jnp.exp(jnp.where(by_log, theta, 0.0)), theta)
+
+
+def estimate(
+    curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, slopes: np.ndarray
+) -> Estimate:
+    """From the optimum and the ends (m, 2) of its profiles: the coordinates undone; slopes (n, k) of the free ones."""
+    low, high = curve.box(law, table).T
+    values, free = np.asarray(values_of(law, best.theta)), high > low
+    J = np.zeros((len(slopes), values.size))
+    J[:, free] = slopes
+    by_log = np.array([1.0 if name != "alpha" else values[place] for name, place in law.where.items()])
+    slope = values / by_log
+    spans = np.stack([np.asarray(values_of(law, end)) for end in ends.T], -1)
+    spans[free & ((ends[:, 0] <= low) | _hidden(law, best.theta, ends)), 0] = 0.0
+    spans[free & ((ends[:, 1] >= high) | _hidden(law, best.theta, ends)), 1] = np.inf
+    inside = (best.theta > low) & (best.theta < high)
+    kind = functools.partial(_at_values, law, curve.decades)
+    box = np.stack([np.asarray(values_of(law, end)) for end in (low, high)], -1) / values[:, None]
+    return Estimate(
+        values, values, spans, covariance(J, free) * np.outer(slope, slope),
+        log_covariance(J * by_log, inside), lambda name: np.zeros(values.size),
+        Landscape(Partial(kind, values, *curve.arrays), np.ones(values.size), box, values),
+    )  # fmt: skip
+
+
+def _hidden(law: Law, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Parameters (m,) that the edge of alpha, where a law is all but a spring or a dashpot, keeps from being known:
+    V where the interval of alpha ends there, G too where its best does."""
+    alpha = law.where["alpha"]
+    found = bool(np.isin(theta[alpha], ORDERS))  # at alpha = 1 a law is a classical one, with a viscosity V
+    reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
+    return np.array([{"V": reached, "G": found, "alpha": False}[name] for name in law.where])
+
+
+def _at_values(law: Law, decades: int, unit: Array, *arrays_and_values: Any) -> Array:
+    """Weighted residuals at parameters in parts of ``unit``, which come last."""
+    *arrays, values = arrays_and_values
+    by_log = np.array([name != "alpha" for name in law.where])
+    theta = jnp.where(by_log, jnp.log(values * unit), values * unit)
+    return _residual(theta, *arrays, model=law.model, decades=decades)
+
+
+@functools.partial(jax.jit, static_argnames=("model", "decades"))
+def _residual(
+    theta: Array, basis: Any, y: Array, weight: Array, compliance: Array, lapse: Array, *, model: type, decades: int
+) -> Array:  # fmt: skip
+    """Weighted (n,), at coordinates (m,), of which the last are log V and alpha."""
+    *spring, log_V, alpha = theta
+    given = {"G": jnp.exp(spring[0]) * compliance} if spring else {}
+    law = model(**given, V=jnp.exp(log_V - alpha * lapse) * compliance, alpha=alpha)
+    return weight * (_strain(law, basis, decades) - y)
+
+
+def has_own_strain(model: type, basis: Any) -> bool:
+    """Whether the strain is found without a cut, for every alpha up to 1."""
+    if isinstance(basis, history.Step):
+        return True
+    return model is not jc.FractionalKelvinVoigt and basis.pick.size * basis.gap.size <= MOST
+
+
+def _strain(law: Any, basis: Any, decades: int) -> Array:
+    """Strain (n,) under the scaled stress."""
+    if isinstance(basis, history.Step):
+        return law.creep(basis.t)
+    if has_own_strain(type(law), basis):
+        return law.creep(0.0) * basis.stress[basis.pick] + _powers(basis, law.alpha) / law.V
+    shortest = 10.0**-decades
+    cut, at_once = law.prony(shortest, 1.0, EXACT), law.creep(0.0)
+    rates = jnp.append(1.0 / cut.tau, FAST / shortest)
+    parts = jnp.concatenate([jnp.stack([at_once]), cut.J, jnp.stack([cut.J0 - at_once, cut.fluidity])])
+    return history.columns(basis, rates) @ parts
+
+
+def _powers(basis: history.History, alpha: Array) -> Array:
+    """Strain (n,) of a springpot of V = 1 under a history: the sum of the module's formula."""
+    power = lambda t, order: jc.Springpot(V=1.0, alpha=order).creep(t)
+    times = jnp.cumsum(basis.gap)
+    jump = basis.stress - basis.start - basis.slope * basis.gap
+    since = times[basis.pick][:, None] - times
+    ramps = power(jnp.maximum(since + basis.gap, 0.0), 1.0 + alpha) - power(
+        jnp.maximum(since, 0.0), 1.0 + alpha
+    )
+    return power(jnp.maximum(since, 0.0), alpha) @ jump + ramps @ basis.slope
+
+
+@functools.partial(jax.jit, static_argnames=("model", "decades"))
+def _slopes(theta: Array, *arrays: Any, model: type, decades: int) -> Array:
+    """Their Jacobian (n, m)."""
+    return jax.jacfwd(lambda at: _residual(at, *arrays, model=model, decades=decades))(jnp.asarray(theta))

@@ -1,0 +1,266 @@
+"""Fit of a material to a relaxation modulus over time, or to storage and loss modulus over frequency.
+
+Both are those of the compliance that every fit here varies (``structure.py``): G(t) by the modes of
+``halfspace.relaxation_modes``, and G' + i G'' = 1/J* with
+
+    J*(omega) = j0 + sum_i j_i/(1 + i omega tau_i) + f/(i omega).
+
+Neither is linear in the compliances, so the fit begins from several retardation times and shares of them.
+"""
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+import jaxcontact as jc
+from fitting.data.moduli import OscillationData, RelaxationData
+from fitting.data.weights import choose_weights
+from fitting.inference import evidence
+from fitting.inference.estimating import conclude, settled
+from fitting.inference.evidence import Sample
+from fitting.inference.result import Fit
+from fitting.models.coordinates import NUISANCES, Coordinates, Space
+from fitting.models.halfspace import relaxation_modes
+from fitting.models.structure import Structure, Volume, limits, structure_of
+from fitting.search import nonlinear, padding
+from fitting.search.nonlinear import Objective
+
+STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  # tau over the duration, share
+LEAST = 1e-6  # scaled compliance below which no logarithm begins
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ModulusFit(Fit):
+    """The fit of a modulus; ``Fit`` has what it shares with other fits.
+
+    Attributes:
+        starts: (sought, agreed): minima that were sought, and those as low as this one.
+    """
+
+    starts: tuple[int, int]
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """What the data are over, and its unit."""
+        return ("t", "s") if isinstance(self.data, RelaxationData) else ("omega", "rad/s")
+
+    @property
+    def since(self) -> np.ndarray:
+        """Times that the data see [s]."""
+        return self.curve[2] if isinstance(self.data, RelaxationData) else 1.0 / self.data.omega[::-1]
+
+    def modulus(self, at: Any) -> np.ndarray:
+        """Shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
+        at, c = jnp.asarray(at, dtype=float), self.compliances()
+        if isinstance(self.data, RelaxationData):
+            weights, rates = relaxation_modes(c, jnp.zeros(()))
+            return np.asarray(jnp.exp(-at[..., None] * rates) @ weights)
+        return np.asarray(_complex_modulus(c, at))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``Fit.to_dict``, with the starts."""
+        return super().to_dict() | {"starts": self.starts[0], "starts_agreed": self.starts[1]}
+
+    def _conditions(self) -> list[str]:
+        sought, agreed = self.starts
+        return [f"  {agreed} of {sought} starts came to this minimum"]
+
+
+def fit_relaxation(
+    data: RelaxationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
+    weights: str | None = None, sigma: Any = None, fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
+) -> ModulusFit:  # fmt: skip
+    """Fit a material to a relaxation modulus G(t) or E(t).
+
+    Args:
+        data: the curve, n points.
+        model: a material class or its name.
+        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        weights: "estimated" (the default without a sigma), "relative" or "absolute", as in ``fit_creep``, but
+            that no point is left out.
+        sigma: in place of weights, the standard deviation of G(t) [Pa], a number or (n,), taken as known.
+        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well the data determine it.
+
+    Raises:
+        ValueError: bad values, too few points, or Kelvin-Voigt, which does not relax.
+
+    Example:
+        >>> t = np.linspace(0.0, 10.0, 21)
+        >>> data = fitting.RelaxationData(t=t, modulus=1e6 * np.exp(-t / 3.0))
+        >>> fit = fitting.fit_relaxation(data, "Maxwell", weights="relative")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 3e+06 Pa s
+    """
+    structure = structure_of(model, tau)
+    check_relaxes(structure)
+    weights = "estimated" if weights is None and sigma is None else weights
+    return _fit(data, weigh(data, weights, sigma), structure, limits(structure, fixed, bounds), nu, level)
+
+
+def fit_oscillation(
+    data: OscillationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
+    weights: str | None = "relative", sigma: Any = None, fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
+) -> ModulusFit:  # fmt: skip
+    """Fit a material to storage and loss modulus over frequency.
+
+    Args:
+        data: the moduli at n frequencies.
+        model: a material class or its name.
+        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        weights: "relative" (errors of both in proportion to |G*|) or "absolute".
+        sigma: in place of weights, the standard deviation of G' and G'' [Pa], a number or (n,), taken as known.
+        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        nu: Poisson's ratio to carry along.
+        level: of the intervals.
+
+    Returns:
+        The material with its intervals, and how well the data determine it.
+
+    Raises:
+        ValueError: bad values or too few points.
+
+    Example:
+        >>> omega = np.geomspace(0.1, 10.0, 11)
+        >>> G = 1e6 * 1j * omega / (1 + 1j * omega)  # a Maxwell fluid of 1e6 Pa and 1e6 Pa s
+        >>> data = fitting.OscillationData(omega=omega, storage=G.real, loss=G.imag)
+        >>> fit = fitting.fit_oscillation(data, "Maxwell")
+        >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
+        G = 1e+06 Pa, eta = 1e+06 Pa s
+    """
+    structure = structure_of(model, tau)
+    if weights not in (None, "relative", "absolute"):
+        raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
+    weighed = weigh(data, None if sigma is not None else weights, sigma)
+    return _fit(data, weighed, structure, limits(structure, fixed, bounds), nu, level)
+
+
+def check_relaxes(structure: Structure) -> None:
+    """ValueError for a model that has no relaxation modulus."""
+    if structure.model is jc.KelvinVoigt:
+        raise ValueError(
+            "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
+        )
+
+
+class Weighed(NamedTuple):
+    """kind: "relaxation" or "oscillation"; curve: as of a ``Fit``, G' and then G'' of an oscillation; weight (n,)
+    [1/Pa] and its label; duration [s]."""
+
+    kind: str
+    curve: tuple[str, str, np.ndarray, np.ndarray]
+    weight: np.ndarray
+    label: str
+    duration: float
+
+
+def weigh(data: RelaxationData | OscillationData, weights: str | None, sigma: Any) -> Weighed:
+    """What is fitted, in shear, and how much each point counts; ValueError unless one choice is made."""
+    if isinstance(data, RelaxationData):
+        curve = ("G", "Pa", data.t, data.shear)
+        weight, label = choose_weights(data.t, data.shear, weights, sigma)
+        return Weighed("relaxation", curve, weight, label, float(data.t[-1]))
+    sigma = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
+    both = np.append(data.omega, data.omega)
+    weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
+    curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))
+    return Weighed("oscillation", curve, weight, label, 1.0 / float(data.omega[0]))
+
+
+def _fit(
+    data: Any, weighed: Weighed, structure: Structure, table: dict, nu: float, level: float
+) -> ModulusFit:
+    """Scale, search, and say what there is to say."""
+    kind, curve, weight, label, duration = weighed
+    *_, x, measured = curve
+    unit = 1.0 / float(np.max(np.abs(measured)))
+    space = material_space(structure, table, unit, duration)
+    evidence.check(level, measured.size, space.free.size)
+    scaled = x / duration if kind == "relaxation" else x * duration
+    of = lambda weights: _objective(kind, space, scaled, measured * unit, weights / unit)
+    best = nonlinear.minimise_from(of(weight), starts(space, STARTS))
+    second = np.cumsum(np.diff(x, prepend=x[0]) < 0)  # G'' begins where the frequencies begin again
+    sample = Sample.of(x, measured, weight, label, second)
+    sample, best, objective = settled(sample, of, best)
+    fields, _ = conclude(
+        space, table, Volume.of(nu, None), sample, best, objective, level, residual=objective.residual
+    )
+    fields["notes"] = (*data.notes, *fields["notes"])
+    return ModulusFit(
+        **fields, data=data, weights=label, curve=curve, duration=duration, starts=(best.starts, best.agreed)
+    )
+
+
+def material_space(structure: Structure, table: dict, unit: float, duration: float) -> Space:
+    """Of a search over a material alone, in units of compliance [1/Pa] and time [s]."""
+    units = structure.units(unit, duration)
+    box = np.concatenate([structure.box(table) / units[:, None], np.zeros((len(NUISANCES), 2))])
+    return Space(structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
+
+
+def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
+    """Coordinates from pairs of a retardation time over the duration and its share; of a series, its parts alike."""
+    structure = space.structure
+    if structure.tau is not None:
+        even = np.append(np.ones(1 + structure.branches) / (1 + structure.branches), 0.1)
+        return [space.near(even, LEAST)]
+    if structure.branches == 0:
+        return [space.near(np.array([1.0, flow]), LEAST) for flow in (0.1, 1.0, 10.0)]
+    return [space.near(np.array([1.0, share, 1.0 - share, share / tau]), LEAST) for tau, share in pairs]
+
+
+def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
+    """Of scaled data, padded within."""
+    arrays = [padding.repeated(x), padding.repeated(y), padding.without_weight(weight)]
+    at, n = space.point, x.size
+    return Objective(
+        lambda theta: _evaluate(at(theta), *arrays, kind)[:n],
+        lambda theta, free: _slopes(at(theta), free, *arrays, kind)[:n],
+        *space.bounds,
+        floor=1e-26 * float(np.sum((weight * y) ** 2)),
+    )
+
+
+def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    """Weighted (n,), of a kind of test, at scaled times or frequencies x (n,)."""
+    c = point.compliances()
+    if kind == "relaxation":
+        weights, rates = relaxation_modes(c, jnp.zeros(()))
+        return weight * (jnp.exp(-x[:, None] * rates) @ weights - y)
+    model = _complex_modulus(c, x)
+    second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
+    return weight * (jnp.where(second, model.imag, model.real) - y)
+
+
+def _complex_modulus(c: Any, omega: Array) -> Array:
+    """G' + i G'' at omega of any shape."""
+    delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)
+    return 1.0 / (c.spring + delayed + c.flow / (1j * omega))
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def _evaluate(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    """Weighted residuals (n,)."""
+    return residual(point, x, y, weight, kind)
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def _slopes(point: Coordinates, free: Array, x: Array, y: Array, weight: Array, kind: str) -> Array:
+    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    some = lambda values: residual(point.moved(free, values), x, y, weight, kind)
+    return jax.jacfwd(some)(point.vector()[free])

@@ -1,0 +1,1 @@
+"""Noise, intervals, verdicts and results of a fit."""

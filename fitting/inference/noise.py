@@ -1,0 +1,198 @@
+"""The noise of a fit's data: how large it is at each point and how correlated, and the intervals that follow.
+
+The covariance matrix of the weighted noise is s^2 D V D. V is the identity or that of an AR(1) series of correlation
+rho (``correlation.py``). D is the identity for weights that the user chose; for estimated weights it has the standard
+deviations (a^2 + (b f)^2)^(1/2) of fitted values f, times the weights, on a grid of a/b. rho and a/b are judged by the
+restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), which knows that a fit of p
+parameters takes variance and correlation out of n residuals. For estimated weights the estimates have the covariance
+s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each direction has the
+mean of it over the directions. Intervals come from the mixture of Student distributions over all rho and a/b, with the
+weight that the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), even in log(a/b), give to each: so they hold
+although neither is known. Where the residuals have heavy tails, the likelihood of a/b counts less, by the variance of
+its score.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.inference import student
+from fitting.inference.correlation import RHO, basis, forms, inverse_forms, lag_one, log_determinant, within
+from fitting.search.uncertainty import ROUNDING
+
+WHITE = 0.3  # prior probability of white noise
+MORE_LIKELY_THAN_NOT = 0.5
+NEGLIGIBLE = 1e-5  # probability, in parts of the largest, of noise that is left out of the mixture
+LEAST_SPREAD = 1e-100  # of residuals that are all zero: squares of what is divided by it are still numbers
+STEP = 0.5  # of log(a/b)
+BEYOND = 64.0  # factor by which a/b goes beyond the least and the greatest value
+LEAST = 1e-5  # a/b over the largest value at which its range ends in any case
+BISECTIONS = 30
+
+
+class Noise(NamedTuple):
+    """lag1: correlation of neighbouring residuals about their mean; likeliest: rho; left: correlation of neighbours that
+    it leaves; white: whether the noise is more likely white than not. share (m,): probability of each noise in the
+    mixture; variance (m, k, k): its covariance in the space of the Jacobian's columns, of weighted residuals; columns
+    (k, p): the Jacobian in that space; dof: degrees of freedom of s; floor: a/b, the mean over the mixture."""
+
+    lag1: float
+    likeliest: float
+    left: float
+    white: bool
+    share: np.ndarray
+    variance: np.ndarray
+    columns: np.ndarray
+    dof: float
+    floor: float
+
+    def rises(self, gradients: np.ndarray, level: float) -> np.ndarray:
+        """Rise of RSS (q,) that bounds the intervals at a level of functions of the free coordinates with ``gradients``
+        (p, q)."""
+        directions = np.linalg.pinv(self.columns, rcond=1e-9).T @ gradients
+        size = np.linalg.norm(directions, axis=0)
+        directions = directions / np.where(size > 0, size, 1.0)
+        variance = np.einsum("kq,mkl,lq->mq", directions, self.variance, directions)
+        mean = np.trace(self.variance, axis1=1, axis2=2) / max(len(self.columns), 1)
+        return _quantiles(self.share, np.where(size > 0, variance, mean[:, None]), level, self.dof) ** 2
+
+    def widening(self, level: float, scale: float) -> float:
+        """Half the interval over that of white noise of standard deviation ``scale`` of the weighted residuals, in the
+        mean over the directions."""
+        if not self.columns.size:
+            return 1.0
+        mean = np.trace(self.variance, axis1=1, axis2=2)[:, None] / len(self.columns)
+        half = float(_quantiles(self.share, mean, level, self.dof)[0])
+        found = half / max(scale, 1e-300) / student.two_sided(level, self.dof)
+        return 1.0 if abs(found - 1.0) < ROUNDING else found
+
+    def whitened(self, jacobian: np.ndarray, spread: float) -> np.ndarray:
+        """Slopes whose normal matrix is the inverse covariance of the coordinates, of the Jacobian (n, p); spread: s of
+        the weighted residuals, widened, where it is the same in all directions."""
+        mean = np.einsum("m,mkl->kl", self.share, self.variance)
+        if not mean.size or np.allclose(
+            mean, mean[0, 0] * np.eye(len(mean)), rtol=1e-9, atol=1e-9 * mean[0, 0]
+        ):
+            return jacobian / max(spread, LEAST_SPREAD)
+        values, vectors = np.linalg.eigh(mean)
+        return (vectors.T @ self.columns) / np.sqrt(values)[:, None]
+
+
+def judge(
+    residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, shapes: np.ndarray,
+    floors: np.ndarray, p: int, known: bool, real: bool = True,
+) -> Noise:  # fmt: skip
+    """The noise of weighted residuals (n,) in blocks (n,), from the Jacobian (n, k) of the free coordinates, of which
+    some are ``inside`` (k,) their bounds.
+
+    shapes (m, n): the diagonals D that are tried, and floors (m,), their a/b; p: parameters; known: whether the size of
+    the noise is; real: whether the residuals are more than rounding.
+    """
+    n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
+    likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
+    if real:
+        likelihood = _restricted(residual, basis(jacobian[:, inside]), blocks, shapes)
+        best = likelihood.max(1, keepdims=True)
+        likelihood = likelihood - best + best / (_excess(residual) if len(shapes) > 1 else 1.0)
+    share = np.exp(likelihood - likelihood.max()) * _prior()
+    rho = float(RHO[np.argmax(likelihood.max(0))])
+    white = bool(share[:, 0].sum() > MORE_LIKELY_THAN_NOT * share.sum())
+    share[:, 1:] *= not white
+    places = np.argwhere(share > NEGLIGIBLE * share.max())
+    share = share[tuple(places.T)] / share[tuple(places.T)].sum()
+    spread, square = _spread(Q, blocks, shapes, places), shapes[places[:, 0]] ** 2
+    if len(shapes) == 1:  # the mean over the directions, which holds in short strongly correlated series too
+        each = np.trace(spread, axis1=1, axis2=2) / max(Q.shape[1], 1)
+        spread = each[:, None, None] * np.eye(Q.shape[1])
+    # s^2 from E[RSS], which the fit takes part of
+    scale = rss * (n - Q.shape[1]) / (n - p) / (square.sum(1) - np.trace(spread, axis1=1, axis2=2))
+    floor = math.sqrt(float(share * scale @ floors[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
+    variance = spread * (1.0 if known else scale[:, None, None])
+    return Noise(
+        lag_one(residual, blocks), rho, _left(residual, rho, blocks), white, share, variance, Q.T @ jacobian,
+        math.inf if known else float(n - p), floor,
+    )  # fmt: skip
+
+
+def _excess(residual: np.ndarray) -> float:
+    """1 + kappa/2, kappa the excess kurtosis of the residuals (n,), not below 0: the variance of the score of a scale
+    over that of Gaussian noise, by which heavy tails make a likelihood of scales worth less."""
+    square = (residual - residual.mean()) ** 2
+    return max(0.5 * float(np.mean(square**2) / np.mean(square) ** 2) - 0.5, 1.0)
+
+
+def _left(residual: np.ndarray, rho: float, blocks: np.ndarray) -> float:
+    """Correlation of neighbours that an AR(1) series of correlation rho leaves."""
+    same = within(blocks)
+    return lag_one((residual[1:] - rho * residual[:-1])[same], blocks[1:][same])
+
+
+def joined(
+    noises: Sequence[Noise], jacobian: np.ndarray, shares: Sequence[float], lag1: float, dof: float
+) -> Noise:
+    """The noise of several tests, independent of each other, with the Jacobian (n, k) of all.
+
+    shares: factors on the variance of each; of a test with several noises in its mixture the mean is taken.
+    """
+    Q = basis(jacobian)
+    columns = Q.T @ jacobian
+    back = np.linalg.pinv(columns, rcond=1e-9)
+    variance = np.zeros((1, Q.shape[1], Q.shape[1]))
+    for one, factor in zip(noises, shares, strict=True):
+        own = one.columns @ back
+        variance[0] += factor * own.T @ np.einsum("m,mkl->kl", one.share, one.variance) @ own
+    white = all(one.white for one in noises)
+    return Noise(lag1, 0.0, 0.0, white, np.ones(1), variance, columns, dof, 0.0)
+
+
+def floors_for(fitted: np.ndarray) -> np.ndarray:
+    """The a/b (m,) tried for fitted values (n,): from all but none to all but infinite."""
+    size = np.abs(fitted)
+    high = BEYOND * float(size.max())
+    low = max(float(size.min()) / BEYOND, LEAST * high)
+    return np.geomspace(low, high, max(math.ceil(math.log(high / low) / STEP), 2) + 1)
+
+
+def _prior() -> np.ndarray:
+    """Return the prior weight of every RHO (k,): d rho is (1 - rho^2) of the even steps in artanh(rho)."""
+    prior = np.sqrt(1.0 - RHO**2)
+    prior *= (1.0 - WHITE) / prior.sum()
+    prior[0] += WHITE
+    return prior
+
+
+def _restricted(residual: np.ndarray, Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    """Restricted log likelihood (m, k) of every shape and RHO, up to a constant."""
+    n, k = Q.shape
+    unit = math.sqrt(float(residual @ residual) / n) or 1.0
+    M = np.column_stack([Q, residual / unit]) / shapes[:, :, None]
+    factor = np.linalg.cholesky(inverse_forms(M, blocks) + 1e-14 * np.eye(k + 1))
+    diagonal = np.diagonal(factor, axis1=-2, axis2=-1)
+    rss = diagonal[..., k] ** 2
+    logdet = log_determinant(blocks) + 2.0 * np.sum(np.log(shapes), 1)[:, None]
+    logdet = logdet + 2.0 * np.sum(np.log(diagonal[..., :k]), -1)
+    return -0.5 * (logdet + (n - k) * np.log(rss))
+
+
+def _spread(Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Q^T D V D Q (m, k, k) for (shape, rho) at ``places`` (m, 2)."""
+    found = np.zeros((len(places), Q.shape[1], Q.shape[1]))
+    for j in np.unique(places[:, 1]):
+        here = places[:, 1] == j
+        found[here] = forms(Q * shapes[places[here, 0]][:, :, None], float(RHO[j]), blocks)
+    return found
+
+
+def _quantiles(share: np.ndarray, variance: np.ndarray, level: float, dof: float) -> np.ndarray:
+    """Half widths (q,) within which the mixture of Student distributions with ``variance`` (m, q) has the level."""
+    single, root = student.two_sided(level, dof), np.sqrt(variance)
+    low, high = single * root.min(0), single * root.max(0)
+    if share.size == 1:
+        return high
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        below = share @ student.share_within(middle / np.maximum(root, 1e-300), dof) < level
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return high

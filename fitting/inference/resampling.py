@@ -1,0 +1,189 @@
+"""A long curve as means over steps of the logarithm of time, with what each mean is worth.
+
+The mean of a curve over a bin is its value at the mean time and half its curvature times the variance of the times. The
+latter is taken off, by the parabola through the means of five bins. Neighbouring samples may share their noise: as an
+AR(1) series whose correlation rho is that of neighbours about a parabola within the bins of many samples. Then n of them
+are worth n (1 - rho)/(1 + rho) independent ones (G. E. P. Box, G. M. Jenkins, Time Series Analysis, 1976), which holds
+for a few only if they are one run of many; so single samples in a row count no more than that either. Only the
+ratios of these errors are handed on: how large they are, and whether the means are still correlated, a fit judges by
+its own residuals, as with any curve.
+"""
+
+import math
+
+import numpy as np
+
+from fitting.data.curves import CreepData, IndentationData
+from fitting.data.segments import noise
+from fitting.data.weights import noise_floor
+from fitting.inference.correlation import BEYOND_CHANCE
+
+FEW = 4  # samples in a bin below which they stay as they are
+LONG = 30  # samples of a bin that tells how correlated they are
+STEP = 0.1  # share of the greatest stress by which it changes at a jump
+LATE = 0.15  # share of a spell of time after which its bins grow no longer
+SURE, SAME = 3.0, 1e-6  # a level is reached within so much of its noise and its range
+MOST = 0.99  # rho
+
+
+def resample(data: CreepData | IndentationData, per_decade: float = 20) -> CreepData | IndentationData:
+    """Means of a curve's samples over bins that are equal in the logarithm of time, and late ones equal in time.
+
+    Time counts from the load of a creep curve and from each of its jumps, and from the start of each segment of an
+    indentation; no bin reaches across. After 15 % of each the bins grow no longer. First and last samples of each, and
+    bins of fewer than four, stay as they are.
+    Known standard deviations become those of the means. Without, ``scatter`` has the ratios of the means' errors, which
+    a fit takes for weights; neighbours that share their noise are allowed for. A spike goes into its mean.
+
+    Args:
+        data: the curve; an indentation ``in_contact``.
+        per_decade: bins in each power of ten of time.
+
+    Returns:
+        The means, at the mean times of their samples, with a note.
+
+    Raises:
+        ValueError: other data, bins that are not more than none, or fewer than 5 points left.
+
+    Example:
+        >>> t = np.arange(1.0, 10001.0)
+        >>> short = fitting.resample(fitting.CreepData(t=t, J=1e-6 * t**0.2))
+        >>> print(short.t.size)
+        115
+    """
+    if not isinstance(data, CreepData | IndentationData):
+        raise ValueError(f"data: expected CreepData or IndentationData, got {type(data).__name__}")
+    if not (isinstance(per_decade, int | float | np.number) and 0.0 < per_decade < math.inf):
+        raise ValueError(f"per_decade: expected a number > 0, got {per_decade!r}")
+    return (_creep if isinstance(data, CreepData) else _indentation)(data, float(per_decade))
+
+
+def _creep(data: CreepData, per_decade: float) -> CreepData:
+    values = data.strain if data.J is None else data.J
+    bins = _Bins(data.t, _spells(data), data.t[0] if data.stress else 0.0, per_decade)
+    rho, known = bins.correlation(values), data.sigma is not None
+    raw = data.sigma if known else np.hypot(noise_floor(data.t, values), values)
+    error = bins.error(raw, rho)
+    stress = data.stress
+    if stress is not None and stress[0].size == data.t.size:  # measured with the strain
+        stress = bins.mean(data.t), bins.value(stress[1])
+    return CreepData(
+        t=bins.mean(data.t), **{"strain" if data.J is None else "J": bins.value(values)}, stress=stress,
+        convention=data.convention, nu=data.nu, notes=(*data.notes, bins.note(rho)), start=data.start,
+        **{"sigma" if known else "scatter": error},
+    )  # fmt: skip
+
+
+def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
+    marks = data.segments
+    bins = _Bins(data.t, _parts(data, marks), data.t[0], per_decade)
+    errors, rhos = {}, []
+    for name, values, sigma in (
+        ("depth", data.depth, data.sigma_depth),
+        ("load", data.load, data.sigma_load),
+    ):
+        rhos.append(bins.correlation(values))
+        raw = np.ones(data.t.size) if sigma is None else sigma
+        errors[f"{'scatter' if sigma is None else 'sigma'}_{name}"] = bins.error(raw, rhos[-1])
+    return IndentationData(
+        t=bins.mean(data.t), load=bins.value(data.load), depth=bins.value(data.depth), marks=marks[bins.first],
+        whole=data.whole_curve(), cut=data.cut, notes=(*data.notes, bins.note(max(rhos))), **errors,
+    )  # fmt: skip
+
+
+def _spells(data: CreepData) -> np.ndarray:
+    """Which spell between jumps of the stress each sample is in, (n,)."""
+    if data.stress is None:
+        return np.zeros(data.t.size, dtype=int)
+    knots, stress = data.stress
+    jump = np.flatnonzero(np.abs(np.diff(stress)) > STEP * np.max(np.abs(stress)))
+    cuts = np.unique(np.concatenate([knots[jump], knots[jump + 1]]))
+    return np.searchsorted(cuts, data.t, side="right")
+
+
+def _parts(data: IndentationData, marks: np.ndarray) -> np.ndarray:
+    """Which segment each sample is in, (n,); a hold that is marked from before its level is reached is cut there."""
+    part, hold = np.cumsum(np.append(False, marks[1:] != marks[:-1])), np.flatnonzero(marks == "hold")
+    if hold.size:
+        late = hold[hold.size // 2 :]
+        held = min((data.load, data.depth), key=lambda y: np.ptp(y[late]) / (np.ptp(y) or 1.0))
+        off = np.abs(held[hold] - np.median(held[hold]))
+        part[hold[np.argmax(off <= SURE * noise(held) + SAME * np.ptp(held))] :] += 1
+    return part
+
+
+class _Bins:
+    """which (n,): the bin of each sample; first, count (m,): first sample and samples of each bin."""
+
+    def __init__(self, t: np.ndarray, spell: np.ndarray, begin: float, per_decade: float) -> None:
+        starts = np.flatnonzero(np.diff(spell, prepend=spell[0] - 1))
+        piece = np.cumsum(np.isin(np.arange(t.size), starts)) - 1
+        since = t - np.append(begin, t[starts[1:]])[piece]
+        ends = np.append(starts[1:], t.size) - 1
+        turn = (since[ends] * LATE)[piece]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            late = np.where(since > turn, (since / turn - 1.0) / math.log(10.0), 0.0)
+            step = np.floor(per_decade * (np.log10(np.minimum(since, turn)) + late))
+        new = np.append(True, (np.diff(spell) != 0) | (step[1:] != step[:-1]))
+        new[starts] = True
+        new[np.minimum(starts + 1, t.size - 1)] = True  # the first alone
+        new[ends] = True  # and the last
+        which = np.cumsum(new) - 1
+        new |= np.bincount(which)[which] < FEW
+        self.which, self.first = np.cumsum(new) - 1, np.flatnonzero(new)
+        self.count = np.bincount(self.which)
+        self.t, self.per_decade, self.spell = t, per_decade, spell[self.first]
+
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """Of values (n,), (m,)."""
+        return np.bincount(self.which, weights=values) / self.count
+
+    def value(self, values: np.ndarray) -> np.ndarray:
+        """Of values (n,) at the mean times, (m,): their means less what curvature puts into them."""
+        t, y = self.mean(self.t), self.mean(values)
+        spread, bent = self.mean(self._centred(self.t) ** 2), np.zeros(t.size)
+        for i in np.flatnonzero(spread > 0.0).tolist():
+            near = np.arange(max(i - 2, 0), min(i + 3, t.size))
+            near = near[self.spell[near] == self.spell[i]]
+            if near.size > 3:
+                x = (t[near] - t[i]) / np.ptp(t[near])
+                bent[i] = np.polyfit(x, y[near], 2, w=np.sqrt(self.count[near]))[0] / np.ptp(t[near]) ** 2
+        return y - bent * spread
+
+    def error(self, single: np.ndarray, rho: float) -> np.ndarray:
+        """Standard deviations (m,) of the means of samples that have (n,)."""
+        return np.sqrt(self.mean(single**2) / self.count * (1.0 + rho) / (1.0 - rho))
+
+    def correlation(self, values: np.ndarray) -> float:
+        """rho of the noise of values (n,); 0 where chance may make it, or too few tell.
+
+        Of an AR(1) series the mean squares of y_(i+2) - y_i and y_(i+1) - y_i have the ratio 1 + rho, whatever its mean.
+        """
+        x = self._centred(self.t)
+        rest = self._less(self._centred(values), x)
+        rest = self._less(rest, self._less(self._centred(x * x), x))
+        level = np.sqrt(np.bincount(self.which, weights=rest**2) / self.count)
+        use = (self.count >= LONG) & (level > 0.0)
+        rest = rest / np.where(use, level, 1.0)[self.which]
+        near, far = (
+            (rest[k:] - rest[:-k])[(self.which[k:] == self.which[:-k]) & use[self.which[k:]]] for k in (1, 2)
+        )
+        if far.size == 0:
+            return 0.0
+        rho = float(np.mean(far**2) / np.mean(near**2)) - 1.0
+        return min(rho, MOST) if rho > 2.0 * BEYOND_CHANCE / math.sqrt(far.size) else 0.0
+
+    def _centred(self, y: np.ndarray) -> np.ndarray:
+        return y - self.mean(y)[self.which]
+
+    def _less(self, y: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """y less its part along x in each bin, (n,)."""
+        along, square = (np.bincount(self.which, weights=x * other) for other in (y, x))
+        return y - x * (along / np.where(square > 0, square, 1.0))[self.which]
+
+    def note(self, rho: float) -> str:
+        """What was done."""
+        means, n = int(np.sum(self.count > 1)), self.which.size
+        shared = f"; noise of neighbours correlated by {rho:.2f}" if rho else ""
+        decade = f"{self.per_decade:g} points a decade"
+        return f"resampled, {decade}: {self.count.size} of {n} points left, {means} of them means{shared}"

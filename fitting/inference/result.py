@@ -1,0 +1,257 @@
+"""What every fit hands back: a material, and how well the data determine it."""
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.tree_util import Partial
+
+from fitting.inference import student
+from fitting.inference.evidence import Judged, identified
+from fitting.models.structure import Compliances, Structure, Volume
+from fitting.search.uncertainty import LogCovariance, inseparable
+from fitting.views import fit_picture, report
+
+
+class Landscape(NamedTuple):
+    """What the residuals of a fit are over, for those that go on from it.
+
+    residual (n,): weighted, of values (k,): the compliances, then nuisances, scaled; a pytree. best (k,); box (k,
+    2): bounds, equal where held; unit (k,): of each in SI; nuisances: their names.
+    """
+
+    residual: Partial
+    best: np.ndarray
+    box: np.ndarray
+    unit: np.ndarray
+    nuisances: tuple[str, ...] = ()
+
+
+class Estimate(NamedTuple):
+    """What a search found, in SI, in the order of the structure's list of compliances.
+
+    best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): ends of the intervals;
+    covariance (m, m), zero for what was held; log: of the log parameters; moves(name) (m,): change of the
+    compliances with a quantity that was held; landscape: None where the residuals are runs of the contact solver.
+    """
+
+    best: np.ndarray
+    opened: np.ndarray
+    spans: np.ndarray
+    covariance: np.ndarray
+    log: LogCovariance
+    moves: Callable[[str], np.ndarray]
+    landscape: Landscape | None
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fit:
+    """A fitted material and how well the data determine it.
+
+    material: the best fit (an infinite parameter where its compliance is zero); model: its class.
+    values, intervals, identified: {parameter: value | (low, high), inf on an open side | bool}, in
+    Pa and Pa s, or 1/Pa and 1/(Pa s) of a series; fixed parameters have (value, value). sd_log
+    {parameter: sd of its logarithm}, inf at an open end. tau [s]: the retardation time, nan where there is
+    none, (k,) of a series; duration [s]. condition: of J^T J in log parameters; weakest {parameter:
+    component} of the least known direction; weakest_sd. fitted, residuals (n,): response and weighted
+    residuals. rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
+    correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of the intervals, for what
+    correlation the noise may have; refused: why the fit does not stand, () if it does. r2 (unweighted),
+    aic, bic. p: free parameters. notes: on the data and on the fit. curve: (name, unit, times, values) of
+    what was fitted.
+    """
+
+    structure: Structure
+    material: Any
+    data: Any
+    weights: str
+    level: float
+    values: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
+    identified: dict[str, bool]
+    sd_log: dict[str, float]
+    fixed: tuple[str, ...]
+    tau: Any
+    duration: float
+    condition: float
+    weakest: dict[str, float]
+    weakest_sd: float
+    fitted: np.ndarray
+    residuals: np.ndarray
+    rss: float
+    noise: float
+    lag1: float
+    misfit: bool
+    widening: float
+    refused: tuple[str, ...]
+    r2: float
+    aic: float
+    bic: float
+    p: int
+    notes: tuple[str, ...]
+    curve: tuple[str, str, np.ndarray, np.ndarray]
+    estimate: Estimate = dataclasses.field(repr=False)
+
+    @property
+    def model(self) -> type:
+        """The class of the material."""
+        return self.structure.model
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """What the data are over, and its unit."""
+        return "t", "s"
+
+    @property
+    def since(self) -> np.ndarray:
+        """Times of the data from the first on [s]."""
+        return self.curve[2] - self.curve[2][0]
+
+    @property
+    def t_over_tau(self) -> float:
+        """Duration over the longest retardation time, nan where there is none."""
+        return self.duration / float(np.max(self.tau))
+
+    @property
+    def verdict(self) -> str:
+        """Whether what the fit says of the parameters counts: "stands" or "refused"."""
+        return "refused" if self.refused else "stands"
+
+    def compliances(self) -> Compliances:
+        """Of the material, as found by the search: finite where a parameter is infinite."""
+        return self.structure.compliances(jnp.asarray(self.estimate.best))
+
+    def covariance(self) -> np.ndarray:
+        """Of the list of compliances (m, m) [SI], zero for what was held."""
+        return self.estimate.covariance
+
+    def moves(self, name: str) -> np.ndarray:
+        """Change of the compliances (m,) [SI] with a quantity held in the fit; ValueError if it had none."""
+        return self.estimate.moves(name)
+
+    def predict(self, t: Any) -> np.ndarray:
+        """Shear creep compliance J(t) [1/Pa], t [s] of any shape; exact for infinite parameters too."""
+        return np.asarray(self.compliances().creep(jnp.asarray(t, dtype=float)))
+
+    def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
+        return linear_band(self.structure, self.estimate, self.level, t)
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def summary(self) -> str:
+        """The fit in words, for the terminal."""
+        lines = [
+            "; ".join([f"{self.model.__name__} fit of {self._points()}", *self._choices()]),
+            *(report.parameter(self, name) for name in self.values),
+            *self._nuisance_lines(),
+        ]
+        lines += [
+            *report.separation(self),
+            *self._combination_lines(),
+            *report.quality(self),
+            *report.verdict(self),
+        ]
+        return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
+
+    def _points(self) -> str:
+        """What was fitted, for the first line."""
+        t, (over, unit) = self.curve[2], self.abscissa
+        return f"{t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
+
+    def _choices(self) -> list[str]:
+        """What the user chose, for the first line."""
+        return [f"weights: {self.weights}"]
+
+    def _nuisance_lines(self) -> list[str]:
+        return []
+
+    def _combination_lines(self) -> list[str]:
+        return []
+
+    def _conditions(self) -> list[str]:
+        """What the result holds for."""
+        return []
+
+    def plot(self, path: Any = None) -> Any:
+        """Figure of data, fit, band, residuals and verdict; saved where a path is given."""
+        return fit_picture.draw(self, path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
+        keys = {name: self.structure.key(name) for name in self.values}
+        return {
+            "model": self.model.__name__, "weights": self.weights, "level": self.level,
+            "points": self.fitted.size,
+            "parameters": {keys[n]: plain(v) for n, v in self.values.items()},
+            "intervals": {keys[n]: [plain(v) for v in pair] for n, pair in self.intervals.items()},
+            "identified": dict(self.identified), "fixed": list(self.fixed),
+            "tau_s": plain(self.tau), "duration_s": self.duration,
+            "duration_over_tau": plain(self.t_over_tau),
+            "condition_log_parameters": plain(self.condition), "weakest_direction": dict(self.weakest),
+            "r2": plain(self.r2), "aic": plain(self.aic), "bic": plain(self.bic), "noise": self.noise,
+            "verdict": self.verdict, "reasons": list(self.refused),
+            "lag1_residual_correlation": self.lag1, "misfit": self.misfit, "interval_widening": self.widening,
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+    def to_json(self) -> str:
+        """``to_dict`` as text."""
+        return json.dumps(self.to_dict(), indent=2)
+
+
+def plain(value: Any) -> Any:
+    """A number for JSON, None where it is infinite or missing; a list of them."""
+    if np.ndim(value):
+        return [plain(v) for v in value]
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Limits (low, high) of J(t) [1/Pa] at a level, t (m,) [s], linearised in log J."""
+    times = jnp.atleast_1d(jnp.asarray(t, dtype=float))
+    log_creep = lambda values: jnp.log(structure.compliances(values).creep(times))
+    slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))
+    spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, found.covariance, slope))
+    z = student.two_sided(level)
+    best = np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times))
+    with np.errstate(over="ignore"):
+        return best * np.exp(-z * spread), best * np.exp(z * spread)
+
+
+def findings(
+    structure: Structure, table: dict, level: float, volume: Volume, judged: Judged, found: Estimate,
+    coordinates: Sequence[str],
+) -> dict[str, Any]:  # fmt: skip
+    """The fields of a ``Fit`` that follow from an estimate and its evidence; coordinates (k,): names of the columns of
+    the slopes."""
+    evidence = judged.evidence
+    values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
+    intervals = structure.intervals(found.spans, table)
+    fixed = tuple(name for name, (low, high) in table.items() if low == high)
+    names, log = {place: name for name, place in structure.where.items()}, found.log
+    sd = dict.fromkeys(values, math.inf)
+    sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
+    known = identified(intervals, table, level, evidence.refused)
+    return evidence._asdict() | {
+        "structure": structure, "level": level, "material": structure.material(values, volume), "values": values,
+        "intervals": intervals, "identified": known, "fixed": fixed,
+        "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
+        "condition": log.condition, "weakest_sd": log.weakest_sd,
+        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
+        "estimate": found, "notes": inseparable(judged.slopes, coordinates, known),
+    }  # fmt: skip
+
+
+def _tau(structure: Structure, values: np.ndarray) -> float | np.ndarray:
+    """The given times (k,) [s], or the one found; nan where there is none."""
+    if structure.tau is not None:
+        return structure.tau
+    retarded, rise = values[1 : structure.flow], values[structure.flow + 1 :]
+    return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan

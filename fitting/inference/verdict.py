@@ -1,0 +1,104 @@
+"""When a fit is refused: its residuals say that the model does not describe the data, and nothing it found counts."""
+
+import math
+
+import numpy as np
+
+from fitting.inference import student
+from fitting.inference.correlation import BEYOND_CHANCE, RHO, basis, within
+from fitting.inference.noise import Noise
+
+CHANCE = 1e-3  # of an outlier in a series of Gaussian noise
+MATTERS = 1.0  # standard errors by which leaving an outlier out moves the fit
+ISOLATED = 0.5  # residual of a neighbour over that of an outlier, at most
+FLAT = 1e-9
+
+
+def reasons(
+    residuals: np.ndarray, jacobian: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, t: np.ndarray,
+    blocks: np.ndarray,
+) -> tuple[str, ...]:  # fmt: skip
+    """Why a fit does not stand, () if it does; weighted residuals, fitted response and t [s], (n,), jacobian
+    (n, k), blocks (n,) of neighbours."""
+    found = []
+    constant = np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
+    if r2 <= 0.0 and not (constant and noise.white):
+        found.append(f"the model explains nothing: R2 = {r2:.3g}, no better than a constant")
+    if noise.likeliest == RHO[-1]:
+        found.append(f"the residuals follow a trend: correlation of neighbours beyond {RHO[-1]:.2f}")
+    elif abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size):
+        found.append(
+            f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
+            " AR(1) noise is taken off"
+        )
+    slip = slipped(residuals, jacobian.shape[1], blocks)
+    if slip is not None:
+        found.append(
+            f"the curve slips between t = {t[slip]:.4g} and {t[slip + 1]:.4g} s: one jump of the residuals"
+        )
+    points = [i for i in outlying(residuals, jacobian, blocks) if _moves(residuals, jacobian, i) > MATTERS]
+    if points:
+        times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
+        found.append(
+            f"outliers move the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or say by sigma"
+            " how uncertain they are"
+        )
+    return tuple(found)
+
+
+def outlying(residuals: np.ndarray, jacobian: np.ndarray, blocks: np.ndarray | None = None) -> list[int]:
+    """Isolated points whose residual, had they been left out, is beyond chance (studentised, Bonferroni); blocks (n,)
+    of neighbours, None for one."""
+    n, Q = residuals.size, basis(jacobian)
+    left = 1.0 - np.minimum(np.sum(Q * Q, 1), 1.0 - 1e-12)
+    dof = n - Q.shape[1] - 1
+    if dof < 1:
+        return []
+    others = np.maximum(residuals @ residuals - residuals**2 / left, 1e-300) / dof
+    score = np.abs(residuals) / np.sqrt(others * left)
+    far = np.flatnonzero(score > student.two_sided(1.0 - CHANCE / n, dof))
+    return [int(i) for i in far if isolated(residuals, i, blocks)]
+
+
+def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> int | None:
+    """The point before a jump of the residuals of k parameters beyond chance, alone of its size; None without.
+
+    Differences of neighbours are small where a model is only somewhat wrong, or the noise correlated; a slip of the
+    instrument makes one large one (a spike two, the steps of a display many). Studentised by the others, Bonferroni.
+    blocks (n,): neighbours are of one block; None for one.
+    """
+    same = within(_one(residuals) if blocks is None else blocks)
+    jumps = np.where(same, np.diff(residuals), 0.0)
+    count = int(same.sum())
+    dof = count - k - 1
+    if dof < 1:
+        return None
+    i = int(np.argmax(np.abs(jumps)))
+    rest = np.delete(jumps, i)
+    far = student.two_sided(1.0 - CHANCE / count, dof) * math.sqrt(rest @ rest / dof)
+    single = np.max(np.abs(rest)) <= ISOLATED * abs(jumps[i])
+    between = 0 < i < jumps.size - 1 and same[i - 1] and same[i + 1]
+    return i if between and single and abs(jumps[i]) > far else None
+
+
+def isolated(residuals: np.ndarray, i: int, blocks: np.ndarray | None = None) -> bool:
+    """Whether at most one neighbour of the same block is off to the same side by half as much."""
+    blocks = _one(residuals) if blocks is None else blocks
+    beside = [j for j in (i - 1, i + 1) if 0 <= j < residuals.size and blocks[j] == blocks[i]]
+    near = residuals[beside] * np.sign(residuals[i])
+    return bool(np.sum(near > ISOLATED * abs(residuals[i])) <= (near.size > 1))
+
+
+def _one(residuals: np.ndarray) -> np.ndarray:
+    """The labels (n,) of a single block."""
+    return np.zeros(residuals.size, dtype=int)
+
+
+def _moves(residuals: np.ndarray, jacobian: np.ndarray, i: int) -> float:
+    """Standard errors by which the fitted value moves when the point is left out."""
+    Q = basis(jacobian)
+    own = min(float(Q[i] @ Q[i]), 1.0 - 1e-12)
+    others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / max(
+        residuals.size - Q.shape[1] - 1, 1
+    )
+    return float(abs(residuals[i]) * math.sqrt(own) / ((1.0 - own) * math.sqrt(max(others, 1e-300))))

@@ -1,0 +1,87 @@
+"""Force curves of microscopes through the library afmformats, which is loaded when one is read."""
+
+import importlib
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting.data.contact import tip_depth
+from fitting.data.segments import label
+
+SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5")
+
+
+def is_force_curve(path: str | os.PathLike) -> bool:
+    """Whether the name ends as those of force curves do."""
+    return os.fspath(path).lower().endswith(SUFFIXES)
+
+
+def read(path: str | os.PathLike, curve: int | str | None, spring_constant: float | None) -> dict[str, Any]:
+    """The fields of an ``IndentationData``: depth from the tip position, or from height and load.
+
+    Args:
+        path: a file of JPK, Igor or HDF5.
+        curve: which one of several, by position from 0.
+        spring_constant: [N/m], where the file does not say it.
+
+    Raises:
+        ImportError: afmformats is not there; says what to install.
+        ValueError: not such a file, no times, several curves and no choice.
+    """
+    name = os.fspath(path)
+    if not Path(name).is_file():
+        raise ValueError(f"{name}: cannot be read: expected a file")
+    data = _choose(name, _load(name, spring_constant), curve)
+    if "time" not in data:
+        raise ValueError(
+            f"{name}: expected times, got {sorted(data.columns)}: take load and depth from afmformats "
+            "and make IndentationData(t=..., load=..., depth=...)"
+        )
+    t, load = np.asarray(data["time"], dtype=float), np.asarray(data["force"], dtype=float)
+    k = data.metadata.get("spring constant", spring_constant)
+    if "tip position" in data:
+        depth, note = -np.asarray(data["tip position"], dtype=float), "depth from the tip position"
+    else:
+        height = next(key for key in ("height (measured)", "height (piezo)") if key in data)
+        depth, note = tip_depth(name, t, load, np.asarray(data[height], dtype=float), k)
+    marks = _marks(data, load, depth)
+    return {
+        "t": t,
+        "load": load,
+        "depth": depth,
+        "marks": marks,
+        "notes": (f"{data.modality} curve by afmformats", note),
+    }
+
+
+def _load(name: str, spring_constant: float | None) -> Any:
+    try:
+        library = importlib.import_module("afmformats")
+    except ImportError:
+        raise ImportError(
+            f"{name}: force curves of microscopes need afmformats: pip install 'jaxcontact[afm]'"
+        ) from None
+    # its own errors are no Exceptions, and each of its formats raises others besides
+    errors = (Exception, library.errors.AFMFileFormatError, library.errors.MissingMetaDataError)
+    given = None if spring_constant is None else {"spring constant": spring_constant}
+    try:
+        return library.load_data(name, meta_override=given)
+    except errors as error:
+        what = (str(error) or type(error).__name__).splitlines()[0][:200]
+        raise ValueError(f"{name}: afmformats cannot read it: {what}") from None
+
+
+def _choose(name: str, curves: Any, curve: int | str | None) -> Any:
+    if curve is None and len(curves) != 1:
+        raise ValueError(
+            f"{name}: expected one curve, got {len(curves)}: choose with curve= from 0 to {len(curves) - 1}"
+        )
+    if curve is not None and not (isinstance(curve, int) and 0 <= curve < len(curves)):
+        raise ValueError(f"{name}: curve: expected 0 to {len(curves) - 1}, got {curve!r}")
+    return curves[curve or 0]
+
+
+def _marks(data: Any, load: np.ndarray, depth: np.ndarray) -> np.ndarray | None:
+    return label([str(mark) for mark in data["segment"]], load, depth) if "segment" in data else None

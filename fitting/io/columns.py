@@ -1,0 +1,251 @@
+"""The columns of a quantity in a block: where they are, in which unit, and their numbers in SI."""
+
+import math
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from fitting.data import units as unit_table
+from fitting.io.cells import is_missing, number
+from fitting.io.names import FACTOR, KINDS, LOGARITHM, Heading, read_heading
+from fitting.io.table import Block, Row, Table
+
+SI = {
+    "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
+    "angle": "rad", "ratio": "-",
+}  # fmt: skip
+# infinity and "not a number" of instruments by SCPI-99, sec. 7.2.1.4 and 7.2.1.5
+OVERLOAD = (9.9e37, 9.91e37)
+LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; beyond it a number without a unit was not in SI
+FOOTER = 3  # lines of words after the numbers that may be left out, or a tenth of the rows
+
+
+class Wanted(NamedTuple):
+    """key: of ``columns`` and ``units``; names: kinds of names that serve, the best first."""
+
+    key: str
+    names: tuple[str, ...]
+
+
+class Column(NamedTuple):
+    """place: from 0; label: as shown; name: the kind of its name, None if unknown; shown: its plain name; unit: as written,
+    None without one."""
+
+    place: int
+    label: str
+    name: str | None
+    shown: str
+    factor: float
+    notes: tuple[str, ...]
+    unit: str | None
+
+
+class Series(NamedTuple):
+    """Columns of a block in SI, NaN where a cell is missing.
+
+    name: of the block; lines (n,): of the file; values: key to (n,); columns: key to Column;
+    before: the text above the block; marks: cells of the segment column, or (); notes; zero: where t = 0
+    is on the file's clock [s].
+    """
+
+    name: str
+    lines: np.ndarray
+    values: dict[str, np.ndarray]
+    columns: dict[str, Column]
+    before: str
+    marks: tuple[str, ...]
+    notes: tuple[str, ...]
+    zero: float = 0.0
+
+    @property
+    def clock(self) -> np.ndarray:
+        """What the columns are over, the first of them, (n,)."""
+        return next(iter(self.values.values()))
+
+    def pick(self, rows: Any) -> "Series":
+        """Some of the rows."""
+        marks = tuple(np.asarray(self.marks)[rows]) if self.marks else ()
+        values = {key: array[rows] for key, array in self.values.items()}
+        return self._replace(lines=self.lines[rows], values=values, marks=marks)
+
+    def say(self, *notes: str) -> "Series":
+        """With further notes."""
+        return self._replace(notes=(*self.notes, *notes))
+
+
+def fail(path: str, line: int, column: str, what: str) -> NoReturn:
+    """One line that names the file, the line and the column."""
+    raise ValueError(f"{path}: line {line}, column {column!r}: {what}")
+
+
+def has(block: Block, wanted: Wanted, columns: dict) -> bool:
+    """Whether the block has a column for what is wanted."""
+    choice = columns.get(wanted.key)
+    if isinstance(choice, int):
+        return choice < block.width
+    cells = block.header.cells if block.header else []
+    if choice is not None:
+        return choice in cells
+    return any(read_heading(cell).kind in wanted.names for cell in cells)
+
+
+def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dict) -> Column:
+    """The column of what is wanted, and the factor of its unit.
+
+    Raises:
+        ValueError: none, several that serve as well, a unit that is none.
+    """
+    place, kind, notes = _place(table, block, wanted, columns)
+    label, heading, line = f"column {place + 1}", Heading("", None, None), block.rows[0][0]
+    if block.header and place < len(block.header.cells):
+        label, line = block.header.cells[place], block.header.line
+        heading = read_heading(label)
+        under = block.header.units[place]
+        heading = heading._replace(unit=heading.unit if heading.unit is not None else under or None)
+        _check_plain(table.path, line, label, wanted.key, units)
+    text = units.get(wanted.key, heading.unit)
+    quantity = KINDS[wanted.names[0]]
+    if text is None:
+        notes = (*notes, f"{label}: no unit, taken as {SI[quantity]}")
+        return Column(place, label, kind, heading.name, 1.0, notes, None)
+    try:
+        factor = unit_table.factor(quantity, str(text))
+    except KeyError:
+        accepted = unit_table.accepted(quantity)
+        fail(table.path, line, label, f"expected a unit among {accepted}; got {text!r}")
+    return Column(place, label, kind, heading.name, factor, notes, str(text))
+
+
+def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> None:
+    """ValueError where the name says that the numbers are logarithms, or, with no unit told, times a power of ten."""
+    if LOGARITHM.match(label):
+        fail(
+            path, line, label, "expected the quantity itself, got a function of it: write its values instead"
+        )
+    if FACTOR.search(label) and key not in units:
+        what = "expected a unit without a power of ten, got one: say what the numbers are in"
+        fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
+
+
+def _place(
+    table: Table, block: Block, wanted: Wanted, columns: dict
+) -> tuple[int, str | None, tuple[str, ...]]:
+    """(position, kind of its name, notes)."""
+    key, choice = wanted.key, columns.get(wanted.key)
+    if isinstance(choice, int):
+        if not 0 <= choice < block.width:
+            raise ValueError(f"{table.path}: columns[{key!r}]: expected 0 to {block.width - 1}, got {choice}")
+        kind = read_heading(block.header.cells[choice]).kind if block.header else None
+        return choice, kind, ()
+    assert block.header is not None  # ``has`` sees to it
+    cells = block.header.cells
+    if choice is not None:
+        hits, name = [i for i, cell in enumerate(cells) if cell == choice], None
+    else:
+        hits, name = _by_name(cells, block.header.units, wanted)
+    if len(hits) != 1:
+        found = "none" if not hits else " and ".join(repr(cells[i]) for i in hits)
+        for cell in cells:
+            if not hits and read_heading(cell).kind is None:
+                _check_plain(table.path, block.header.line, cell, wanted.key, {})
+        shown = ", ".join(repr(cell) for cell in cells[:12])
+        what = (
+            f"expected one column for {choice or key!r} in {shown}; got {found}; say columns={{{key!r}: ...}}"
+        )
+        fail(table.path, block.header.line, key, what)
+    return hits[0], name or read_heading(cells[hits[0]]).kind, _others(cells, hits[0], wanted)
+
+
+def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[int], str | None]:
+    """Columns of the best kind of name; those with a unit that can be read go before "Depth (V)"."""
+    for name in wanted.names:
+        hits = [i for i, cell in enumerate(cells) if read_heading(cell).kind == name]
+        units = [read_heading(cells[i]).unit or under[i] for i in hits]
+        fine = [
+            i
+            for i, unit in zip(hits, units, strict=True)
+            if not unit or unit_table.is_unit(KINDS[name], unit)
+        ]
+        if hits:
+            return fine or hits, name
+    return [], None
+
+
+def _others(cells: list[str], place: int, wanted: Wanted) -> tuple[str, ...]:
+    """A note where another column would have served."""
+    others = [cell for i, cell in enumerate(cells) if i != place and read_heading(cell).kind in wanted.names]
+    return (f"{cells[place]!r} taken, not {others[0]!r}",) if others and len(wanted.names) > 1 else ()
+
+
+def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
+    """The numbers of a block. Lines of words after them are left out and noted.
+
+    Raises:
+        ValueError: a cell that should be a number and is none, with its line and column.
+    """
+    rows, notes = _body(table, block, next(iter(found.values())))
+    values = {
+        key: np.array([_cell(table, block, row, column) for row in rows]) for key, column in found.items()
+    }
+    notes = (*(note for column in found.values() for note in column.notes), *notes)
+    for key, column in found.items():
+        values[key] = values[key] * column.factor
+        _check_size(table, column, key, values[key])
+    lines = np.array([line for line, _ in rows])
+    return Series(block.name, lines, values, found, block.before, _marks(block, rows), notes)
+
+
+def _body(table: Table, block: Block, time: Column) -> tuple[list[Row], tuple[str, ...]]:
+    """Rows without the lines of words that follow them."""
+    rows = list(block.rows)
+    while rows and _is_words(rows[-1][1], time.place, table.dialect.decimal):
+        rows.pop()
+    left = block.rows[len(rows) :]
+    if len(left) > max(FOOTER, len(rows) // 10):
+        fail(table.path, left[0][0], time.label, f"expected numbers, got {' '.join(left[0][1])[:40]!r}")
+    return rows, tuple(f"line {line} left out: {' '.join(row)[:40]!r}" for line, row in left)
+
+
+def _is_words(row: list[str], place: int, decimal: str) -> bool:
+    """No number in the time's cell, and a word somewhere."""
+    time = row[place] if place < len(row) else ""
+    if number(time, decimal) is not None:
+        return False
+    return any(not is_missing(cell) and number(cell, decimal) is None for cell in row)
+
+
+def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
+    line, cells = row
+    if column.place >= len(cells) or any(cells[block.width :]):
+        what = f"expected {block.width} columns, got {len(cells)}: name each of them in the header, once"
+        fail(table.path, line, column.label, what)
+    cell = cells[column.place]
+    if is_missing(cell):
+        return math.nan
+    value = number(cell, table.dialect.decimal)
+    if value is None:
+        fail(table.path, line, column.label, f"expected a number, got {cell[:40]!r}")
+    if math.isinf(value):
+        fail(table.path, line, column.label, f"expected a finite number, got {cell!r}")
+    return math.nan if abs(value) in OVERLOAD else value
+
+
+def _check_size(table: Table, column: Column, key: str, values: np.ndarray) -> None:
+    """Without a unit, 1500 is no depth in m."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if key in LARGEST and largest > LARGEST[key] and any("no unit" in note for note in column.notes):
+        raise ValueError(
+            f"{table.path}: column {column.label!r}: no unit, and {largest:g} {SI[key]} is too large: "
+            f"give units={{{key!r}: ...}}"
+        )
+
+
+def _marks(block: Block, rows: list[Row]) -> tuple[str, ...]:
+    """Cells of the column of segments, an empty one as the one before; () without such a column."""
+    names = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
+    if "segment" not in names:
+        return ()
+    place, marks = names.index("segment"), [""]
+    for _, cells in rows:
+        marks.append(cells[place] if place < len(cells) and cells[place] else marks[-1])
+    return tuple(marks[1:])

@@ -1,0 +1,197 @@
+"""Readers of relaxation and oscillation tests, in the steps of ``readers.py``."""
+
+import os
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.data.moduli import OscillationData, RelaxationData
+from fitting.io import mending, onset
+from fitting.io.columns import Series, Wanted, has
+from fitting.io.readers import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
+from fitting.io.table import Table, read_table
+
+OMEGA = Wanted("omega", ("angular frequency", "frequency"))
+LOSS = Wanted("loss", ("loss modulus", "tensile loss modulus"))
+COMPLEX = Wanted("complex", ("complex modulus", "tensile complex modulus"))
+ANGLE = Wanted("delta", ("phase angle", "delta"))
+FACTOR = Wanted("tan_delta", ("loss factor",))
+PAIRS = (
+    (STORAGE, LOSS),
+    (COMPLEX, ANGLE),
+    (COMPLEX, FACTOR),
+    (STORAGE, ANGLE),
+    (STORAGE, FACTOR),
+)  # the best first
+# how the name of a tensile column begins
+TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "estor", "eloss", "erelax", "tensile")
+
+
+def read_relaxation(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    convention: str = "G", nu: float | None = None, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> RelaxationData:  # fmt: skip
+    """Read time and relaxation modulus, G(t) or E(t).
+
+    Args:
+        path: a text file.
+        columns: where the header does not say it: {"t": header or position from 0, "modulus": ...}.
+        units: {"t": "min", "modulus": "kPa"}; they take precedence over the header.
+        convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
+        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
+        start: when the strain was put on [s], on the file's clock.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
+        >>> _ = file.write_text("t [min],G(t) [kPa]\\n" + "".join(f"{t},{9 - t}\\n" for t in range(1, 7)))
+        >>> data = fitting.read_relaxation(file)
+        >>> print(data.t[0], data.modulus[0])
+        60.0 8000.0
+    """
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "modulus"))
+    parts = curves_of(table, (TIME, MODULUS), columns, units)
+    taken = mending.choose(table.path, "segment", parts, segment)
+    convention, taken = _tension(table.path, taken, convention, nu)
+    taken = onset.shift(table.path, taken, start)
+    onset.check_clock(table.path, taken, start)
+    taken = mending.ordered(mending.complete(table.path, mending.window(taken, window)))
+    taken = mending.check_times(table.path, taken)
+    t, modulus = taken.values["t"], taken.values["modulus"]
+    fields = {
+        "t": t,
+        "modulus": modulus,
+        "convention": convention,
+        "nu": nu,
+        "notes": once(taken.notes),
+        "start": 0.0,
+    }
+    return build(table.path, RelaxationData, **fields)
+
+
+def read_oscillation(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    convention: str = "G", nu: float | None = None, segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> OscillationData:  # fmt: skip
+    """Read a frequency sweep: storage and loss modulus, G' and G'' or E' and E''.
+
+    Where a file lacks one of them, it may have |G*| or G' with the phase angle delta or tan delta.
+
+    Args:
+        path: a text file.
+        columns: where the header does not say it: {"omega": header or position from 0, "storage": ..., "loss": ...},
+            or "complex", "delta", "tan_delta" in place of these.
+        units: {"omega": "Hz", "storage": "kPa"}; they take precedence over the header. A column of frequencies
+            without rad/s or Hz is read only with its unit.
+        convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
+        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
+        segment: the sweep of a file with several (temperatures, say), by name or position from 0; several are joined.
+        window: (begin, end) [rad/s], None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The moduli in SI over angular frequency, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "gel.csv"
+        >>> rows = "".join(f"{f},{2 * f},{f}\\n" for f in range(1, 7))
+        >>> _ = file.write_text("Frequency [Hz],G' [kPa],G'' [kPa]\\n" + rows)
+        >>> data = fitting.read_oscillation(file)
+        >>> print(round(data.omega[0], 3), data.storage[0], data.loss[0])
+        6.283 2000.0 1000.0
+    """
+    table = read_table(path, decimal)
+    keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
+    columns, units = checked_options(table, columns, units, keys)
+    parts = curves_of(table, (OMEGA, *_pair(table, columns)), columns, units)
+    taken = mending.choose(table.path, "segment", parts, segment)
+    _check_frequency(table.path, taken, units)
+    convention, taken = _tension(table.path, taken, convention, nu)
+    taken = mending.complete(table.path, mending.window(taken, window), positive=("omega",))
+    _check_angle(table.path, taken, units)
+    _check_sweep(table.path, taken.values["omega"])
+    fields = _moduli(taken.values) | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
+    return build(table.path, OscillationData, **fields)
+
+
+def _pair(table: Table, columns: dict) -> tuple[Wanted, Wanted]:
+    """The first pair that a block has all of, those that the caller named before the others."""
+    named = sorted(PAIRS, key=lambda pair: -sum(one.key in columns for one in pair))
+    whole = [pair for pair in named if any(all(has(b, one, columns) for one in pair) for b in table.blocks)]
+    return (whole or named)[0]
+
+
+def _moduli(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """omega, storage and loss from one of the pairs."""
+    if "loss" in values:
+        return values
+    tan = values["tan_delta"] if "tan_delta" in values else np.tan(values["delta"])
+    storage = values["storage"] if "storage" in values else values["complex"] / np.hypot(1.0, tan)
+    return {"omega": values["omega"], "storage": storage, "loss": storage * tan}
+
+
+def _check_angle(path: str, taken: Series, units: dict) -> None:
+    """ValueError where it could be in degrees as well as in rad, or is none of a solid or fluid."""
+    column = taken.columns.get("delta")
+    if column is None:
+        return
+    if column.unit is None:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected a phase angle in ° or rad, got neither: give"
+            " units={'delta': 'deg'} or 'rad'"
+        )
+    most = float(np.nanmax(np.abs(taken.values["delta"])))
+    if most >= 0.5 * np.pi:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected phase angles between 0 and 90°, got {np.degrees(most):.4g}°"
+        )
+
+
+def _check_sweep(path: str, omega: np.ndarray) -> None:
+    """ValueError for a sweep of time, strain or temperature at one frequency."""
+    if omega.size > 1 and np.ptp(omega) == 0.0:
+        raise ValueError(
+            f"{path}: omega: expected several frequencies, got {omega[0]:g} rad/s throughout: a sweep of something"
+            " else? give a frequency sweep"
+        )
+
+
+def _check_frequency(path: str, taken: Series, units: dict) -> None:
+    """ValueError where it could be in rad/s as well as in Hz."""
+    column = taken.columns["omega"]
+    said = "omega" in units or re.search("rad|hz", column.unit or "", re.IGNORECASE)
+    if column.name == "frequency" and not said:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected a frequency in rad/s or Hz, got neither: give"
+            " units={'omega': 'Hz'} or 'rad/s'"
+        )
+
+
+def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
+    """The convention that the column declares; tension never passes for shear."""
+    column = next((c for c in taken.columns.values() if c.shown.lower().startswith(TENSILE)), None)
+    if column is None:
+        return convention, taken
+    if nu is None:
+        raise ValueError(
+            f"{path}: column {column.label!r}: a tensile test needs nu= for E = 2 (1 + nu) G, got none"
+        )
+    return "E", taken.say(f"{column.label}: tension, E = 2 (1 + nu) G with nu = {nu:g}")

@@ -1,0 +1,129 @@
+"""Names of columns in the field's usual spellings, English and German, and headings read with them."""
+
+import re
+from typing import NamedTuple
+
+from fitting.data import units
+
+# Names are compared without case (one letter apart: T is a temperature), blanks, dots, hyphens, underscores.
+NAMES = {
+    "time": "t time testtime seriestime elapsedtime totaltime creeptime timeonsample runtime time(sequence)"
+    " zeit messzeit prüfzeit versuchszeit gesamtzeit kriechzeit testzeit",
+    "step time": "steptime intervaltime segmenttime time(action) schrittzeit intervallzeit abschnittszeit"
+    " segmentzeit",
+    "compliance": "J j j(t) jt compliance creepcompliance shearcompliance shearcreepcompliance"
+    " nachgiebigkeit kriechnachgiebigkeit schernachgiebigkeit schubnachgiebigkeit komplianz",
+    "tensile compliance": "D d(t) tensilecompliance tensilecreepcompliance uniaxialcompliance"
+    " extensionalcompliance axialcompliance flexuralcompliance dehnnachgiebigkeit zugnachgiebigkeit"
+    " zugkriechnachgiebigkeit biegenachgiebigkeit",
+    "strain": "strain strain(t) creepstrain γ γ(t) gamma gamma(t) shearstrain scherung schiebung gleitung"
+    " scherdehnung deformation scherdeformation",
+    "tensile strain": "ε ε(t) epsilon tensilestrain axialstrain extensionalstrain engineeringstrain"
+    " truestrain elongation flexuralstrain dehnung kriechdehnung zugdehnung längsdehnung",
+    "stress": "stress stress(t) τ tau shearstress sxy spannung schubspannung scherspannung",
+    "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
+    " flexuralstress zugspannung normalspannung",
+    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus relaxationsmodul kriechmodul"
+    " creepmodulus",
+    "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz",
+    "frequency": "ν freq frequency testfrequency frequenz prüffrequenz",
+    "storage modulus": "g' gstor storagemodulus shearstoragemodulus speichermodul speicherschubmodul",
+    "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul",
+    "complex modulus": "g* |g*| complexmodulus complexshearmodulus komplexermodul komplexerschubmodul",
+    "tensile complex modulus": "e* |e*| tensilecomplexmodulus",
+    "loss factor": "tanδ tan(δ) tan(d) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
+    " dämpfungsfaktor",
+    "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel",
+    "tensile storage modulus": "e' estor tensilestoragemodulus",
+    "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
+    "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
+    " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft",
+    "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
+    " displacementintosurface eindringtiefe eindringung tiefe verschiebung",
+    "delta": "δ delta",  # a depth or a phase angle
+    "height": "height(measured) measuredheight heightmeasured zsensor",
+    "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
+    "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
+    "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
+}
+KINDS = {
+    "time": "t", "step time": "t", "compliance": "J", "tensile compliance": "J", "strain": "strain",
+    "tensile strain": "strain", "relaxation modulus": "stress", "stress": "stress", "tensile stress": "stress",
+    "angular frequency": "omega", "frequency": "omega", "storage modulus": "stress", "loss modulus": "stress",
+    "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
+    "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
+    "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
+    "smoothed height": "depth", "commanded height": "depth",
+}  # fmt: skip
+LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
+BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"
+BRACKETS = (
+    r"(?P<name>.*\S)\s*\[(?P<unit>[^\[\]]*)\]",
+    r"(?P<name>.*\S)\s*\((?P<unit>(?:[^()]|\([^()]*\))*)\)",
+    r"(?P<name>.*\S)\s*[{<（【](?P<unit>[^{}<>（）【】]*)[}>）】]",
+)
+AGAIN = re.compile(r"(?<=[\])])\.[0-9]+$")  # what pandas puts after the second of two equal names
+LOGARITHM = re.compile(r"\s*(?:log|lg|ln|sqrt)(?:10|2|e)?(?=[\s_(\[])", re.IGNORECASE)
+FACTOR = re.compile(r"10\s*(?:\^\s*[-−+]?|[-−+])[0-9]|10[⁻⁺]?[⁰¹²³⁴-⁹]|[0-9][eE][-−+]?[0-9]")
+PARTS = (
+    r"(?P<name>.+)",
+    *BRACKETS,
+    r"(?P<name>.*\S)\s+in\s+(?P<unit>\S.*)",
+    r"(?P<name>[^/]*\S)\s*/\s*(?P<unit>\S.*)",
+    r"(?P<name>.*\S)\s*,\s*(?P<unit>\S+)",
+    "_",
+    BLANK,
+)
+PRIMES = str.maketrans({"′": "'", "’": "'", "´": "'", "″": '"', "”": '"'})
+DECLARED = ("shear", "scher", "schub", "schieb", "gleit", "γ", "gamma", "τ", "tau", "j", "sxy")
+
+
+class Heading(NamedTuple):
+    """name: plain; kind: of NAMES, None if unknown; unit: as written, None if not given."""
+
+    name: str
+    kind: str | None
+    unit: str | None
+
+
+def read_heading(cell: str) -> Heading:
+    """What a header's cell says: "J [1/GPa]", "Depth (nm)", "time / s", "F/mN", "time_s", "Kraft in N"."""
+    cell = AGAIN.sub("", cell.strip().strip(":"))
+    cuts = [(pattern, *found) for pattern in PARTS for found in _cuts(pattern, cell)]
+    for pattern, name, unit in cuts:
+        kind = kind_of(name)
+        if kind and (pattern is not BLANK or (kind in KINDS and units.is_unit(KINDS[kind], unit or ""))):
+            return Heading(plain(name), kind, unit)
+    for pattern, name, unit in cuts:
+        if unit is not None and (
+            pattern in BRACKETS or any(units.is_unit(kind, unit) for kind in units.KINDS)
+        ):
+            return Heading(plain(name), None, unit)
+    return Heading(plain(cell), None, None)
+
+
+def _cuts(pattern: str, cell: str) -> list[tuple[str, str | None]]:
+    """(name, unit) of the cell cut by a pattern; by an underscore, at each of them."""
+    if pattern == "_":
+        places = [k for k, letter in enumerate(cell) if letter == "_" and not re.search(r"\s[\[(]", cell[k:])]
+        return [(cell[:k], cell[k + 1 :]) for k in reversed(places)]
+    found = re.fullmatch(pattern, cell)
+    return [(found["name"], found.groupdict().get("unit"))] if found else []
+
+
+def kind_of(name: str) -> str | None:
+    """The kind of a name, with or without a symbol after it: "Zeit t", "Compliance J(t)"."""
+    head, _, symbol = name.strip().rpartition(" ")
+    kind = LOOKUP.get(plain(head))
+    return LOOKUP.get(plain(name)) or (kind if kind and LOOKUP.get(plain(symbol)) == kind else None)
+
+
+def plain(name: str) -> str:
+    """The name without blanks and marks, and without case if it is longer than a letter."""
+    name = re.sub(r"[\s_.\-]", "", name).translate(PRIMES)
+    return name if len(name) == 1 else name.lower()
+
+
+def says_shear(name: str) -> bool:
+    """Whether a plain name says that shear is meant."""
+    return name.lower().startswith(DECLARED)

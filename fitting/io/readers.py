@@ -1,0 +1,345 @@
+"""Readers of creep and indentation files: delimited text of any instrument, and force curves of microscopes.
+
+A file is read in steps, one module of ``fitting.io`` for each: lines (``text``), cells and decimal mark
+(``cells``), blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``).
+What is mended because nothing is lost by it is said in ``notes``: rows out of order are sorted, repeated
+times kept as repeated measurements, rows with an empty cell or J <= 0 left out if they are at most a tenth,
+a column without a unit taken as SI. Everything else is a ValueError of one line that names the file, the
+line, the column, and the option that would read it.
+"""
+
+import dataclasses
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fitting.data.contact import tip_depth
+from fitting.data.curves import CONVENTIONS, ERRORS, CreepData, IndentationData
+from fitting.data.segments import label, named
+from fitting.io import afm, constancy, mending, onset
+from fitting.io.columns import Series, Wanted, has, locate, series
+from fitting.io.names import says_shear
+from fitting.io.table import Table, read_table
+
+TIME = Wanted("t", ("step time", "time"))
+COMPLIANCE = Wanted("J", ("compliance", "tensile compliance"))
+STRAIN = Wanted("strain", ("strain", "tensile strain"))
+STRESS = Wanted("stress", ("stress", "tensile stress"))
+MODULUS = Wanted("modulus", ("relaxation modulus",))
+STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
+SWEEP = Wanted("sweep", (*STORAGE.names, "complex modulus", "tensile complex modulus"))
+CLOCK = Wanted("t", ("time", "step time"))
+LOAD = Wanted("load", ("load",))
+DEPTH = Wanted("depth", ("depth", "delta"))
+OF = {"sigma": 1, "sigma_load": 1, "sigma_depth": 2}  # place of what an error is of, in the columns wanted
+HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
+AIR = 5  # points before contact that are too few to speak of
+STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
+
+
+def read_creep(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None, convention: str = "J",
+    nu: float | None = None, stress: float | None = None, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> CreepData:  # fmt: skip
+    """Read time and compliance, or time, strain and stress, of a creep test.
+
+    A column of stress beside a compliance decides what this is: J(t) under a constant stress, the quotient of strain
+    and stress under one that varies, of which the strain is taken under the measured stress.
+
+    Args:
+        path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
+        columns: where the header does not say it: {"t": header or position from 0, "J": ..., "strain": ...,
+            "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
+            unit of these if it has none of its own.
+        units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
+        convention: what the compliance is: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
+            tension, which needs nu.
+        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D. A column that says it is tensile
+            ("D(t)", "tensile strain") is read only with it.
+        stress: the constant stress [Pa] of a file that has strain alone.
+        start: when the load began [s], on the file's clock. Without it the file must show it, and notes
+            say what was taken.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
+        >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
+        >>> data = fitting.read_creep(file)
+        >>> print(data.t[0], data.J[0])
+        60.0 3e-06
+    """
+    if convention not in CONVENTIONS:
+        raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "J", "strain", "stress", "sigma"))
+    wanted = _what(table, columns, stress)
+    if "sigma" in columns:
+        wanted = (*wanted, Wanted("sigma", wanted[1].names))
+    if COMPLIANCE in wanted:
+        wanted = (*wanted, *_beside(table, columns, units))
+    taken = mending.choose(table.path, "segment", curves_of(table, wanted, columns, units), segment)
+    if "J" in taken.values and "stress" in taken.values:
+        taken = constancy.settle(table.path, taken, window and window[1])
+    convention, taken = _tension(table, taken, convention, nu)
+    taken = onset.shift(table.path, taken, start)
+    fields: dict[str, Any] = {"convention": convention, "nu": nu}
+    if "J" in taken.values:
+        onset.check_clock(table.path, taken, start)
+        taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
+        taken = mending.check_times(table.path, mending.ordered(taken))
+        fields |= {"J": taken.values["J"], "start": 0.0}
+        onset.check_course(table.path, taken.values["t"], fields["J"])
+    else:
+        taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))
+        taken, fields["stress"] = onset.loaded(table.path, taken, start)
+        taken = mending.window(taken, window)
+        taken = mending.check_times(table.path, taken)
+        fields["strain"] = taken.values["strain"]
+        onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
+    fields["sigma"] = taken.values.get("sigma")
+    return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
+
+
+def read_indentation(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    segment: str | Sequence[str] | None = None, window: tuple[float | None, float | None] | None = None,
+    curve: int | str | None = None, spring_constant: float | None = None, decimal: str | None = None,
+) -> IndentationData:  # fmt: skip
+    """Read time, load and depth of an indentation, or of a force curve.
+
+    The curve is returned as measured: ``in_contact`` of the result takes the points before contact off.
+    A force curve without depth has it from the height and the cantilever, depth = z - load/k, from the first
+    sample on.
+
+    Args:
+        path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
+            microscope (JPK, Igor, HDF5) through the library afmformats.
+        columns: as of ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
+            for columns of standard deviations, in the unit of depth or load if they have none of their own.
+        units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
+        segment: "approach", "hold", "retract", or several of them: what is taken.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        curve: which of several curves in the file, by position from 0 or by name.
+        spring_constant: of the cantilever [N/m], where the file does not say it.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+        ImportError: a microscope's format without afmformats.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "hold.txt"
+        >>> rows = "".join(f"{t}\\t2\\t{3 + t}\\n" for t in range(6))
+        >>> _ = file.write_text("Time (s)\\tLoad (uN)\\tDepth (nm)\\n" + rows)
+        >>> print(fitting.read_indentation(file).load.max())
+        2e-06
+    """
+    if afm.is_force_curve(path):
+        if columns or units or decimal:
+            raise ValueError(
+                f"{os.fspath(path)}: columns, units, decimal: go with text, not with a force curve"
+            )
+        found = afm.read(path, curve, spring_constant)
+        data = build(os.fspath(path), IndentationData, **found)
+    else:
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+    data = data.only(segment) if isinstance(segment, str) else data.only(*(segment or ()))
+    data = data.window(*window) if window else data
+    before = data.contact.before
+    if before <= AIR:
+        return data
+    note = f"{before} of {data.t.size} points are before contact: in_contact() leaves them out"
+    return dataclasses.replace(data, notes=(*data.notes, note))
+
+
+def _indentation_text(
+    path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
+    spring_constant: float | None, decimal: str | None,
+) -> IndentationData:  # fmt: skip
+    """A text file as it is, all segments."""
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
+    raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
+        has(block, HEIGHT, columns) for block in table.blocks
+    )
+    errors = [
+        Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
+    ]
+    parts = curves_of(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units)
+    parts = [
+        part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
+    ]
+    one = all(named(part.name) for part in parts) and curve is None
+    taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
+    taken = mending.ordered(mending.complete(table.path, taken))
+    t, load = taken.values["t"], taken.values["load"]
+    if raised:
+        k = spring_constant or _fact(SPRING_FACT, taken.before)
+        depth, note = tip_depth(table.path, t, load, taken.values["height"], k)
+        taken = taken.say(note)
+    else:
+        depth = taken.values["depth"]
+    marks = label(taken.marks, load, depth) if taken.marks else None
+    notes = once(taken.notes)
+    known = {key: taken.values[key] for key in ERRORS if key in taken.values}
+    return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
+
+
+def checked_options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
+    """The two dictionaries, with known keys only."""
+    for name, given in (("columns", columns), ("units", units)):
+        for key in given or {}:
+            if key not in keys:
+                raise ValueError(f"{table.path}: {name}: expected keys among {list(keys)}, got {key!r}")
+    chosen = list((columns or {}).values())
+    if len(set(chosen)) < len(chosen):
+        raise ValueError(f"{table.path}: columns: expected different columns, got {columns}")
+    return columns or {}, units or {}
+
+
+def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
+    """Compliance where a block has it, else strain and stress."""
+    some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    if some(COMPLIANCE) or not some(STRAIN):
+        for others, what, reader in (
+            ((MODULUS,), "a relaxation modulus", "read_relaxation"),
+            ((STORAGE,), "a storage modulus", "read_oscillation"),
+            ((SWEEP,), "a complex modulus", "read_oscillation"),
+            ((LOAD, DEPTH), "load and depth", "read_indentation"),
+        ):
+            if not some(COMPLIANCE) and some(*others) and "J" not in columns:
+                raise ValueError(
+                    f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
+                )
+        return TIME, COMPLIANCE
+    alone = stress is not None or _fact(STRESS_FACT, table.blocks[0].before) is not None
+    if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
+        raise ValueError(
+            f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
+        )
+    return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
+
+
+def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
+    """The stress, and the strain, that stand beside a compliance; none where no column or several could be the stress."""
+    blocks = [block for block in table.blocks if has(block, COMPLIANCE, columns)]
+
+    def told(wanted: Wanted) -> bool:
+        try:
+            return bool(blocks) and all(locate(table, block, wanted, columns, units) for block in blocks)
+        except (ValueError, AssertionError):
+            return False
+
+    return [wanted for wanted in (STRESS, STRAIN) if told(wanted)] if told(STRESS) else []
+
+
+def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
+    """The curves of a file: its blocks that have all that is wanted, cut where the clock starts again."""
+    blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
+    if not blocks:  # the longest block says what is missing
+        blocks = [max(table.blocks, key=lambda block: len(block.rows))]
+        if len(blocks[0].rows) < mending.LEAST < blocks[0].width:
+            raise ValueError(
+                f"{table.path}: expected a row for each time, got {len(blocks[0].rows)} rows of {blocks[0].width} "
+                "cells: transpose the table"
+            )
+        if blocks[0].header is None:
+            example = {one.key: k for k, one in enumerate(wanted)}
+            line, got = blocks[0].rows[0][0], columns or "none"
+            raise ValueError(
+                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, "
+                f"and units=; got {got}"
+            )
+    found = []
+    for block in blocks:
+        places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+        for key, place in OF.items():
+            if key in places and any("no unit" in note for note in places[key].notes):
+                places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
+        if len({column.place for column in places.values()}) < len(places):
+            raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
+        found += mending.runs(series(table, block, places))
+    others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
+    if not others:
+        return found
+    first, last = others[0].rows[0][0], others[-1].rows[-1][0]
+    return [
+        part.say(f"{len(others)} other blocks of numbers, lines {first} to {last}, not read")
+        for part in found
+    ]
+
+
+def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
+    """With a stress, from the file or the caller."""
+    if "stress" in taken.values:
+        if stress is not None:
+            raise ValueError(
+                f"{table.path}: stress: the file has a column of it, expected none beside it, got {stress!r}"
+            )
+        return taken
+    value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)
+    if not value or not np.isfinite(value):
+        raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
+    values = taken.values | {"stress": np.full(taken.lines.size, value)}
+    return taken._replace(values=values).say(f"constant stress {value:g} Pa")
+
+
+def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
+    """The convention that the columns declare; tension never passes for shear."""
+    columns = [taken.columns[key] for key in ("J", "strain", "stress") if key in taken.columns]
+    tensile = [column.label for column in columns if (column.name or "").startswith("tensile")]
+    if tensile and nu is None:
+        raise ValueError(
+            f"{table.path}: column {tensile[0]!r}: a tensile test needs nu= for J = 2 (1 + nu) D, got none"
+        )
+    if tensile and convention == "1/(2G)":
+        raise ValueError(f"{table.path}: convention: expected 'D' for {tensile[0]!r}, got {convention!r}")
+    if tensile:
+        return "D", taken.say(f"{tensile[0]}: tension, J = 2 (1 + nu) D with nu = {nu:g}")
+    if nu is not None and convention != "D":
+        raise ValueError(
+            f"{table.path}: nu: goes with tension, convention='D'; got convention={convention!r}"
+        )
+    silent = [column.label for column in columns if not says_shear(column.shown)]
+    if convention == "J" and len(silent) == len(columns):
+        return convention, taken.say(f"{silent[0]}: taken as shear; for tension give convention='D' and nu=")
+    return convention, taken
+
+
+def _fact(pattern: str, text: str) -> float | None:
+    """A number that the text above the columns states."""
+    found = re.findall(pattern, text)
+    try:
+        return float(found[-1]) if found else None
+    except ValueError:
+        return None
+
+
+def once(notes: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(notes))
+
+
+def build(path: str, cls: type, **fields: Any) -> Any:
+    try:
+        return cls(**fields)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None

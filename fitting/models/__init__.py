@@ -1,0 +1,1 @@
+"""Forward models: from a material to the measured curve."""

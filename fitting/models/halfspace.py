@@ -1,0 +1,238 @@
+"""A ball, cone or punch on a viscoelastic half-space: depth from load, and load from depth.
+
+While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438)
+
+    depth^(3/2) = 3/(8 sqrt(R)) int [(1 - nu) J(t - s) + A] dP(s),
+    P = 8 sqrt(R)/(3 (1 - nu)) int G(t - s) d(depth^(3/2))                (and so with a bulk modulus: ``surface``),
+
+(other powers and sizes for other probes, ``probe.py``),
+
+with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
+845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
+The load, or depth^(3/2) and depth, are linear between samples; then both integrals are exact
+recursions. The measured depth is depth + contact point + drift t + machine compliance P. A ball that
+sticks is in ``adhesion.py``.
+
+All is scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
+"""
+
+import functools
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from fitting.models import adhesion
+from fitting.models.coordinates import Coordinates
+from fitting.models.history import columns, recursion
+from fitting.models.structure import Compliances
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support.exponential import phi1
+from jaxcontact.inputs import spectrum
+
+BISECTIONS = 24
+
+
+class Curve(NamedTuple):
+    """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball,
+    over 1 - nu; bulk: the bulk modulus, or None for a constant nu; power: of the depth.
+
+    top: index of the greatest depth, from which on the contact may shrink; pull: 6 pi w R of the work of
+    adhesion w; edge: share of creep in the compliance of an edge that sticks, 0 for J(0) and 1 for J(t).
+    """
+
+    t: Array
+    load: Array
+    depth: Array
+    weights: Array
+    basis: Any
+    extra: Array
+    bulk: Array | None
+    power: Array
+    top: Array
+    pull: Array | float = 0.0
+    edge: Array | float = 0.0
+
+
+def depth_residual(point: Coordinates, curve: Curve) -> Array:
+    """Weighted depth of the model less that measured, (n,); the load is given."""
+    total = _hereditary(surface(point.compliances(), curve.bulk), curve)
+    # an integral at or below zero: not in contact yet; the slope of the root stays finite
+    depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (1.0 / curve.power), 0.0)
+    return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
+
+
+def load_residual(point: Coordinates, curve: Curve) -> Array:
+    """Weighted load of the model less that measured, (n,); the depth is given and the contact grows."""
+    weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
+    power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** curve.power
+    return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
+
+
+def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
+    """As ``load_residual``, for one maximum of the depth: after it the integral ends at t1(t)."""
+    weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
+    rising = jnp.arange(curve.t.size) <= curve.top
+    depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+    depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
+    last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
+    power = depth**curve.power
+    ended = _at(curve.t, power, _memory(curve.t, power, rates), rates, last)
+    decay = jnp.exp(-rates * (curve.t - last)[:, None])
+    return curve.weights * ((decay * ended) @ weights - curve.load)
+
+
+def sticky_depth_residual(point: Coordinates, curve: Curve) -> Array:
+    """As ``depth_residual``, of a ball that sticks."""
+    c = surface(point.compliances(), curve.bulk)
+    depth, _ = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))
+    return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
+
+
+def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
+    """As ``load_residual``, of a ball that sticks."""
+    c = surface(point.compliances(), curve.bulk)
+    weights, rates = relaxation_modes(c, curve.extra)
+    depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+    power, _ = adhesion.at_depth(depth, _neck(c, curve))
+    return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
+
+
+def _hereditary(c: Compliances, curve: Curve) -> Array:
+    """int (J + extra) dP at the samples, (n,)."""
+    x = jnp.concatenate([jnp.stack([c.spring + curve.extra]), c.retarded, jnp.stack([c.flow])])
+    return columns(curve.basis, c.rates) @ x
+
+
+def _neck(c: Compliances, curve: Curve) -> Array:
+    """kappa of ``adhesion.py``, (n,)."""
+    creep = c.creep(curve.t - curve.t[0]) - c.spring
+    return adhesion.root(curve.pull * (c.spring + curve.edge * creep + curve.extra))
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Array]:
+    """(alpha (n,), in proportion to the contact area, J(t) + extra (n,)) of a ball that sticks, scaled."""
+    c = surface(point.compliances(), curve.bulk)
+    if kind == "sticky load":
+        alpha = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))[1]
+    else:
+        depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+        alpha = adhesion.at_depth(depth, _neck(c, curve))[1]
+    return alpha, c.creep(curve.t - curve.t[0]) + curve.extra
+
+
+def surface(c: Compliances, bulk: Array | None) -> Compliances:
+    """J of the surface: with a bulk modulus K the transform of 2 (1 - nu) J is J + 3/(G + 3 K) (``response.volume``)."""
+    if bulk is None:
+        return c
+    start, retarded, rates = spectrum.parallel_creep(_spectrum(c), 3.0 * bulk)
+    return Compliances(
+        c.spring + 3.0 * start,
+        jnp.concatenate([c.retarded, 3.0 * retarded]),
+        c.flow,
+        jnp.concatenate([c.rates, rates]),
+    )
+
+
+def relaxation_modes(c: Compliances, extra: Array) -> tuple[Array, Array]:
+    """G(t) = sum_m weights_m exp(-rates_m t) of J + extra, (k + 1,) and (k + 1,)."""
+    rates, weights = spectrum.relaxation_modes(_spectrum(c), extra)
+    return weights, rates
+
+
+def _spectrum(c: Compliances) -> spectrum.Spectrum:
+    order = jnp.argsort(c.rates)
+    return spectrum.Spectrum(c.spring, c.retarded[order], c.rates[order], c.flow)
+
+
+def _highest(y: Array) -> Array:
+    """The greatest so far, (n,); one after the other, which compiles three times faster than ``lax.cummax``."""
+
+    def step(top: Array, here: Array) -> tuple[Array, Array]:
+        top = jnp.maximum(top, here)
+        return top, top
+
+    return jax.lax.scan(step, jnp.zeros(()), y)[1]
+
+
+def _memory(t: Array, y: Array, rates: Array) -> Array:
+    """int_0^t exp(-r (t - s)) dy(s) at the samples, (n, k); y steps on at the first and is linear between."""
+    gap = jnp.diff(t, prepend=t[:1])
+    rise = jnp.diff(y, prepend=jnp.zeros_like(y[:1]))
+    x = rates * gap[:, None]
+    return recursion(jnp.exp(-x), rise[:, None] * phi1(x))
+
+
+def _at(t: Array, y: Array, memory: Array, rates: Array, when: Array) -> Array:
+    """The memory integral at the times ``when`` (n,), between samples, (n, k)."""
+    j = jnp.clip(jnp.searchsorted(t, when, side="right") - 1, 0, t.size - 2)
+    gap, since = t[j + 1] - t[j], jnp.maximum(when - t[j], 0.0)
+    slope = (y[j + 1] - y[j]) / jnp.where(gap > 0, gap, 1.0)
+    x = rates * since[:, None]
+    return jnp.exp(-x) * memory[j] + (slope * since)[:, None] * phi1(x)
+
+
+def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> Array:
+    """t1(t) (n,), by bisection up to the greatest depth; t_0 once the contact is lost.
+
+    int_t1^t G(t - s) d(depth) falls with t1 at the rate G(t - t1) depth'(t1); one Newton step at
+    that rate carries the derivative.
+    """
+    series = depth, weights, rates, _memory(curve.t, depth, rates)
+    fixed = jax.lax.stop_gradient(series)  # the bisection needs no derivative, and compiles faster without
+
+    def left(t1: Array, depth: Array, weights: Array, rates: Array, memory: Array) -> Array:
+        decay = jnp.exp(-rates * (curve.t - t1)[:, None])
+        return (memory - decay * _at(curve.t, depth, memory, rates, t1)) @ weights
+
+    def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+        middle = 0.5 * (ends[0] + ends[1])
+        late = left(middle, *fixed) < 0.0
+        return jnp.where(late, ends[0], middle), jnp.where(late, middle, ends[1])
+
+    ends = jnp.full_like(curve.t, curve.t[0]), jnp.full_like(curve.t, curve.t[curve.top])
+    low, high = jax.lax.fori_loop(0, BISECTIONS, halve, ends)
+    t1 = jax.lax.stop_gradient(0.5 * (low + high))
+    j = jnp.clip(jnp.searchsorted(curve.t, t1, side="right") - 1, 0, curve.t.size - 2)
+    gap = curve.t[j + 1] - curve.t[j]
+    speed = (depth[j + 1] - depth[j]) / jnp.where(gap > 0, gap, 1.0)
+    rate = jnp.exp(-rates * (curve.t - t1)[:, None]) @ weights * speed
+    # no step where the depth stands still, nor before the first contact
+    moving = (rate > 1e-9 * jnp.max(rate)) & (t1 > curve.t[0] + 1e-6 * (curve.t[curve.top] - curve.t[0]))
+    step = jnp.where(moving, left(t1, *series) / jax.lax.stop_gradient(jnp.where(moving, rate, 1.0)), 0.0)
+    return t1 + step
+
+
+MODELS = {
+    "load": depth_residual,
+    "depth": load_residual,
+    "ting": load_residual_ting,
+    "sticky load": sticky_depth_residual,
+    "sticky depth": sticky_load_residual,
+}
+
+
+@functools.partial(Program, static_argnames=("kind",))
+def evaluate(point: Coordinates, curve: Curve, kind: str) -> Array:
+    """Weighted residuals (n,) of one of ``MODELS``."""
+    return MODELS[kind](point, curve)
+
+
+@functools.partial(Program, static_argnames=("kind",))
+def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
+    """They, and their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,), in one program."""
+
+    def some(x: Array) -> tuple[Array, Array]:
+        residual = MODELS[kind](point.moved(free, x), curve)
+        return residual, residual
+
+    jacobian, residual = jax.jacfwd(some, has_aux=True)(point.vector()[free])
+    return residual, jacobian
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def bulk_slope(point: Coordinates, curve: Curve, kind: str) -> Array:
+    """That of the weighted residuals (n,) with the bulk modulus."""
+    return jax.jacfwd(lambda bulk: MODELS[kind](point, curve._replace(bulk=bulk)))(jnp.asarray(curve.bulk))

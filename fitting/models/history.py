@@ -1,0 +1,105 @@
+"""Columns of the linear model for a stress history: strain = j0 E + sum_i j_i D(tau_i) + f F.
+
+    E(t) = sigma(t),   D(t; tau) = int (1 - exp(-(t-s)/tau)) dsigma(s),   F(t) = int sigma ds
+
+For a unit step at t = 0 these are 1, 1 - exp(-t/tau) and t. Between its knots the stress is
+linear, and a repeated time is a jump, so tau D' + D = sigma has a closed form over each segment
+and the Boltzmann integral is exact; a recursion carries it along all knots and samples.
+"""
+
+from typing import Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support.exponential import ramps
+
+
+class Step(NamedTuple):
+    """Unit stress from t = 0 on; times t (n,)."""
+
+    t: Array
+
+
+class History(NamedTuple):
+    """Merged knots and samples: gap (m,) to the point before, stress and slope there, jump at it.
+
+    start (m,): stress just after the point before; slope (m,); stress (m,): at the point itself;
+    integral (m,): of the stress; pick (n,): where the samples are.
+    """
+
+    gap: Array
+    start: Array
+    slope: Array
+    stress: Array
+    integral: Array
+    pick: Array
+
+
+def columns(basis: Step | History, rates: Array) -> Array:
+    """[E, D(tau_1) .. D(tau_k), F], (n, k + 2), for rates 1/tau (k,)."""
+    if isinstance(basis, Step):
+        t = jnp.asarray(basis.t)[:, None]
+        return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t * rates), t], -1)
+    whole = [basis.stress[:, None], _delayed(basis, rates), basis.integral[:, None]]
+    return jnp.concatenate(whole, -1)[basis.pick]
+
+
+def _delayed(basis: History, rates: Array) -> Array:
+    """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
+    ratio = basis.gap[:, None] * rates
+    held = basis.start[:, None] * -jnp.expm1(-ratio)
+    ramp = (basis.slope * basis.gap)[:, None] * ratio * ramps(ratio)[2]
+    return recursion(jnp.exp(-ratio), held + ramp)
+
+
+def recursion(decay: Array, forced: Array) -> Array:
+    """y_i = decay_i y_(i-1) + forced_i along the first axis, y_(-1) = 0.
+
+    One after the other: on a CPU less work, and much less to compile, than an associative scan.
+    """
+
+    def step(y: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
+        y = row[0] * y + row[1]
+        return y, y
+
+    return jax.lax.scan(step, jnp.zeros_like(forced[0]), (decay, forced))[1]
+
+
+def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
+    """The history seen at the samples t (n,), from stress ``values`` at ``knots`` (both (k,)).
+
+    Knots do not decrease; a repeated one is a jump, at which a sample sees the stress after it. The
+    stress is zero before the first knot and stays at its last value after the last.
+    """
+    times = np.concatenate([np.minimum(knots[:1], t[:1]), knots, t])
+    after = np.concatenate([np.zeros(1), values, _value_at(t, knots, values, "right")])
+    before = np.concatenate([np.zeros(1), _value_before(knots, values), _value_at(t, knots, values, "left")])
+    order = np.argsort(times, kind="stable")
+    times, after, before = times[order], after[order], before[order]
+    gap = np.diff(times, prepend=times[0])
+    start = np.concatenate([[0.0], after[:-1]])
+    slope = np.where(gap > 0, (before - start) / np.where(gap > 0, gap, 1.0), 0.0)
+    integral = np.cumsum(gap * 0.5 * (start + before) * (gap > 0))
+    pick = np.argsort(order, kind="stable")[1 + len(knots) :]
+    arrays = (jnp.asarray(a) for a in (gap, start, slope, after, integral, pick))
+    return History(*arrays)
+
+
+def _value_at(
+    t: np.ndarray, knots: np.ndarray, values: np.ndarray, side: Literal["left", "right"]
+) -> np.ndarray:
+    """Stress just after t (side "right") or just before it (side "left")."""
+    k = np.searchsorted(knots, t, side=side) - 1
+    i, j = np.clip(k, 0, None), np.clip(k + 1, None, len(knots) - 1)
+    width = knots[j] - knots[i]
+    share = np.where(width > 0, (t - knots[i]) / np.where(width > 0, width, 1.0), 0.0)
+    return np.where(k < 0, 0.0, values[i] + share * (values[j] - values[i]))
+
+
+def _value_before(knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Stress just before each knot: zero before the first, the knot's own value if no jump."""
+    same = np.concatenate([[True], np.diff(knots) == 0])
+    return np.where(same, np.concatenate([[0.0], values[:-1]]), values)

@@ -1,0 +1,1 @@
+"""Searches for the optimum of a fit."""

@@ -1,0 +1,142 @@
+"""The fit of a ball on a half-space: its objective, where it begins, and what is said of its optimum.
+
+Under depth control, or with a contact point to be found, there may be several minima. So the fit then begins from
+several retardation times, on some of
+the points, and goes on with all of them from the lowest that it came to.
+"""
+
+import functools
+
+import numpy as np
+
+from fitting.models import adhesion, halfspace
+from fitting.models.halfspace import Curve
+from fitting.models.history import merge
+from fitting.search import nonlinear, padding
+from fitting.search.nonlinear import Best, Objective, moved
+from fitting.search.press import Found, Medium, Press, spread_starts, start
+
+FALL = 0.02  # share of the greatest depth by which a depth may fall before the contact counts as shrinking
+FEW = 126  # points on which the minima are sought
+
+
+def search(press: Press, rise: float | None) -> Found:
+    """The optimum; rise [s]: of a load to put in place of the measured one, or None."""
+    knots, values = (press.t, press.load) if rise is None else _held(press, rise)
+    falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
+    shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch stays as it is
+    kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
+    kind = f"sticky {press.control}" if press.adhesion else kind
+    whole, few = np.arange(press.t.size), _some(press)
+    objective = _objective(press, whole, knots, values, kind)
+    coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
+    low = nonlinear.minimise_from(coarse, _starts(press, knots, values, kind))
+    best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
+    best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
+    curve = _curve(press, whole, knots, values)
+    notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
+    residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind=kind)[: whole.size]
+    found = Found(press, best, objective, notes, moves, Medium(), residual)
+    if not press.adhesion:
+        return found
+    slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
+    return _stuck(found._replace(slow=slow), curve, kind)
+
+
+def _stuck(found: Found, curve: Curve, kind: str) -> Found:
+    """With what is said of a contact that sticks."""
+    press = found.press
+    scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
+    alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
+    radius = float(press.indenter.radius)
+    widest = float(np.sqrt(radius * press.depth_unit * alpha.max()))
+    modulus = 2.0 / (creep[0] * press.unit * press.volume.share)
+    doubled = press.t[creep > 2.0 * creep[0]]
+    lives = 1.0 / doubled[0] if doubled.size else 1.0
+    doubts = adhesion.doubts(press.adhesion, radius, widest, modulus, lives)
+    return found._replace(notes=(*found.notes, *doubts), against=adhesion.against(alpha))
+
+
+def _objective(
+    press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str, edge: float = 0.0
+) -> Objective:
+    """Over some of the points, padded within. To compile a program for the residuals alone takes longer than the
+    slopes that are not asked for."""
+    curve, space, n = _curve(press, points, knots, values)._replace(edge=edge), press.space, points.size
+
+    @functools.lru_cache(maxsize=2)
+    def linear(theta: bytes) -> list[np.ndarray]:
+        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind=kind)
+        return [np.asarray(part)[:n] for part in both]
+
+    return Objective(
+        lambda theta: linear(theta.tobytes())[0],
+        lambda theta, free: linear(theta.tobytes())[1],
+        *space.bounds,
+        floor=1e-26 * press.size,
+    )
+
+
+def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
+    """The samples at ``points``, up to a padded length."""
+    t, load, depth = (padding.repeated(y[points]) for y in (press.t, press.load, press.depth))
+    basis = merge(t, padding.repeated(knots), padding.repeated(values))
+    weights = padding.without_weight(press.weights[points])
+    return Curve(
+        t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
+        press.pull,
+    )  # fmt: skip
+
+
+def _some(press: Press) -> np.ndarray:
+    """Few of the points, evenly, with the greatest depth."""
+    even = np.linspace(0, press.t.size - 1, min(FEW, press.t.size)).round().astype(int)
+    return np.unique(np.append(even, np.argmax(press.depth)))
+
+
+def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
+    """Knots and values of a linear rise to the mean load after it."""
+    size, end = float(press.load[press.kept].mean()), rise / press.duration
+    if rise == 0.0:
+        return np.array([0.0, 1.0]), np.array([size, size])
+    return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
+
+
+def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
+    """By variable projection: depth^power is linear in the compliances under the measured load."""
+    depth, n = np.maximum(press.depth, 1e-3), press.probe.power
+    use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
+    # weights of the depth: those of the fit under load control, even ones otherwise
+    even = press.weights if press.control == "load" else np.ones(press.t.size)
+    power = padding.repeated(depth**n - press.extra * press.load)
+    weights = padding.without_weight(use / (n * depth ** (n - 1.0)) * even)
+    basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
+    one = kind == "load" and np.all(press.space.material[press.space.free])
+    several = [] if one else spread_starts(press, power, weights, basis)
+    # for one, every retardation time is searched
+    return several or [start(press, power, weights, basis, least=1e-6)]
+
+
+def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
+    """Change of the coordinates with what is held: with nu every compliance goes with 1/(1 - nu)."""
+    if name != press.volume.name:
+        raise ValueError(f"spread: a half-space has no {name}")
+    space = press.space
+    if name == "nu":
+        return np.where(space.logarithmic, 1.0, best.theta) * space.material / press.volume.share
+    slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
+    return moved(best, space.free, slope * press.unit)
+
+
+def _notes(best: Best, press: Press, kind: str) -> tuple[str, ...]:
+    """What is said of an optimum: a contact that shrinks."""
+    if kind == "ting":
+        return (*press.notes, "the depth falls: Ting's solution from its maximum on")
+    if kind == "load" and press.probe.power > 1.0:
+        on = press.weights > 0
+        depth = press.depth[on] + best.residual[on] / press.weights[on]
+        fall = float(np.max(np.maximum.accumulate(depth) - depth))
+        if fall > FALL:
+            note = f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
+            return (*press.notes, note)
+    return press.notes

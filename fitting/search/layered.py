@@ -1,0 +1,200 @@
+"""A ball on a viscoelastic film on an elastic substrate: the contact solver itself is the forward model."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import scipy
+from jax import Array
+
+import jaxcontact as jc
+from fitting.data.segments import noise
+from fitting.models.coordinates import Coordinates
+from fitting.search.press import Press
+from jaxcontact._compile.kept_traces import Program
+
+TIMES = 96  # march times where there are more samples
+CORNER = 0.02  # share of the greatest drive by which a turn leaves a straight line, at least
+ABOVE_NOISE = 5.0  # and standard deviations of its noise
+
+
+class Coating(NamedTuple):
+    """What is pressed: known layers above that of the material sought, its thickness [m], those below, substrate."""
+
+    above: tuple[Any, ...]
+    thickness: Any
+    below: tuple[Any, ...]
+    substrate: Any
+
+    @classmethod
+    def of(cls, layer: Any, layers: Sequence[Any] | None, substrate: Any) -> Coating:
+        """From the arguments of ``fit_indentation``; ValueError unless a solver can take it."""
+        if (layer is None) == (layers is None):
+            raise ValueError(f"layers: expected it or layer, one of the two, got {layers!r} and {layer!r}")
+        rows = [layer] if layers is None else list(layers)
+        sought = [i for i, row in enumerate(rows) if not isinstance(row, jc.Layer | jc.Graded)]
+        if len(sought) != 1:
+            raise ValueError(f"layers: expected one thickness [m] and any Layer beside it, got {layers!r}")
+        thickness = rows[sought[0]]
+        if not (isinstance(thickness, int | float | np.number) and np.isfinite(thickness) and thickness > 0):
+            raise ValueError(f"layer: expected a thickness > 0 m, got {thickness!r}")
+        if not hasattr(substrate, "creep"):
+            raise ValueError(f"substrate: expected a material under a layer, got {type(substrate).__name__}")
+        found = cls(tuple(rows[: sought[0]]), float(thickness), tuple(rows[sought[0] + 1 :]), substrate)
+        jc.normal_response(found.body(substrate), 1.0)  # complains of what is known
+        return found
+
+    def body(self, material: Any) -> Any:
+        """With the material sought in its place."""
+        layers = [*self.above, jc.Layer(material, self.thickness), *self.below]
+        return jc.LayeredHalfSpace(layers, self.substrate)
+
+
+class FilmTest(NamedTuple):
+    """What the solver needs beside the coordinates, SI but for what is scaled; units undo the scaling.
+
+    times (m,) of the march, drive: the control there; t, load, response, weights (n,): the samples,
+    response being what is fitted; correction (n,): added to the model; all scaled.
+    """
+
+    indenter: Any
+    coating: Coating
+    volume: dict[str, Array]
+    grid: jc.Grid
+    times: Array
+    drive: Any
+    t: Array
+    load: Array
+    response: Array
+    weights: Array
+    correction: Array
+    duration: Array
+    load_unit: Array
+    depth_unit: Array
+    unit: Array
+
+
+class Mesh(NamedTuple):
+    """cells x cells over ``width`` [m]; fine: march steps between samples."""
+
+    cells: int
+    width: float
+    fine: int = 1
+
+
+def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
+    """The solver's inputs on a mesh."""
+    kind, driven = (jc.Load, press.load) if press.control == "load" else (jc.Approach, press.depth)
+    knots = march_times(press.t, driven)
+    t, grid = divided(knots, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
+    least = 0.0 if kind is jc.Load else -np.inf  # a load of nothing but noise pulls at nothing
+    drive = kind(np.interp(t, knots, np.maximum(polygon(press.t, driven, knots), least)))
+    numbers = FilmTest(
+        press.indenter, coating, press.volume.keyword, grid, t, drive, press.t, press.load, press.measured,
+        press.weights, np.zeros(press.t.size), press.duration, press.load_unit, press.depth_unit, press.unit,
+    )  # fmt: skip
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
+
+
+def march_times(t: np.ndarray, drive: np.ndarray) -> np.ndarray:
+    """The samples t (n,) themselves, or some of them: half evenly spaced, half logarithmically after each turn of
+    the drive (n,), where a material that creeps answers fastest."""
+    if t.size <= TIMES:
+        return t
+    ends = [0, *turns(t, drive), t.size - 1]
+    each = max(TIMES // 2 // (len(ends) - 1), 2)
+    after = [low + np.geomspace(1, high - low, each) for low, high in itertools.pairwise(ends)]
+    evenly = np.searchsorted(t, np.linspace(0.0, t[-1], TIMES // 2))
+    return t[np.unique(np.concatenate([ends, evenly, *after]).astype(int))]
+
+
+def turns(t: np.ndarray, drive: np.ndarray) -> list[int]:
+    """Samples between which the drive (n,) is nearly straight, without the ends (Douglas and Peucker 1973)."""
+    least = max(CORNER, ABOVE_NOISE * noise(drive))
+    found, pieces = [], [(0, t.size - 1)]
+    while pieces:
+        low, high = pieces.pop()
+        off = np.abs(drive[low:high] - np.interp(t[low:high], t[[low, high]], drive[[low, high]]))
+        if off.size and off.max() > least:
+            middle = low + int(np.argmax(off))
+            found.append(middle)
+            pieces += [(low, middle), (middle, high)]
+    return sorted(found)
+
+
+def polygon(t: np.ndarray, drive: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Drive at the knots (m,), some of the samples: the least squares of all samples (n,) by straight lines
+    between knots, which takes the mean of their noise and is exact for a drive of such lines."""
+    if knots.size == t.size:
+        return drive
+    hats = scipy.interpolate.make_interp_spline(knots, np.eye(knots.size), k=1)
+    return np.linalg.lstsq(hats(t), drive)[0]
+
+
+def divided(knots: np.ndarray, fine: int) -> np.ndarray:
+    """Each interval cut into ``fine``."""
+    shares = np.arange(fine) / fine
+    return np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
+
+
+def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
+    """Scaled depth (or load) at the samples (n,), status and contact radius [m] at the times of the march (m,)."""
+    c = point.compliances()
+    material = jc.Prony(
+        J0=c.spring * film.unit, J=c.retarded * film.unit, tau=film.duration / c.rates,
+        fluidity=c.flow * film.unit / film.duration, **film.volume,
+    )  # fmt: skip
+    body = film.coating.body(material)
+    offset, drive = point.offset(film.t, film.load), film.drive
+    by_load = isinstance(drive, jc.Load)
+    if by_load:
+        control: Any = jc.Load(drive.value * film.load_unit)
+    else:
+        control = jc.Approach((drive.value - jnp.interp(film.times, film.t, offset)) * film.depth_unit)
+    times = film.times * film.duration
+    run = jc.indent(body, film.indenter, control, times, grid=film.grid, save="last")
+    found = run.approach / film.depth_unit if by_load else run.load / film.load_unit
+    found = jnp.interp(film.t, film.times, found)
+    return (found + offset if by_load else found), run.status, run.contact_radius
+
+
+@Program
+def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
+    """Weighted residuals (n,), and status and contact radius [m] at the times of the march (m,)."""
+    found, status, radius = respond(point, film)
+    return film.weights * (found + film.correction - film.response), status, radius
+
+
+@Program
+def slopes(point: Coordinates, free: Array, film: FilmTest) -> Array:
+    """The Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    some = lambda x: film.weights * respond(point.moved(free, x), film)[0]
+    return jax.jacfwd(some)(point.vector()[free])
+
+
+@functools.partial(Program, static_argnames=("name",))
+def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
+    """Of the weighted response, (n,), with nu, bulk modulus or thickness."""
+
+    def some(thickness: Array, volume: dict[str, Array]) -> Array:
+        changed = film._replace(coating=film.coating._replace(thickness=thickness), volume=volume)
+        return film.weights * respond(point, changed)[0]
+
+    held = film.coating.thickness, film.volume
+    return jax.jacfwd(some, 0)(*held) if name == "thickness" else jax.jacfwd(some, 1)(*held)[name]
+
+
+@Program
+def elastic(
+    J: Array, volume: dict[str, Array], indenter: Any, coating: Coating, load: Array, grid: Any
+) -> Array:
+    """Approach and contact radius [m] on an elastic film of compliance J [1/Pa]."""
+    body = coating.body(jc.Elastic(1.0 / J, **volume))
+    run = jc.indent(body, indenter, jc.Load(load), jnp.zeros(1), grid=grid, save="last")
+    return jnp.stack([run.approach[0], run.contact_radius[0]])

@@ -1,0 +1,195 @@
+"""The fit of a film on a substrate, on a mesh that is fine enough for the data.
+
+The start is quasi-elastic: the approach of the ball on an elastic film, over a range of the film's
+compliance, is solved once and inverted point by point; the compliances found are then fitted as creep
+under the measured load. The grid is as wide as the contact of that start needs. What the grid and the
+time steps do to the parameters is measured, by a run with more cells and steps at the optimum,
+added to the model as a correction, and refined until what remains is small beside the noise, or
+a thousandth of the parameters, which no test knows its radius and thickness to.
+
+A contact that grows from nothing is first a few cells wide, and its load then depends on where the cells lie. Samples
+at such times are in the history of the load, but they are not fitted.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import jaxcontact as jc
+from fitting.models.history import merge
+from fitting.search import layered
+from fitting.search.layered import Coating, FilmTest, Mesh
+from fitting.search.nonlinear import Best, Objective, minimise, moved
+from fitting.search.press import Found, Medium, Press, start
+from fitting.search.uncertainty import inverse
+
+CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
+FINER, STEPS_FINER = 4, 3  # cells and steps of the run that corrects a chosen grid
+LEFT = 8.0  # of a change found by it second order leaves an eighth for the steps, a fifteenth for the cells
+FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # where the grid is given
+MARGIN = 1.2  # grid over contact
+WIDER = 1.3
+LEAST = 1e-8  # scaled flow, or branch of a series: at none the decay rates of the film have no slope
+ACROSS = 4.0  # cells across the contact of a sample that is fitted; the solver gives up below 3
+LEAST_POINTS = 5  # that are fitted
+LEAST_GIVEN = 16  # cells of a grid that is given as their number
+SMALL = 0.2  # bias over standard error that is small
+PER_MILLE = 1e-3  # bias of the logarithm of a parameter that is
+Scene = Callable[[Mesh], FilmTest]
+RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
+
+
+def search(press: Press, coating: Coating, grid: Any) -> Found:
+    """Minimise on meshes of doubled fineness until the bias left is small beside the noise."""
+    if isinstance(press.indenter, jc.FlatPunch):
+        raise ValueError(
+            "indenter: expected a Sphere or a Cone on a film, got FlatPunch, whose edge is as wide as a cell"
+        )
+    if press.space.structure.model is jc.KelvinVoigt:
+        raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
+    _check_grid(grid)
+    press = press._replace(space=dataclasses.replace(press.space, least=LEAST))
+    theta, radius = _start(press, coating)
+    chosen, runs = not isinstance(grid, jc.Grid), np.zeros(2, int)
+    cells = CELLS if grid is None else grid if chosen else grid.shape[0]
+    mesh = Mesh(cells, 2.0 * MARGIN * radius if chosen else float(grid.width[0]))
+    finer, order = (FINER, LEFT) if grid is None else (FINER_GIVEN, LEFT_GIVEN)
+    fitted = press.kept
+    while True:
+        press, coarse, objective, mesh = _resolved(press, coating, theta, mesh, chosen)
+        scene = functools.partial(layered.scene, press, coating)
+        runs += objective.residual_runs + 3, objective.jacobian_runs
+        film = _corrected(press, scene, coarse, mesh, finer)
+        best, objective = _minimise(press, film, coarse.theta)
+        left = np.abs(best.theta - coarse.theta) / order
+        bias = left / _standard_errors(best, press)
+        small = np.all((bias < SMALL) | (left < PER_MILLE))
+        if small or grid is not None or 2 * mesh.cells > MOST_CELLS:
+            break
+        theta, mesh = best.theta, mesh._replace(cells=2 * mesh.cells)
+    objective.residual_runs += int(runs[0])
+    objective.jacobian_runs += int(runs[1])
+    named = {press.space.names[i]: float(bias[i]) for i in press.space.free}
+    medium = Medium(
+        coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
+    )
+    few = int(np.sum(fitted & ~press.kept))
+    notes = f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across"
+    press = press._replace(notes=(*press.notes, notes) if few else press.notes)
+    return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
+
+
+def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
+    """Coordinates to start from, and the largest contact radius [m] there."""
+    depth, radius = _elastic(press, coating)
+    on = press.kept & (press.load > 0.3)
+    scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-1.0 / press.probe.power), depth[0])
+    J = np.exp(np.interp(scaled, depth, RANGE))
+    slope = np.interp(scaled, depth, np.gradient(depth, RANGE)) / J
+    weights = np.where(on, slope / np.maximum(press.load, 0.3), 0.0)
+    basis = merge(press.t, press.t, press.load)
+    widest = radius[min(int(np.searchsorted(depth, scaled[on].max())) + 1, depth.size - 1)]
+    return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
+
+
+def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
+    """Scaled depth and contact radius [m] under the largest load over elastic films of ``RANGE``."""
+    width = 2.4 * press.probe.widest(press.depth_unit)
+    grid = jc.Grid.square(n=START_CELLS, width=width)
+    film = press.volume.keyword, press.indenter, coating, press.load_unit, grid
+    rows = [layered.elastic(np.exp(x) * press.unit, *film) for x in RANGE]
+    depth, radius = np.array(rows).T
+    return np.maximum.accumulate(depth / press.depth_unit), radius
+
+
+def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
+    """From theta; small steps of RSS do not count, they cost runs."""
+    at = press.space.point
+    objective = Objective(
+        lambda theta: layered.evaluate(at(theta), film)[0],
+        lambda theta, free: layered.slopes(at(theta), free, film),
+        *press.space.bounds, ftol=1e-5, close=1e-2,
+    )  # fmt: skip
+    return minimise(objective, theta), objective
+
+
+def _resolved(
+    press: Press, coating: Coating, theta: np.ndarray, mesh: Mesh, chosen: bool
+) -> tuple[Press, Best, Objective, Mesh]:
+    """The optimum on a mesh. A chosen one is made wider while the contact reaches its edge; samples at which the contact
+    is few cells across get no weight."""
+    press = _coarse_left_out(press, layered.scene(press, coating, mesh), theta, mesh)
+    while True:
+        film = layered.scene(press, coating, mesh)
+        best, objective = _minimise(press, film, theta)
+        _, statuses, _ = (np.asarray(part) for part in layered.evaluate(press.space.point(best.theta), film))
+        status = int(np.max(np.where(statuses != jc.Status.TOO_COARSE, statuses, 0)))
+        if status == jc.Status.AT_EDGE and chosen:
+            mesh = mesh._replace(width=WIDER * mesh.width)
+            press = _coarse_left_out(press, layered.scene(press, coating, mesh), best.theta, mesh)
+        elif status:
+            n, what = mesh.cells, jc.Status(status).message
+            raise ValueError(f"grid: the contact of the best fit on {n} x {n} cells: {what}")
+        elif not np.any(_touching(film, statuses == jc.Status.TOO_COARSE) & press.kept):
+            return press, best, objective, mesh
+        else:
+            press = _coarse_left_out(press, film, best.theta, mesh)
+        theta = best.theta
+
+
+def _coarse_left_out(press: Press, film: FilmTest, theta: np.ndarray, mesh: Mesh) -> Press:
+    """Without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
+    _, statuses, radius = layered.evaluate(press.space.point(theta), film)
+    few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
+    kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
+    if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):
+        raise ValueError(
+            f"grid: expected at least {LEAST_POINTS} points at which the contact is {ACROSS:g} cells across, got"
+            f" {kept.sum()} on {mesh.cells} x {mesh.cells} cells over {mesh.width:.3g} m: a finer grid"
+        )
+    return press._replace(kept=kept, weights=np.where(kept, press.weights, 0.0))
+
+
+def _touching(film: FilmTest, marked: np.ndarray) -> np.ndarray:
+    """Samples (n,), bool, whose value is interpolated from a time of the march that is marked, (m,) bool."""
+    return np.interp(np.asarray(film.t), np.asarray(film.times), marked.astype(float)) > 0.0
+
+
+def _check_grid(grid: Any) -> None:
+    """ValueError unless it is None, a number of cells, or a square ``jc.Grid`` without period."""
+    if isinstance(grid, jc.Grid):
+        (n, m), (width, depth) = grid.shape, (float(side) for side in grid.width)
+        if n != m or abs(width - depth) > 1e-9 * width or any(grid.periodic):
+            raise ValueError(f"grid: expected a square jc.Grid that is not periodic, got {grid!r}")
+    elif grid is not None and (
+        isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < LEAST_GIVEN
+    ):
+        raise ValueError(
+            f"grid: expected a jc.Grid, or a whole number of cells of at least {LEAST_GIVEN}, got {grid!r}"
+        )
+
+
+def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
+    """With what ``finer`` times the cells and three times the steps change in the response at the optimum."""
+    point, coarse = press.space.point(best.theta), scene(mesh)
+    fine = scene(mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
+    bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
+    response = lambda film: layered.evaluate(point, film._replace(**bare))[0]
+    return coarse._replace(correction=response(fine) - response(coarse))
+
+
+def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
+    """d theta/d nuisance at the optimum, (m,)."""
+    slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
+    return moved(best, press.space.free, np.asarray(slope))
+
+
+def _standard_errors(best: Best, press: Press) -> np.ndarray:
+    """Of the coordinates (m,), infinite where held."""
+    spread = np.full(best.theta.size, np.inf)
+    variance = 1.0 if press.known else best.rss / (press.kept.sum() - best.jacobian.shape[1])
+    spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
+    return np.maximum(spread, 1e-300)

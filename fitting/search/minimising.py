@@ -1,0 +1,317 @@
+"""Minimisation of any differentiable loss over any tree of parameters: inverse design and identification.
+
+The parameters are searched in coordinates of order one (``fitting.search.search_coordinates``). The default method is L-BFGS
+(optax) with a line search for the weak Wolfe conditions
+
+    f(z + t d) <= f(z) + 1e-4 t g.d,      g(z + t d).d >= 0.9 g.d
+
+by bisection, which also works where the loss has kinks, as it has where cells enter the contact. Source: A. S. Lewis,
+M. L. Overton, Nonsmooth optimization via quasi-Newton methods, Math. Program. 141 (2013) 135. One program, value and
+gradient together, is compiled and run once for each trial step. A trial at which the loss or its gradient is not
+finite, or whose contact has a status other than fine, counts as too long and is shortened.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from tqdm import tqdm
+
+from fitting.search.search_coordinates import SearchCoordinates
+from fitting.views import output
+
+LOWER, FLATTER = 1e-4, 0.9  # of the Wolfe conditions
+TRIALS = 30  # of one line search
+FIRST = 0.1  # norm of the first change of the coordinates, at most
+WINDOW = 10  # steps over which progress is judged
+SAME = 1e-9  # relative difference of a loss that is evaluated again
+STUCK = "no step, however short, lowers the loss or has a status of 0"
+MEMORY = 10  # pairs of changes that L-BFGS remembers
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """The result of ``minimise``.
+
+    point: the tree of parameters with the lowest loss found; value: its loss; converged: whether the search ended by
+    its tolerance; message: why it ended, in words; values (steps + 1,): the loss at the start and after each step;
+    gradients (steps + 1,): norms of its gradient with respect to the coordinates; evaluations: of value and gradient.
+    """
+
+    point: Any
+    value: float
+    converged: bool
+    message: str
+    values: np.ndarray
+    gradients: np.ndarray
+    evaluations: int
+
+    def __str__(self) -> str:
+        how = "converged" if self.converged else "not converged"
+        count = f"{len(self.values) - 1} steps, {self.evaluations} evaluations"
+        change = f"loss {self.values[0]:.6g} -> {self.value:.6g}"
+        slope = f"gradient {self.gradients[0]:.2g} -> {self.gradients[-1]:.2g}"
+        return f"{how}: {self.message}\n{count}\n{change}, {slope}"
+
+    __repr__ = __str__
+
+    def plot(self) -> Any:
+        """Return a Figure of loss and gradient norm over the steps, on logarithmic axes where they are positive."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(7, 3), layout="constrained")
+        for panel, values, name in zip(
+            figure.subplots(1, 2),
+            (self.values, self.gradients),
+            ("loss", "norm of the gradient"),
+            strict=True,
+        ):
+            panel.plot(values, color="C0")
+            panel.set_yscale("log" if np.all(values > 0.0) else "linear")
+            panel.set_xlabel("step")
+            panel.set_ylabel(name)
+        return figure
+
+
+class Trial(NamedTuple):
+    """SearchCoordinates (a list over leaves), loss, gradient with respect to them, and whether all is sound."""
+
+    z: list[Array]
+    value: float
+    gradient: list[Array]
+    sound: bool
+
+    @property
+    def norm(self) -> float:
+        """Norm of the gradient."""
+        return float(np.sqrt(_dot(self.gradient, self.gradient)))
+
+
+def minimise(
+    loss: Callable[[Any], Any],
+    start: Any,
+    *,
+    bounds: Any = None,
+    scale: Any = None,
+    method: Any = "lbfgs",
+    steps: int = 200,
+    tolerance: float = 1e-5,
+    state: str | Path | None = None,
+) -> Minimum:
+    """Minimise a differentiable loss over a tree of parameters.
+
+    Args:
+        loss: a function of a tree like ``start`` that returns the loss, a number, or (loss, status) with the ``status``
+            of the contacts it solved; it is compiled, so that it must be traceable by jax. A step to where a status is
+            not 0 (fine), or the loss or its gradient is not finite, is shortened and repeated.
+        start: numbers and arrays in any tree jax knows: a dict, a ``jc.Burgers``, a height map (nx, ny).
+        bounds: (low, high), None where open, for all parameters, or a tree like ``start`` of such pairs, whose ends may
+            be arrays. The start lies inside. A parameter with bounds is searched by a coordinate that cannot leave them.
+        scale: the size of a change that matters, for parameters without bounds: one number, or a tree like ``start``.
+            By default the root mean square of each leaf of ``start``, which makes unlike parameters comparable.
+        method: "lbfgs", or any optax transformation such as ``optax.adam(0.02)``, whose steps, in coordinates of order
+            one, are then taken as they are.
+        steps: the largest number of steps, those of a resumed search included.
+        tolerance: the search ends when the norm of the gradient falls below this share of the largest so far or, with
+            "lbfgs", when ten steps together lower the loss by less than the square of it, relative to the loss.
+        state: a file in which the search is kept after each step. A call with the same arguments goes on from it.
+
+    Returns:
+        A ``Minimum``: ``point``, ``value``, ``converged``, ``message``, the history, and ``plot()``.
+
+    Raises:
+        ValueError: a start outside its bounds, at which the loss is not sound, or that is zero without a scale; options
+            out of range; a state file of another search.
+
+    Example:
+        >>> rosenbrock = lambda p: (1 - p["x"]) ** 2 + 100 * (p["y"] - p["x"] ** 2) ** 2
+        >>> found = fitting.minimise(rosenbrock, {"x": -1.2, "y": 1.0})
+        >>> f"{found.point['x']:.4f} {found.point['y']:.4f}"
+        '1.0000 1.0000'
+    """
+    if steps != int(steps) or steps < 1:
+        raise ValueError(f"steps: expected a whole number of at least 1, got {steps}")
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance: expected more than 0 and less than 1, got {tolerance}")
+    coordinates = SearchCoordinates.of(start, bounds, scale)
+    search = _Minimisation(
+        loss, coordinates, method, float(tolerance), None if state is None else Path(state)
+    )
+    return search.run(start, int(steps))
+
+
+class _Minimisation:
+    """One minimisation under way: the compiled loss, the method, and the history so far."""
+
+    def __init__(
+        self, loss: Callable, coordinates: SearchCoordinates, method: Any, tolerance: float, file: Path | None
+    ) -> None:
+        import optax  # takes half a second to import
+
+        if method != "lbfgs" and not isinstance(method, optax.GradientTransformation):
+            raise ValueError(f'method: expected "lbfgs" or an optax transformation, got {method!r}')
+        self.line_search = isinstance(method, str)
+        self.method = optax.scale_by_lbfgs(MEMORY) if self.line_search else method
+        self.update = jax.jit(self.method.update)
+        self.coordinates, self.tolerance, self.file = coordinates, tolerance, file
+        self.evaluations = 0
+        self.values: list[float] = []
+        self.gradients: list[float] = []
+        self.compiled = jax.jit(jax.value_and_grad(self._value_and_status(loss), has_aux=True))
+
+    def _value_and_status(self, loss: Callable) -> Callable:
+        def of_coordinates(z: list[Array]) -> tuple[Array, Array]:
+            found = loss(self.coordinates.outwards(z))
+            value, status = found if isinstance(found, tuple) else (found, 0)
+            if jnp.shape(value) != ():
+                raise ValueError(f"loss: expected one number, got shape {jnp.shape(value)}")
+            return value, jnp.all(jnp.asarray(status) == 0)
+
+        return of_coordinates
+
+    def at(self, z: list[Array]) -> Trial:
+        """Evaluate loss and gradient."""
+        (value, fine), gradient = self.compiled(z)
+        self.evaluations += 1
+        finite = np.isfinite(value) and all(bool(jnp.all(jnp.isfinite(g))) for g in gradient)
+        return Trial(z, float(value), gradient, bool(fine) and bool(finite))
+
+    def run(self, start: Any, steps: int) -> Minimum:
+        """Search from the start or from the kept state, until the tolerance or the number of steps is reached."""
+        here = self.at(self.coordinates.inwards(start))
+        if not here.sound:
+            raise ValueError(
+                f"start: expected a finite loss with a finite gradient and a status of 0, got {here.value}"
+            )
+        memory = self.method.init(here.z)
+        self._remember(here)
+        if self.file is not None and self.file.exists():
+            here, memory = self._resumed(here, memory)
+        best, message = here, self._ended()
+        with tqdm(total=steps, initial=len(self.values) - 1, unit="step", disable=None, leave=False) as bar:
+            while not message and len(self.values) <= steps:
+                found, memory = self._step(here, memory)
+                if found is None:
+                    message = STUCK
+                    break
+                here = found
+                best = here if here.value < best.value else best
+                self._remember(here)
+                self._keep(here, memory)
+                bar.update()
+                bar.set_postfix_str(f"loss {here.value:.6g}")
+                message = self._ended()
+        converged = message not in ("", STUCK)
+        words = message or f"stopped after {steps} steps"
+        arrays = np.asarray(self.values), np.asarray(self.gradients)
+        return Minimum(
+            self.coordinates.outwards(best.z), best.value, converged, words, *arrays, self.evaluations
+        )
+
+    def _step(self, here: Trial, memory: Any) -> tuple[Trial | None, Any]:
+        """Take one step; None where none was found."""
+        change, memory = self.update(here.gradient, memory, here.z)
+        if self.line_search:
+            direction = [-c for c in change]
+            if not _dot(direction, here.gradient) < 0.0:  # curvature lost to rounding: steepest descent anew
+                change, memory = self.update(here.gradient, self.method.init(here.z), here.z)
+                direction = [-c for c in change]
+            return self._along(here, direction), memory
+        for halvings in range(TRIALS):
+            trial = self.at(_moved(here.z, change, 0.5**halvings))
+            if trial.sound:
+                return trial, memory
+        return None, memory
+
+    def _along(self, here: Trial, direction: list[Array]) -> Trial | None:
+        """Search along a direction for the weak Wolfe conditions, by bisection."""
+        slope, low, high, best = _dot(direction, here.gradient), 0.0, np.inf, None
+        length = 1.0
+        if len(self.values) == 1:
+            length = min(1.0, FIRST / float(np.sqrt(_dot(direction, direction))))
+        for _ in range(TRIALS):
+            trial = self.at(_moved(here.z, direction, length))
+            if not trial.sound or trial.value > here.value + LOWER * length * slope:
+                high = length
+            else:
+                best, low = trial, length
+                if _dot(direction, trial.gradient) >= FLATTER * slope:
+                    break
+            length = 2.0 * low if np.isinf(high) else 0.5 * (low + high)
+        return best
+
+    def _ended(self) -> str:
+        """Why the search is at its end, empty if it is not."""
+        if self.gradients[-1] <= self.tolerance * max(self.gradients):
+            return f"the gradient fell below {self.tolerance:g} of its largest norm"
+        recent = self.values[-1 - WINDOW :] if self.line_search else []
+        if len(recent) > WINDOW and recent[0] - min(recent) <= self.tolerance**2 * abs(recent[-1]):
+            return f"{WINDOW} steps lowered the loss by less than {self.tolerance**2:g} of it"
+        return ""
+
+    def _remember(self, trial: Trial) -> None:
+        self.values.append(trial.value)
+        self.gradients.append(trial.norm)
+
+    def _keep(self, here: Trial, memory: Any) -> None:
+        """Write the state of the search, whole or not at all."""
+        if self.file is None:
+            return
+        leaves = jax.tree.leaves((here.z, memory))
+        arrays = {f"leaf{i}": np.asarray(leaf) for i, leaf in enumerate(leaves)}
+        arrays |= {"values": np.asarray(self.values), "gradients": np.asarray(self.gradients)}
+        arrays["evaluations"] = np.asarray(self.evaluations)
+
+        def fill(path: Path) -> None:
+            with path.open("wb") as stream:
+                np.savez(stream, **arrays)
+
+        output.write(self.file, fill)
+
+    def _resumed(self, here: Trial, memory: Any) -> tuple[Trial, Any]:
+        """Return where an earlier call ended; ValueError for the state of another search."""
+        assert self.file is not None
+        try:
+            with self.file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
+                kept = dict(stored)
+            leaves, tree = jax.tree.flatten((here.z, memory))
+            same = all(
+                kept[f"leaf{i}"].shape == np.shape(leaf) and kept[f"leaf{i}"].dtype == np.asarray(leaf).dtype
+                for i, leaf in enumerate(leaves)
+            )
+            same = same and f"leaf{len(leaves)}" not in kept and kept["values"][0] == here.value
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+            raise ValueError(
+                f"state: {self.file} is damaged, or not the state of a search; expected another file"
+            ) from error
+        if not same:
+            raise ValueError(
+                f"state: {self.file} belongs to a search with other parameters, another start, loss or method;"
+                " expected another file"
+            )
+        stored_leaves = [jnp.asarray(kept[f"leaf{i}"]) for i in range(len(leaves))]
+        z, memory = jax.tree.unflatten(tree, stored_leaves)
+        self.values, self.gradients = kept["values"].tolist(), kept["gradients"].tolist()
+        self.evaluations = int(kept["evaluations"])
+        resumed = self.at(z)  # by the loss and the bounds of this call
+        if not np.isclose(resumed.value, self.values[-1], rtol=SAME, atol=0.0):
+            raise ValueError(
+                f"state: {self.file} belongs to a search with another loss or other bounds; expected another file"
+            )
+        return resumed, memory
+
+
+def _dot(a: list[Array], b: list[Array]) -> float:
+    return sum(float(jnp.vdot(x, y)) for x, y in zip(a, b, strict=True))
+
+
+def _moved(z: list[Array], direction: list[Array], length: float) -> list[Array]:
+    return [a + length * d for a, d in zip(z, direction, strict=True)]

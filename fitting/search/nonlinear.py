@@ -1,0 +1,134 @@
+"""Bounded least squares with exact Jacobians, from one start or several.
+
+For models that are not linear in their compliances (``varpro.py`` is for those).
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from fitting.search.uncertainty import inverse
+
+ITERATIONS = 60
+SAME = 1e-5  # share of RSS by which two minima are one
+
+
+@dataclasses.dataclass
+class Objective:
+    """residual(theta) (n,); jacobian(theta, free) (n, k): of the coordinates ``free``. Runs are counted.
+
+    lower, upper (m,): the box; equal where a coordinate is fixed. ftol: share of RSS that is no change, floor: RSS that
+    is none; close: error allowed of the square root of a rise.
+    """
+
+    residual: Callable[[np.ndarray], np.ndarray]
+    jacobian: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    lower: np.ndarray
+    upper: np.ndarray
+    ftol: float = 1e-12
+    floor: float = 0.0
+    close: float = 2e-3
+    residual_runs: int = 0
+    jacobian_runs: int = 0
+
+    @property
+    def free(self) -> np.ndarray:
+        """Indices of the coordinates that are fitted."""
+        return np.flatnonzero(self.upper > self.lower)
+
+    def at(self, theta: np.ndarray) -> np.ndarray:
+        """Weighted residuals (n,)."""
+        self.residual_runs += 1
+        return np.asarray(self.residual(theta))
+
+    def slope(self, theta: np.ndarray) -> np.ndarray:
+        """Their Jacobian (n, k) with respect to the free coordinates."""
+        self.jacobian_runs += 1
+        return np.asarray(self.jacobian(theta, self.free))
+
+
+class Best(NamedTuple):
+    """theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: how many minima
+    were sought, and how many of them are as low as this; others: the minima above it, theta (m,) of each."""
+
+    theta: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    rss: float
+    starts: int = 1
+    agreed: int = 1
+    others: tuple[np.ndarray, ...] = ()
+
+
+def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """d theta/d x = -(J^T J)^-1 J^T dr/dx at the optimum, (m,), from the slope (n,) of the residuals."""
+    change = np.zeros(best.theta.size)
+    change[free] = -inverse(best.jacobian) @ (best.jacobian.T @ slope)
+    return change
+
+
+def minimise(objective: Objective, start: np.ndarray) -> Best:
+    """The least squares in the box from ``start``."""
+    return minimise_some(objective, start, objective.free, objective.floor)
+
+
+def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
+    """The lowest of the minima from several starts, of which some may have no value."""
+    sound = [start for start in starts if np.all(np.isfinite(objective.at(start)))]
+    found = [minimise(objective, start) for start in sound]
+    best = min(found, key=lambda one: one.rss)
+    low = best.rss * (1.0 + SAME) + objective.floor
+    agreed = sum(one.rss <= low for one in found)
+    return best._replace(starts=len(found), agreed=agreed, others=_different(found)[1:])
+
+
+def _different(found: list[Best]) -> tuple[np.ndarray, ...]:
+    """theta of the minima whose RSS differ, the lowest first."""
+    kept: list[Best] = []
+    for one in sorted(found, key=lambda one: one.rss):
+        if not kept or one.rss > kept[-1].rss * (1.0 + SAME):
+            kept.append(one)
+    return tuple(one.theta for one in kept)
+
+
+def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, floor: float) -> Best:
+    """With some of the free coordinates fitted: Levenberg-Marquardt, each step a bounded linear least squares.
+
+    It ends where the step would change RSS by no more than ftol of it and ``floor``, which costs no further run.
+    """
+    theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
+    residual, damping = objective.at(theta), 0.0
+    jacobian = objective.slope(theta)
+    for _ in range(ITERATIONS if some.size else 0):
+        rss, J = float(residual @ residual), jacobian[:, own]
+        room = objective.lower[some] - theta[some], objective.upper[some] - theta[some]
+        step = _step(J, residual, *room, damping)
+        expected = rss - float(np.sum((residual + J @ step) ** 2))
+        if expected <= objective.ftol * rss + floor or damping > 1e8:
+            break
+        trial = theta.copy()
+        trial[some] = np.clip(theta[some] + step, objective.lower[some], objective.upper[some])
+        after = objective.at(trial)
+        if np.all(np.isfinite(after)) and float(after @ after) < rss:
+            theta, residual, damping = trial, after, 0.1 * damping if damping > 1e-4 else 0.0
+            jacobian = objective.slope(theta)
+        else:
+            damping = max(10.0 * damping, 1e-3)
+    return Best(theta, residual, jacobian, float(residual @ residual))
+
+
+def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:
+    """min |J s + r|^2 + damping |D s|^2 with low <= s <= high, D the norms of the columns."""
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-150)
+    A, b = J / size, -r
+    if damping > 0.0:
+        A = np.concatenate([A, np.sqrt(damping) * np.eye(size.size)])
+        b = np.append(b, np.zeros(size.size))
+    step = np.linalg.lstsq(A, b, rcond=1e-12)[0]
+    low, high = low * size, high * size
+    if np.any(step < low) or np.any(step > high):
+        step = scipy.optimize.lsq_linear(A, b, (low, np.maximum(high, low + 1e-300)), method="bvls").x
+    return np.clip(step, low, high) / size

@@ -1,0 +1,308 @@
+"""Bounded least squares that is linear but for one retardation time, and its exact profiles.
+
+Every material here has J(t) = j0 + j2 (1 - exp(-t/tau)) + f t, with j0 = 1/G1, j2 = 1/G2,
+f = 1/eta1 and tau = eta2/G2 (some of them absent). Under a stress history the strain is
+x . [E, D(tau), F](t) with x = (j0, j2, f) (``history.py``). At a fixed tau this is a least squares
+problem in a box of three dimensions, solved exactly by going through the faces of the box, and
+tau is one scalar to search (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10
+(1973) 413). The open end 1/eta1 = 0 is simply a face of the box.
+
+The same faces give profile likelihoods without nested minimisation: at a fixed tau the points
+with RSS <= level are an ellipsoid cut by the box, and the extent of a linear functional d . x over
+it is closed form on each face; the interval is the extreme of these over tau.
+
+All quantities are dimensionless here: times over the last time, data over their largest value.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.models.history import columns
+
+# where the two or four compliances of a material with no or one retardation time are in (j0, j2, f, j2/tau)
+PLACES = {2: [0, 2], 4: [0, 1, 2, 3]}
+ROUNDING = 1e-14  # of RSS, as a share of the data's sum of squares
+COARSE, ZOOM, ROUNDS, CLOSER, FINE = 97, 9, 4, 8, 33
+PAIRS = np.triu_indices(3)
+PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+
+
+@jax.tree_util.register_static
+@dataclasses.dataclass(frozen=True)
+class Sides:
+    """What each of (j0, j2, f) may be: free (0), at its lower (1) or at its upper (2) bound."""
+
+    choices: tuple[tuple[int, ...], ...]
+
+    def faces(self) -> np.ndarray:
+        """Every face of the box, (k, 3)."""
+        return np.array(list(itertools.product(*self.choices)))
+
+
+class TauSearch(NamedTuple):
+    """A weighted fit. data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f);
+    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search; sides: of the box; origin (3,): of
+    the sums: near the optimum RSS keeps its digits, which at zero are lost in the data's sum of squares."""
+
+    data: Array
+    weights: Array
+    basis: Any
+    lower: Array
+    upper: Array
+    ratio: Array
+    tau: Array
+    sides: Sides
+    origin: Array
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Bounds of (j0, j2, f, j2/tau), (4,) each."""
+        return jnp.append(self.lower, self.ratio[0]), jnp.append(self.upper, self.ratio[1])
+
+
+def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: np.ndarray) -> TauSearch:
+    """The problem for data y (n,) at t (n,), scaled, and a material's compliances in ``box`` (m, 2)."""
+    whole = np.zeros((4, 2))
+    whole[PLACES[len(box)]] = box
+    low, high = whole.T
+    ends = low[:3], high[:3], whole[3], _tau_range(t, whole), _sides(low, high)
+    return TauSearch(y, weights, basis, *ends, origin=np.zeros(3))
+
+
+def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
+    """Faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau): far fewer than 27 as a rule."""
+    low, high = np.asarray(lower), np.asarray(upper)
+    fixed = [low[0] == high[0], low[1] == high[1], low[2] == high[2]]
+    capped = [np.isfinite(high[0]), np.isfinite(high[1]) or np.isfinite(high[3]), np.isfinite(high[2])]
+    return Sides(tuple((1,) if f else (0, 1, 2) if c else (0, 1) for f, c in zip(fixed, capped, strict=True)))
+
+
+def _tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Retardation times worth trying, cut to what the bounds allow.
+
+    Below t_first/40 and above 300 times the last time the curve no longer depends on tau (to 1e-17
+    and to 2e-3 of a term that flow and spring already carry).
+    """
+    low, high = np.min(t[t > 0]) / 40.0, 300.0
+    if box[1, 1] == 0.0:
+        return np.array([1.0, 1.0])  # no retarded part: any value serves
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = box[1, 0] / box[3, 1] if box[1, 0] > 0 and np.isfinite(box[3, 1]) else 0.0
+        most = box[1, 1] / box[3, 0] if box[3, 0] > 0 and np.isfinite(box[1, 1]) else np.inf
+    low, high = max(low, least) if least > 0 else low, min(high, most)
+    if low <= high:
+        return np.array([low, high])
+    return np.array([least or most, most if np.isfinite(most) else least])
+
+
+class Faces(NamedTuple):
+    """Per face: minimiser x (k, 3), inverse of the free block (k, 3, 3), rss (k,), inside (k,)."""
+
+    x: Array
+    inverse: Array
+    rss: Array
+    inside: Array
+
+
+def weighted_columns(problem: TauSearch, tau: Array) -> Array:
+    """[E, D(tau), F] times the weights, (n, 3)."""
+    return columns(problem.basis, jnp.reshape(1.0 / tau, 1)) * jnp.asarray(problem.weights)[:, None]
+
+
+def box(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
+    """Bounds of (j0, j2, f) at this tau: those of 1/eta2 turn into bounds of j2."""
+    lower = jnp.asarray(problem.lower).at[1].max(problem.ratio[0] * tau)
+    upper = jnp.asarray(problem.upper).at[1].min(problem.ratio[1] * tau)
+    return lower, upper
+
+
+def _inverse3(A: Array) -> Array:
+    """Inverse of symmetric positive (..., 3, 3) by L D L^T, with pivots kept above rounding."""
+    tiny = 1e-15 * jnp.maximum(jnp.max(jnp.abs(A), axis=(-2, -1)), 1e-300)
+    d0 = jnp.maximum(A[..., 0, 0], tiny)
+    l10, l20 = A[..., 1, 0] / d0, A[..., 2, 0] / d0
+    d1 = jnp.maximum(A[..., 1, 1] - l10 * A[..., 1, 0], tiny)
+    l21 = (A[..., 2, 1] - l20 * A[..., 1, 0]) / d1
+    d2 = jnp.maximum(A[..., 2, 2] - l20 * A[..., 2, 0] - l21 * l21 * d1, tiny)
+    one, zero = jnp.ones_like(d0), jnp.zeros_like(d0)
+    rows = [[one, zero, zero], [-l10, one, zero], [l10 * l21 - l20, -l21, one]]
+    L = jnp.stack([jnp.stack(row, -1) for row in rows], -2)
+    return jnp.sum(L[..., :, :, None] * L[..., :, None, :] / jnp.stack([d0, d1, d2], -1)[..., None, None], -3)
+
+
+def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
+    """Normal matrix (3, 3), right-hand side (3,) and weighted sum of squares, of the data less the origin's model.
+
+    The squared weights stand apart from the products of columns: over many curves on one time grid
+    the products are formed once and the sums are one matrix product.
+    """
+    C, square = columns(problem.basis, jnp.reshape(1.0 / tau, 1)), problem.weights**2
+    sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
+    left = problem.data - C @ problem.origin
+    pull = square * left
+    return sums[PLACE], pull @ C, pull @ left
+
+
+def faces(problem: TauSearch, tau: Array) -> Faces:
+    """The least squares solution on each face of the box at this tau."""
+    A, b, yy = moments(problem, tau)
+    scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
+    A, b = A * scale[:, None] * scale, b * scale
+    low, high = ((side - problem.origin) / scale for side in box(problem, tau))
+    table = problem.sides.faces()
+    free = jnp.asarray(table == 0)
+    clamped = jnp.where(table == 1, low, jnp.where(table == 2, high, 0.0))
+    usable = jnp.all(jnp.isfinite(clamped), -1)
+    clamped = jnp.where(usable[:, None], clamped, 0.0)
+    both = free[:, :, None] & free[:, None, :]
+    inverse = _inverse3(jnp.where(both, A, jnp.eye(3))) * both
+    x = jnp.einsum("fij,fj->fi", inverse, b - clamped @ A) + clamped
+    rss = jnp.maximum(yy - 2.0 * x @ b + jnp.einsum("fi,ij,fj->f", x, A, x), 0.0)
+    inside = usable & _within(x, low, high, free)
+    return Faces(
+        x * scale + problem.origin, inverse * scale[:, None] * scale, jnp.where(usable, rss, jnp.inf), inside
+    )
+
+
+def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
+    """x (..., 3) in the box along its free coordinates, and the box not empty."""
+    slack = 1e-12 * jnp.where(jnp.isfinite(high), jnp.abs(high), 0.0)
+    ok = (x >= low - slack) & (x <= high + slack)
+    return jnp.all(ok | ~free, -1) & jnp.all(low <= high + slack)
+
+
+def best_at(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
+    """Lowest rss at this tau and its x; inf where the box is empty."""
+    face = faces(problem, tau)
+    rss = jnp.where(face.inside, face.rss, jnp.inf)
+    k = jnp.argmin(rss)
+    return rss[k], face.x[k]
+
+
+@jax.jit
+def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
+    """(rss, x, tau, (COARSE,) rss on the first grid of tau): a grid in log tau, then zooming in."""
+    lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
+    grid = jnp.linspace(lo, hi, COARSE)
+    cost = _costs(problem, grid)
+    k = jnp.argmin(cost)
+    step = (hi - lo) / (COARSE - 1)
+
+    def zoom(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        points = jnp.clip(state[0] + jnp.linspace(-1.0, 1.0, ZOOM) * state[1], lo, hi)
+        rss, x = _bests(problem, points)
+        j = jnp.argmin(rss)
+        return points[j], state[1] * (2.0 / (ZOOM - 1)), rss[j], x[j]
+
+    start = (grid[k], step, cost[k], jnp.zeros(3))
+    centre, _, rss, x = jax.lax.fori_loop(0, ROUNDS, zoom, start)
+    return rss, x, jnp.exp(centre), cost
+
+
+@jax.jit
+def solve_each(problem: TauSearch, tau: Array) -> Array:
+    """The least squares (k, 3) at each of tau (k,)."""
+    return _bests(problem, jnp.log(tau))[1]
+
+
+def _costs(problem: TauSearch, log_tau: Array) -> Array:
+    return _bests(problem, log_tau)[0]
+
+
+def _bests(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
+    return jax.lax.map(lambda z: best_at(problem, jnp.exp(z)), log_tau)
+
+
+def reach(problem: TauSearch, tau: Array, cost: Array, level: Array) -> Array:
+    """log of the lowest and the highest tau with rss <= level, (2,); the search range where open."""
+    grid = jnp.linspace(jnp.log(problem.tau[0]), jnp.log(problem.tau[1]), COARSE)
+    good = cost <= level
+    best = jnp.log(tau)
+    first = jnp.min(jnp.where(good, grid, best))
+    last = jnp.max(jnp.where(good, grid, best))
+    below = jnp.max(jnp.where(grid < first, grid, grid[0]))
+    above = jnp.min(jnp.where(grid > last, grid, grid[-1]))
+
+    inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
+    known = _costs(problem, jnp.concatenate([best[None], inner, outer]))
+    floor, goal = known[0], jnp.sqrt(jnp.maximum(level - known[0], 1e-300))
+    height = lambda rss: jnp.sqrt(jnp.maximum(rss - floor, 0.0)) / goal - 1.0
+
+    def close_in(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        """The Illinois rule on the root of the rise in rss, which is nearly a straight line."""
+        inner, low, outer, high, side = state
+        share = jnp.where(jnp.isfinite(high), -low / jnp.where(high > low, high - low, 1.0), 0.5)
+        middle = inner + jnp.clip(share, 0.01, 0.99) * (outer - inner)
+        here = height(_costs(problem, middle))
+        ok = here <= 0.0
+        return (
+            jnp.where(ok, middle, inner),
+            jnp.where(ok, here, jnp.where(side == 1, 0.5 * low, low)),
+            jnp.where(ok, outer, middle),
+            jnp.where(ok, jnp.where(side == -1, 0.5 * high, high), here),
+            jnp.where(ok, -1, 1),
+        )
+
+    start = (inner, height(known[1:3]), outer, height(known[3:]), jnp.zeros(2, int))
+    inner = jax.lax.fori_loop(0, CLOSER, close_in, start)[0]
+    open_end = jnp.stack([cost[0], cost[-1]]) <= level
+    return jnp.where(open_end, grid[jnp.array([0, -1])], inner)
+
+
+def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
+    """Least and greatest d . x over {x in the box: rss <= level} at this tau; d (m, 3) -> (m, 2).
+
+    On a face with minimiser x and inverse V of its block of the normal matrix the extremes are
+    d.x -+ sqrt((level - rss) d.V.d), and count only where that point lies in the box. An empty set
+    gives (inf, -inf).
+    """
+    face = faces(problem, tau)
+    lower, upper = box(problem, tau)
+    room = level - face.rss
+    # at the ends of the reach RSS is the level itself, and rounding must not empty the set
+    slack = ROUNDING * jnp.sum((problem.weights * problem.data) ** 2)
+    direction = jnp.einsum("fij,mj->fmi", face.inverse, d)
+    spread = jnp.einsum("fmi,mi->fm", direction, d)
+    length = jnp.sqrt(jnp.maximum(room, 0.0)[:, None] / jnp.where(spread > 0, spread, jnp.inf))
+    free = jnp.asarray(problem.sides.faces() == 0)[:, None, :]
+    ends = []
+    for sign in (-1.0, 1.0):
+        x = face.x[:, None, :] + sign * length[..., None] * direction
+        ok = _within(x, lower, upper, free) & (room >= -slack)[:, None] & jnp.isfinite(face.rss)[:, None]
+        value = jnp.sum(x * d, -1)
+        ends.append(sign * jnp.max(jnp.where(ok, sign * value, -jnp.inf), 0))
+    return jnp.stack(ends, -1)
+
+
+def extents(
+    problem: TauSearch, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """((m, 2) least and greatest functional(tau) . x over rss <= level, (2,) reach of log tau).
+
+    The nodes are Chebyshev points in log tau: the extent along tau is the edge of an ellipse-like
+    region, which is smooth in the angle even where tau and the functional are closely tied.
+    """
+    low, high = reach(problem, tau, cost, level)
+    angle = jnp.linspace(0.0, jnp.pi, FINE)
+    nodes = jnp.append(0.5 * (low + high) - 0.5 * (high - low) * jnp.cos(angle), jnp.log(tau))
+    ends = jax.lax.map(lambda z: extent_at(problem, jnp.exp(z), level, functional(jnp.exp(z))), nodes)
+    most = jnp.maximum(_summit(ends[:-1] * jnp.array([-1.0, 1.0])), ends[-1] * jnp.array([-1.0, 1.0]))
+    return most * jnp.array([-1.0, 1.0]), jnp.stack([low, high])
+
+
+def _summit(y: Array) -> Array:
+    """Greatest of y (n, ...) along its first axis, by the parabola through the greatest and its neighbours."""
+    k = jnp.clip(jnp.argmax(y, 0), 1, y.shape[0] - 2)
+    before, here, after = (jnp.take_along_axis(y, (k + s)[None], 0)[0] for s in (-1, 0, 1))
+    bend = 2.0 * here - before - after
+    smooth = jnp.isfinite(bend) & (bend > 0.0)
+    gain = jnp.where(smooth, (after - before) ** 2 / (8.0 * jnp.where(smooth, bend, 1.0)), 0.0)
+    top = jnp.max(y, 0)
+    return jnp.where(here >= top, here + jnp.minimum(gain, 0.5 * jnp.where(smooth, bend, 0.0)), top)

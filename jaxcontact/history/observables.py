@@ -1,0 +1,145 @@
+"""Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
+
+Force. The pressure acts normal to the indenter's surface z = approach - f(x, y), so that it pushes the
+indenter with the lateral force
+
+    F = -int p grad f dA.
+
+It opposes the motion where the pressure leans to the leading side. With friction the traction q = mu p e displaces the
+surface as well, by u_q, and the pressure acts as if on the profile f + u_q. The hysteresis force is the part that
+the pressure needs for the displacement that it causes itself,
+
+    F_h = -int p grad (f + u_q) dA = int p grad u_p dA,
+
+which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. The difference,
+int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows such
+terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same order), so that
+the totals below leave them out: the coefficient of friction of an elastic body is mu.
+
+Sign convention of all results of sliding and rolling: a force against the motion of the indenter and a power that is lost
+are positive. Totals, with Coulomb's force F_c = int mu p dA against the motion:
+
+    tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
+
+Energy. The body is a chain of springs and dashpots (``history.recursive``): with rates
+d eta_k = p - lambda_k eta_k, taken with the material,
+
+    stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
+    dissipated = sum_k <d eta_k, (lambda_k C_k) d eta_k>,
+
+and -F_h . v + load * rate of approach = d stored/dt + dissipated as long as nothing leaves the window. In the
+steady state, where the track carries stored energy away to dissipate it later, the dashpots take
+
+    -F_h . v = sum_k <p, (lambda_k C_k) d eta_k>.
+
+The sums are taken over Fourier modes (Parseval).
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.pytree import pytree
+from jaxcontact.operators import spectral
+
+WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
+
+
+class SlidingStep(NamedTuple):
+    """The observables of one step of sliding.
+
+    force (2,): of the pressure on the indenter; hysteresis, coulomb: F_h and F_c against the motion, (); centre (2,): of the
+    pressure; leading_peak: of the pressure ahead of the axis; stored, dissipated: energy and power of the body; dropped:
+    bound on the displacement in contact that the lost history could still cause, (); overlaps: it may lie under the
+    contact; returned: the largest such bound of all inner steps so far in which it did.
+    """
+
+    force: Array
+    hysteresis: Array
+    coulomb: Array
+    centre: Array
+    leading_peak: Array
+    stored: Array
+    dissipated: Array
+    dropped: Array
+    overlaps: Array
+    returned: Array
+
+
+@pytree
+class Observer:
+    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ()."""
+
+    slopes: Array
+    places: Array
+    ratio: Array
+
+    @classmethod
+    def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
+        nx, ny = profile.shape
+        along_x, along_y = (_slope(profile, axis, wraps) for axis, wraps in enumerate(periodic))
+        slopes = jnp.stack([along_x, along_y / ratio])
+        x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
+        places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
+        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio))
+
+    def hysteresis(self, pressure: Array, by_traction: Array | None, direction: Array) -> Array:
+        """Return F_h against the motion, (); by_traction: the displacement u_q, (nx, ny), None without friction."""
+        slopes = self.slopes
+        if by_traction is not None:
+            slopes = slopes + jnp.stack(
+                [_slope(by_traction, 0, False), _slope(by_traction, 1, False) / self.ratio]
+            )
+        return jnp.sum(jnp.tensordot(direction, slopes, 1) * pressure)
+
+    def surface(self, pressure: Array, direction: Array) -> tuple[Array, Array, Array]:
+        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, ()."""
+        total = jnp.sum(pressure)
+        force = -jnp.sum(self.slopes * pressure, (1, 2))
+        centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
+        ahead = jnp.tensordot(direction, self.places, 1) >= 0.0
+        return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
+
+
+def _slope(profile: Array, axis: int, wraps: bool) -> Array:
+    """By central differences, (nx, ny); at the ends, where the profile does not go on, by those to one side."""
+    if wraps:
+        return (jnp.roll(profile, -1, axis) - jnp.roll(profile, 1, axis)) / 2.0
+    return jnp.asarray(jnp.gradient(profile, axis=axis))
+
+
+def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
+    """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
+    mx, my = padded
+    return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
+
+
+def energies(
+    spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
+) -> tuple[Array, Array]:
+    """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
+    square = lambda f: f.real**2 + f.imag**2
+    speed = pressure - rates[:, None, None] * eta
+    springs = inner_product(spectra[1:], square(eta), padded)
+    stored = 0.5 * inner_product(spectra[0], square(pressure), padded) + 0.5 * jnp.sum(rates * springs)
+    return stored, jnp.sum(inner_product(spectra[1:], square(speed), padded))
+
+
+def clearance(pressure: Array, ratio: Array) -> Array:
+    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2)."""
+    rows, columns = jnp.any(pressure > 0.0, 1), jnp.any(pressure > 0.0, 0)
+    free = lambda active: jnp.where(jnp.any(active), jnp.argmax(active), active.size)
+    along_x = jnp.stack([free(rows), free(rows[::-1])])
+    return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
+
+
+def dropped_share(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
+    """What history that left the window may still do: largest displacement in contact, and whether it is under it.
+
+    tails: response at offsets along x, (K, nx), falling with the distance; lost: sums of that history, (K,);
+    clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.
+    """
+    nearest = jnp.min(clear)
+    distance = jnp.clip(nearest, 0, tails.shape[1] - 1).astype(int)
+    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), nearest <= 0.0

@@ -1,0 +1,1 @@
+"""Indenters, and an estimate of the contact that they make."""

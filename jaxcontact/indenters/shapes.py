@@ -1,0 +1,301 @@
+"""Indenters: their undeformed profile over the grid, and what they are made of.
+
+A profile is the gap [m] to the flat body when the indenter just touches it, (nx, ny), zero at the first
+touch. ``material=None`` is rigid; an indenter's own material is elastic and acts as a half-space.
+"""
+
+import abc
+import math
+from typing import Any, Self
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import is_concrete, pytree
+from jaxcontact.indenters.predicted_contact import Outline, predicted
+from jaxcontact.inputs.controls import Control
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_material
+from jaxcontact.inputs.materials import Elastic
+from jaxcontact.response.half_space import HalfSpace
+
+POINTED = 1.4  # radius under a cone over the estimate by Hertz's pressure, at most: 1.3 on a half-space, 1.2 on springs
+ENDS = 1.3  # half-width at the sharp ends of a roller over that between them, about
+OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
+
+
+class Indenter(abc.ABC):
+    """What presses on the body.
+
+    fills_grid: whether it ends where the grid ends, so that contact at the grid's edge is contact at its own.
+    """
+
+    material: Elastic | None
+    fills_grid = False
+
+    @abc.abstractmethod
+    def profile(self, grid: Grid) -> Array:
+        """Gap at first touch [m], (nx, ny)."""
+
+    @abc.abstractmethod
+    def check(self, grid: Grid) -> Verdict:
+        """Whether sizes are in their range; ValueError for values or shapes that cannot be."""
+
+    @abc.abstractmethod
+    def outline(self) -> Outline:
+        """The part of it that an estimate of the contact needs; concrete values only."""
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""
+        radius = predicted(at_its_thickest(body), self.outline(), control, times).radius
+        return radius, radius
+
+    def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
+        """Estimate the largest radius of the contact over the history [m]; of a long one half its length."""
+        return max(self.half_widths(body, control, times))
+
+    def compliance(self) -> Array:
+        """(1 - nu)/G of the indenter [1/Pa], zero when rigid."""
+        return jnp.zeros(()) if self.material is None else HalfSpace(self.material).wide(0.0)
+
+
+def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
+    """Whether an indenter's values are in their ranges; ValueError for one that cannot press on that grid."""
+    checks.require(
+        isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
+    )
+    checks.require(
+        isinstance(indenter, Cylinder | HeightField) or not grid.plane_strain,
+        f"indenter: expected a Cylinder or a HeightField in plane strain, got {type(indenter).__name__}",
+    )
+    valid = indenter.check(grid)
+    if indenter.material is None:
+        return valid
+    checks.require(
+        isinstance(indenter.material, Elastic),
+        f"indenter material: expected Elastic or None, got {type(indenter.material).__name__}",
+    )
+    return valid & check_material("indenter", indenter.material)
+
+
+@pytree
+class Sphere(Indenter):
+    """A ball, as a paraboloid: profile (x^2 + y^2)/(2 R).
+
+    Args:
+        radius: R [m] > 0.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> ball = jc.Sphere(radius=5e-3, material=jc.Elastic.from_young(210e9, nu=0.3))
+    """
+
+    radius: Array | float
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return (x**2 + y**2) / (2.0 * self.radius)
+
+    def check(self, grid: Grid) -> Verdict:
+        return checks.positive("sphere radius [m]", self.radius)
+
+    def outline(self) -> Outline:
+        R = float(self.radius)
+
+        def hertz(A: float, value: float, loaded: bool) -> float:
+            return (3.0 * value * R * A / 8.0) ** (1.0 / 3.0) if loaded else math.sqrt(R * value)
+
+        return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()))
+
+
+@pytree
+class Cone(Indenter):
+    """A cone: profile r/tan(half-angle), its tip at the centre of the grid.
+
+    Under its tip the pressure of a half-space grows as the logarithm of the distance, and in a cell as that of its
+    size (A. E. H. Love, Q. J. Math. 10 (1939) 161).
+
+    Args:
+        half_angle: between axis and side [rad], above 0 and below pi/2.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> tip = jc.Cone(half_angle=np.radians(80.0))
+    """
+
+    half_angle: Array | float
+    material: Elastic | None = None
+
+    @classmethod
+    def berkovich(cls, material: Elastic | None = None) -> Self:
+        """The cone that has at each depth h the area of a Berkovich pyramid, 24.494 h^2: 70.3 degrees.
+
+        Source: W. C. Oliver, G. M. Pharr, J. Mater. Res. 7 (1992) 1564.
+        """
+        return cls(math.atan(math.sqrt(24.494 / math.pi)), material)
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        squared = x**2 + y**2
+        off_tip = jnp.where(squared > 0.0, squared, 1.0)
+        return jnp.where(squared > 0.0, jnp.sqrt(off_tip), 0.0) / jnp.tan(self.half_angle)
+
+    def check(self, grid: Grid) -> Verdict:
+        return checks.positive("cone half-angle [rad]", self.half_angle) & checks.positive(
+            "cone pi/2 - half-angle [rad]", 0.5 * math.pi - self.half_angle
+        )
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Estimate the radius by Hertz's pressure, corrected for that of a cone, which is higher in the middle."""
+        radius = POINTED * super().half_widths(body, control, times)[0]
+        return radius, radius
+
+    def outline(self) -> Outline:
+        slope = math.tan(float(self.half_angle))
+
+        def hertz(A: float, value: float, loaded: bool) -> float:
+            return math.sqrt(value * A * slope / math.pi) if loaded else 2.0 * value * slope / math.pi
+
+        return Outline(lambda a: a / slope, hertz, float(self.compliance()))
+
+
+@pytree
+class Cylinder(Indenter):
+    """A punch whose end is a cylinder along y: profile x^2/(2 R) over |y| <= length/2, no contact beyond.
+
+    Args:
+        radius: R [m] > 0.
+        length: along y [m] > 0; it cuts between cells, so that a derivative with respect to it is zero.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> roller = jc.Cylinder(radius=10e-3, length=2e-3)
+    """
+
+    radius: Array | float
+    length: Array | float
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return jnp.where(jnp.abs(y) <= self.length / 2.0, x**2 / (2.0 * self.radius), _far(grid))
+
+    def check(self, grid: Grid) -> Verdict:
+        valid = checks.positive("cylinder radius [m]", self.radius)
+        valid = valid & checks.positive("cylinder length [m]", self.length)
+        if grid.plane_strain:
+            valid = valid & _spans(self.length, grid.width[1])
+        return valid & _covers_a_cell("cylinder length [m]", self.length, self.profile(grid), grid)
+
+    def outline(self) -> Outline:
+        R, length = float(self.radius), float(self.length)
+
+        def hertz(A: float, value: float, loaded: bool) -> float:
+            return math.sqrt(2.0 * value / length * R * A / math.pi) if loaded else math.sqrt(R * value)
+
+        return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()), length)
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Estimate the half-width of the line contact, with room for its wider ends; half its length is known."""
+        return ENDS * super().half_widths(body, control, times)[0], float(self.length) / 2.0
+
+
+@pytree
+class FlatPunch(Indenter):
+    """A flat-ended circular punch: profile 0 within the radius, no contact beyond.
+
+    Args:
+        radius: [m] > 0; it cuts between cells, so that a derivative with respect to it is zero.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> punch = jc.FlatPunch(radius=1e-3)
+    """
+
+    radius: Array | float
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return jnp.where(x**2 + y**2 <= jnp.asarray(self.radius) ** 2, 0.0, _far(grid))
+
+    def check(self, grid: Grid) -> Verdict:
+        valid = checks.positive("punch radius [m]", self.radius)
+        return valid & _covers_a_cell("punch radius [m]", self.radius, self.profile(grid), grid)
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """The punch's own radius."""
+        return float(self.radius), float(self.radius)
+
+    def outline(self) -> Outline:
+        raise NotImplementedError("the contact of a flat punch is known")
+
+
+@pytree
+class HeightField(Indenter):
+    """Measured or made heights in place of a ball; larger heights touch first.
+
+    On a periodic grid the heights go on without end. On any other the indenter ends with its heights, as a block of the
+    grid's size: it may touch at the grid's edge, where a ball may not (status 2), and the surface beside it is
+    free. So a field that was cut out of a larger surface needs a periodic grid, or a rim that does not touch.
+
+    Args:
+        heights: (nx, ny) [m], finite, on the grid.
+        material: ``Elastic``; None: rigid.
+
+    Example:
+        >>> wavy = jc.HeightField(1e-8 * np.cos(np.arange(16.0))[:, None] * np.ones(16))
+    """
+
+    heights: Array
+    material: Elastic | None = None
+    fills_grid = True
+
+    def profile(self, grid: Grid) -> Array:
+        heights = jnp.asarray(self.heights, dtype=float)
+        return jnp.max(heights) - heights
+
+    def check(self, grid: Grid) -> Verdict:
+        shape = np.shape(self.heights)
+        checks.require(
+            shape == tuple(grid.shape), f"heights: expected shape {tuple(grid.shape)}, got {shape}"
+        )
+        return checks.finite("heights [m]", self.heights)
+
+    def outline(self) -> Outline:
+        raise ValueError(
+            "Grid.around: a HeightField comes with its own grid; expected Grid(shape=heights.shape, spacing=(dx, dy))"
+        )
+
+
+def _far(grid: Grid) -> Any:
+    return OUT_OF_REACH * grid.width[0]
+
+
+def _spans(length: Any, width: Any) -> Verdict:
+    """In plane strain a roller has no end: it is at least as long as the cell is wide."""
+    spans = jnp.asarray(length) >= jnp.asarray(width) * (1.0 - 1e-9)
+    if not is_concrete(spans):
+        return spans
+    checks.require(
+        bool(spans),
+        f"cylinder length [m]: expected at least the width {float(width):g} of plane strain, got {float(length):g}",
+    )
+    return True
+
+
+def _covers_a_cell(name: str, value: Any, profile: Array, grid: Grid) -> Verdict:
+    """Some cell's centre lies under the indenter: a smaller one would touch nothing."""
+    touches = jnp.min(profile) < _far(grid)
+    if not is_concrete(touches):
+        return touches
+    cell = max(float(d) for d in grid.spacing)
+    checks.require(
+        bool(touches),
+        f"{name}: expected to cover a cell's centre, cells are {cell:g} m, got {float(value):g}",
+    )
+    return True

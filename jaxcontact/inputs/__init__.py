@@ -1,0 +1,1 @@
+"""The inputs of a simulation: materials, layers, controls, grids and rough surfaces."""

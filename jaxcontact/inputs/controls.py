@@ -1,0 +1,116 @@
+"""What is prescribed: the load or the approach, and with friction the tangential load or displacement."""
+
+from typing import Any
+
+import numpy as np
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import pytree
+
+
+class Control:
+    """A prescribed history: one value held, or one per time."""
+
+    value: Array | float
+
+
+@pytree
+class Load(Control):
+    """Normal load, linear between the times.
+
+    Args:
+        value: [N] >= 0 and somewhere positive, a number (held) or (nt,); with adhesion of either sign.
+
+    Example:
+        >>> ramp = jc.Load([0.0, 30.0, 60.0])
+    """
+
+    value: Array | float
+
+
+@pytree
+class Approach(Control):
+    """Approach of the indenter from first touch, linear between the times.
+
+    Args:
+        value: [m], a number (held) or (nt,); below zero there is no contact without adhesion.
+
+    Example:
+        >>> held = jc.Approach(2.5e-6)
+    """
+
+    value: Array | float
+
+
+def check_control(control: Control, nt: int, *, adhesive: bool = False) -> Verdict:
+    """Check a Load or Approach, a number or (nt,); without adhesion a load is not negative and somewhere positive."""
+    checks.require(
+        isinstance(control, Load | Approach), f"control: expected Load or Approach, got {control!r}"
+    )
+    name, shape = type(control).__name__, np.shape(control.value)
+    checks.require(
+        shape in ((), (nt,)), f"{name}: expected a number or shape ({nt},) as times, got shape {shape}"
+    )
+    if not isinstance(control, Load):
+        return checks.finite("Approach [m]", control.value)
+    if adhesive:
+        return checks.finite("Load [N]", control.value)
+    not_negative = checks.non_negative("Load [N]", control.value)
+    return not_negative & checks.somewhere_positive("Load [N]", control.value)
+
+
+class TangentialControl:
+    """A prescribed tangential history: one vector held, or one per time."""
+
+    value: Array
+
+
+@pytree
+class TangentialLoad(TangentialControl):
+    """Tangential load on the indenter, which the body takes as traction; linear between the times.
+
+    Args:
+        value: (x, y) [N], (2,) (held) or (nt, 2); less than friction can hold.
+
+    Example:
+        >>> there_and_back = jc.TangentialLoad([[0.0, 0.0], [5.0, 0.0], [-5.0, 0.0]])
+    """
+
+    value: Array
+
+
+@pytree
+class TangentialDisplacement(TangentialControl):
+    """Tangential displacement of the indenter from where it first touched, linear between the times.
+
+    Args:
+        value: (x, y) [m], (2,) (held) or (nt, 2).
+
+    Example:
+        >>> held = jc.TangentialDisplacement((1e-7, 0.0))
+    """
+
+    value: Array
+
+
+def check_tangential(control: TangentialControl, nt: int) -> Verdict:
+    """A TangentialLoad or TangentialDisplacement, (2,) or (nt, 2), finite."""
+    checks.require(
+        isinstance(control, TangentialLoad | TangentialDisplacement),
+        f"tangential: expected TangentialLoad or TangentialDisplacement, got {control!r}",
+    )
+    name, shape = type(control).__name__, np.shape(control.value)
+    checks.require(
+        shape in ((2,), (nt, 2)), f"{name}: expected shape (2,) or ({nt}, 2) as times, got shape {shape}"
+    )
+    return checks.finite(name, control.value)
+
+
+def check_friction(friction: Any, cells: tuple[int, ...]) -> Verdict:
+    """Check a coefficient of friction: a number or a field of ``cells``, none negative; ValueError for anything else."""
+    shape = np.shape(friction)
+    expected = f"a number or shape {tuple(cells)}"
+    checks.require(shape in ((), tuple(cells)), f"friction: expected {expected}, got shape {shape}")
+    return checks.non_negative("friction", friction)

@@ -1,0 +1,98 @@
+"""What the paper's sections 4 and 5 conclude of the tribofilm, each claim against a computation of its own."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxcontact.paper import passes, pictures, speed_map, tribofilm
+from jaxcontact.paper.comparison import Reproduction, Row, described, report
+
+LOADS = (10.0, 60.0, 500.0)
+REFERENCES: dict[str, float] = {}
+
+
+def simulate(n: int) -> dict[str, Any]:
+    """Creep under three loads, the slow passes under two, and the speed maps."""
+    return {
+        "creep": {load: tribofilm.creep(True, load, n) for load in LOADS},
+        "slow": {name: passes.slide(name, n) for name in ("14a", "14b", "14c", "14d")},
+        "map": {load: speed_map.sweep(load, n) for load in speed_map.LOADS},
+    }
+
+
+def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]:
+    """Each claim, with the figures behind it."""
+    del references  # the claims are words
+    drop = {load: float(1.0 - run.peak[-1] / run.peak[0]) for load, run in found["creep"].items()}
+    onset = {load: run.speed_of_change(0.01) * 1e6 for load, run in found["map"].items()}
+    time = {name: settling_time(run) for name, run in found["slow"].items()}
+    rows = [described("low loads creep more (share of the peak lost in 120 min)", _falling(drop.values()))]
+    for load, run in found["creep"].items():
+        rows.append(
+            report(f"W = {load:g} N: share of the peak lost in 120 min [-]", drop[load], "indentation")
+        )
+        rows.append(report(f"W = {load:g} N: film strain at 120 min [-]", run.strain[-1], "stretched"))
+    rows.append(
+        described(
+            "time-dependent only below about 1 um/s", all(0.5 < speed < 2.0 for speed in onset.values())
+        )
+    )
+    for load, speed in onset.items():
+        at = int(np.argmin(np.abs(speed_map.SPEEDS - 1e-6)))
+        strain = found["map"][load].strain[at]
+        rows.append(report(f"W = {load:g} N: peak 1 % low at [um/s]", speed, "steady state"))
+        rows.append(report(f"W = {load:g} N: film strain at 1 um/s [-]", strain, "steady state"))
+    for low, high in (("14a", "14b"), ("14c", "14d")):
+        speed = passes.PASSES[low].speed * 1e6
+        claim = f"the high load takes longer to become steady, at {speed:.3g} um/s"
+        rows.append(described(claim, time[high] > time[low]))
+        rows += [
+            report(f"{name}: time until within 0.5 % of the steady peak [s]", time[name], "-")
+            for name in (low, high)
+        ]
+        rows += [
+            report(f"{name}: film strain at the end [-]", found["slow"][name].strain[-1], "-")
+            for name in (low, high)
+        ]
+    return rows
+
+
+def settling_time(run: passes.Slid) -> float:
+    """The time [s] after which the peak stays within 0.5 % of the steady state's; infinite if it does not come."""
+    off = np.flatnonzero(np.abs(run.peak / run.steady - 1.0) > 5e-3)
+    return float(np.append(run.times, np.inf)[off[-1] + 1]) if off.size else 0.0
+
+
+def _falling(values: Any) -> bool:
+    return bool(np.all(np.diff(list(values)) < 0.0))
+
+
+def draw(found: dict[str, Any], directory: Path) -> None:
+    """The peak over its first value in time: at rest, and while sliding slowly."""
+    figure, axes = pictures.panels(2)
+    creep = found["creep"]
+    for i, (load, run) in enumerate(creep.items()):
+        colour = pictures.colour(i, len(creep))
+        axes[0].plot(run.times / 60.0, run.peak / run.peak[0], color=colour, label=f"{load:g} N")
+    for i, (name, run) in enumerate(found["slow"].items()):
+        colour = pictures.colour(i, len(found["slow"]))
+        axes[1].plot(
+            run.times[1:] / 60.0, run.peak[1:] / run.peak[0], color=colour, label=passes.title(name)[4:]
+        )
+    axes[1].set_xscale("log")
+    for ax, title in zip(axes, ("indentation", "sliding"), strict=True):
+        pictures.finish(ax, "time [min]", "peak pressure over the first [-]", title)
+    pictures.save(figure, directory / "claims.png")
+
+
+CASE = Reproduction(
+    "claims",
+    "The paper's conclusions, sections 4 and 5",
+    REFERENCES,
+    simulate,
+    compare,
+    draw,
+    tribofilm.REMARKS,
+)

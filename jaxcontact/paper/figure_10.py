@@ -1,0 +1,132 @@
+"""Fig. 10 and Table 5: relaxation at a held approach, of the film as a half-space (a) and on steel (b to d).
+
+References: at t = 0 Hertz (a) and the axisymmetric Abel solution at the approach held (b to d). In time, on
+the half-space the contact cannot change, so load and pressure follow the relaxation modulus of film and
+ball in series, a Burgers solid again. The contact on the film grows towards the radius sqrt(2 R approach)
+of a film that has relaxed to nothing, 220 um for (b), and is not there yet after two hours.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+import jaxcontact as jc
+from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
+from jaxcontact.paper.press import Trace
+
+HALF, APPROACHES = (
+    "(a) half-space, 36.1380 um",
+    {"(b) 2.5468 um": 2.5468, "(c) 0.7796 um": 0.7796, "(d) 10.4002 um": 10.4002},
+)
+REFERENCES = {
+    f"{HALF}: load at 0 s [N]": 60.0201,
+    f"{HALF}: G1 [GPa]": 0.75,
+    "(b) 2.5468 um: load at 0 s [N]": 59.8277,
+    "(b) 2.5468 um: p0 at 0 s [GPa]": 1.16610,
+    "(b) 2.5468 um: a at 0 s [um]": 160.057,
+    "(b) 2.5468 um: limit sqrt(2 R approach) [um]": 220.0,
+    "(c) 0.7796 um: load at 0 s [N]": 9.97543,
+    "(c) 0.7796 um: p0 at 0 s [GPa]": 0.630250,
+    "(c) 0.7796 um: a at 0 s [um]": 89.874,
+    "(d) 10.4002 um: load at 0 s [N]": 498.646,
+    "(d) 10.4002 um: p0 at 0 s [GPa]": 2.39176,
+    "(d) 10.4002 um: a at 0 s [um]": 319.774,
+}
+
+
+def simulate(n: int) -> dict[str, Trace]:
+    """The four relaxation runs."""
+    found = {name: tribofilm.relaxation(True, value, n) for name, value in APPROACHES.items()}
+    return {HALF: tribofilm.relaxation(False, 36.1380, n), **found}
+
+
+def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
+    """The half-space, each approach on the film, and what the paper says of all three."""
+    rows = _half_space(found[HALF], references)
+    for name in APPROACHES:
+        rows += _film(name, found[name], references)
+    name = "(b) 2.5468 um: limit sqrt(2 R approach) [um]"
+    limit = _limit(found["(b) 2.5468 um"]) * 1e6
+    rows.append(Row(name, PAPER, references[name], limit, 0.003, "printed digits"))
+    growth = [
+        found[name].radius[-1] / found[name].radius[0]
+        for name in ("(c) 0.7796 um", "(b) 2.5468 um", "(d) 10.4002 um")
+    ]
+    rows.append(
+        described("film: contact grows the more the smaller the approach", growth[0] > growth[1] > growth[2])
+    )
+    return [*rows, comparison.solved(found.values())]
+
+
+def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    relaxed = _relaxation(references[f"{HALF}: G1 [GPa]"] * 1e9, trace.times)
+    name = f"{HALF}: load at 0 s [N]"
+    follows, area = worst(trace.load / trace.load[0] / relaxed), worst(trace.radius / trace.radius[0])
+    stepping = "121 times, second order in the step"
+    return [
+        Row(name, EXACT, references[name], float(trace.load[0]), 0.001, comparison.GRID),
+        Row(f"{HALF}: load over its relaxation modulus, worst", EXACT, 1.0, follows, 0.005, stepping),
+        Row(f"{HALF}: contact radius over the first, worst", PAPER, 1.0, area, 0.001, comparison.CELLS),
+        described(f"{HALF}: pressure relaxes all the time", comparison.never_rises(trace.peak)),
+    ]
+
+
+def _relaxation(G1: float, times: np.ndarray) -> np.ndarray:
+    """G(t)/G(0) of the film in series with the steel ball, whose compliance adds to 1/G1 at equal nu."""
+    film, added = tribofilm.FILM, tribofilm.BALL_COMPLIANCE / (1.0 - tribofilm.NU)
+    series = jc.Burgers(G1=1.0 / (1.0 / G1 + added), G2=film.G2, eta1=film.eta1, eta2=film.eta2, nu=film.nu)
+    G = np.asarray(series.relaxation(times))
+    return G / G[0]
+
+
+def _film(name: str, trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    found = {
+        f"{name}: load at 0 s [N]": (trace.load[0], 0.001, comparison.GRID),
+        f"{name}: p0 at 0 s [GPa]": (trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
+        f"{name}: a at 0 s [um]": (trace.radius[0] * 1e6, 0.003, comparison.CELLS),
+    }
+    rows = [Row(key, EXACT, references[key], float(value), *rest) for key, (value, *rest) in found.items()]
+    return [
+        *rows,
+        described(f"{name}: pressure relaxes all the time", comparison.never_rises(trace.peak)),
+        described(f"{name}: contact grows and levels off", _levels_off(trace)),
+        described(f"{name}: contact stays below its limit", trace.radius[-1] < 1.001 * _limit(trace)),
+        report(f"{name}: p0 at 7200 s over p0 at 0 s [-]", trace.peak[-1] / trace.peak[0], "held approach"),
+        report(f"{name}: a at 7200 s over a at 0 s [-]", trace.radius[-1] / trace.radius[0], "held approach"),
+        report(f"{name}: film strain at 0 s [-]", trace.strain[0], "linear theory is stretched"),
+        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+    ]
+
+
+def _limit(trace: Trace) -> float:
+    """sqrt(2 R approach) [m]: the contact on a film that gives no resistance."""
+    return float(np.sqrt(2.0 * tribofilm.RADIUS * trace.approach[-1]))
+
+
+def _levels_off(trace: Trace) -> bool:
+    """The contact never shrinks, and grows less in each quarter of the time than in the one before."""
+    growth = np.diff(np.interp(np.linspace(0.0, trace.times[-1], 5), trace.times, trace.radius))
+    return comparison.never_falls(trace.radius) and bool(growth[-1] > 0.0 and np.all(np.diff(growth) < 0.0))
+
+
+def draw(found: dict[str, Trace], directory: Path) -> None:
+    """Pressure along x at six times, one panel a run."""
+    figure, axes = pictures.panels(4)
+    for ax, (name, trace) in zip(axes, found.items(), strict=True):
+        pictures.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
+        title = name if name == HALF else f"{name} on the film"
+        pictures.finish(ax, "x [µm]", "pressure [GPa]", title.replace("um", "µm"))
+    pictures.save(figure, directory / "figure_10.png")
+
+
+CASE = Reproduction(
+    "figure_10",
+    "Fig. 10, Table 5: relaxation at a held approach",
+    REFERENCES,
+    simulate,
+    compare,
+    draw,
+    tribofilm.REMARKS,
+)

@@ -1,0 +1,97 @@
+"""Fig. 11: the surface at a held approach, of the film on steel (a) and of the film as a half-space (b).
+
+What is drawn is the displacement of both surfaces together, which under the contact is the ball's own
+shape; the ball's share is about 1 % on the half-space. References: Hertz's displacement inside and outside
+the contact for the half-space, at all times; for the film, at t = 0 and in its limit, the ball's shape.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report, worst
+from jaxcontact.paper.press import Trace
+from jaxcontact.reference import hertz
+
+FILM, HALF = "(a) film, 2.5468 um", "(b) half-space, 36.1380 um"
+REFERENCES = {
+    f"{FILM}: displacement on the axis [um]": 2.5468,
+    f"{HALF}: load at 0 s [N]": 60.0201,
+}
+
+
+def simulate(n: int) -> dict[str, Trace]:
+    """Two of Fig. 10's runs."""
+    return {FILM: tribofilm.relaxation(True, 2.5468, n), HALF: tribofilm.relaxation(False, 36.1380, n)}
+
+
+def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
+    """The film's surface clings to the ball ever more; the half-space's does not move."""
+    return [
+        *_film(found[FILM], references),
+        *_half_space(found[HALF], references),
+        comparison.solved(found.values()),
+    ]
+
+
+def _film(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    name = f"{FILM}: displacement on the axis [um]"
+    limit = np.sqrt(2.0 * tribofilm.RADIUS * trace.approach[0])
+    gap = _mean_gap(trace, float(limit))
+    middle = trace.displacement[:, len(trace.x) // 2] + trace.distance[len(trace.x) // 2] ** 2 / (
+        2.0 * tribofilm.RADIUS
+    )
+    centre = references[name] * worst(middle * 1e6 / references[name])
+    return [
+        Row(name, EXACT, references[name], centre, 0.0005, comparison.GRID),
+        described(f"{FILM}: ever more conformal (mean gap within 220 um falls)", comparison.never_rises(gap)),
+        report(f"{FILM}: mean gap within 220 um at 0 s [nm]", gap[0] * 1e9, "zero is conformal"),
+        report(f"{FILM}: mean gap within 220 um at 7200 s [nm]", gap[-1] * 1e9, "zero is conformal"),
+        report(f"{FILM}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+    ]
+
+
+def _mean_gap(trace: Trace, radius: float) -> np.ndarray:
+    """Mean over |x| < radius of ball minus surface [m], (nt,)."""
+    inside = trace.distance < radius
+    ball = trace.distance**2 / (2.0 * tribofilm.RADIUS) - trace.approach[:, None]
+    return np.mean((ball + trace.displacement)[:, inside], axis=1)
+
+
+def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    name = f"{HALF}: load at 0 s [N]"
+    A = (1.0 - tribofilm.NU) * float(tribofilm.FILM.creep(0.0)) + tribofilm.BALL_COMPLIANCE
+    surface = hertz.displacement(trace.distance, references[name], tribofilm.RADIUS, A)
+    moved = float(np.max(np.abs(trace.displacement - trace.displacement[0])) / trace.approach[0])
+    return [
+        Row(name, EXACT, references[name], float(trace.load[0]), 0.001, comparison.GRID),
+        Row(
+            f"{HALF}: displacement along x over Hertz's, worst of all places and times",
+            EXACT,
+            1.0,
+            worst((trace.displacement / surface).ravel()),
+            0.001,
+            comparison.GRID,
+        ),
+        described(f"{HALF}: surface unchanged (moves by less than 0.01 % of the approach)", moved < 1e-4),
+        report(f"{HALF}: largest move over the approach [-]", moved, "zero is unchanged"),
+    ]
+
+
+def draw(found: dict[str, Trace], directory: Path) -> None:
+    """The surface along x at six times, down is into the body, with the ball at its held approach."""
+    figure, axes = pictures.panels(2)
+    for ax, (name, trace) in zip(axes, found.items(), strict=True):
+        pictures.over_time(ax, trace, -trace.displacement * 1e6, tribofilm.SHOWN)
+        ball = (trace.distance**2 / (2.0 * tribofilm.RADIUS) - trace.approach[0]) * 1e6
+        ax.plot(trace.x * 1e6, ball, "k:", linewidth=1.0, label="ball")
+        ax.set_ylim(-1.05e6 * trace.approach[0], 0.25e6 * trace.approach[0])
+        pictures.finish(ax, "x [µm]", "surface [µm]", name.replace("um", "µm"))
+    pictures.save(figure, directory / "figure_11.png")
+
+
+CASE = Reproduction(
+    "figure_11", "Fig. 11: surface at a held approach", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
+)

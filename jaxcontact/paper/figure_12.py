@@ -1,0 +1,92 @@
+"""Fig. 12: two extreme approaches held on the film, 50 um (a) and 0.01 nm (b).
+
+(a) The film hardly counts at first: Hertz on steel; then the contact grows. (b) The contact is a few times
+the film's thickness and stays as it is, while the pressure relaxes. References: Hertz, and the axisymmetric
+Abel solution (``reference.abel``): at t = 0 with the modulus G(0), and for (b) at 7200 s by its inverse
+Laplace transform at the final contact radius, 0.0028111 MPa. An elastic film of modulus G(7200 s) gives the
+same, one of 1/J(7200 s) gives 0.0052 MPa: at a held approach it is the relaxation modulus that counts.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report
+from jaxcontact.paper.press import Trace
+
+DEEP, SHALLOW = "(a) 50 um", "(b) 0.01 nm"
+REFERENCES = {
+    f"{DEEP}: p0 at 0 s, Hertz on steel [GPa]": 5.322,
+    f"{DEEP}: p0 at 0 s [GPa]": 5.28632,
+    f"{DEEP}: a at 0 s [um]": 695.958,
+    f"{SHALLOW}: p0 at 0 s [MPa]": 0.158992,
+    f"{SHALLOW}: a at 0 s [um]": 0.408256,
+    f"{SHALLOW}: p0 at 7200 s [MPa]": 0.0028111,
+    f"{SHALLOW}: a at 7200 s [um]": 0.415485,
+}
+
+
+def simulate(n: int) -> dict[str, Trace]:
+    """Both relaxation runs."""
+    return {DEEP: tribofilm.relaxation(True, 50.0, n), SHALLOW: tribofilm.relaxation(True, 1e-5, n)}
+
+
+def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
+    """Hertz at first and growth on the one hand, a constant contact that relaxes on the other."""
+    return [
+        *_deep(found[DEEP], references),
+        *_shallow(found[SHALLOW], references),
+        comparison.solved(found.values()),
+    ]
+
+
+def _deep(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    def row(what, found, tolerance, reason):
+        return Row(f"{DEEP}: {what}", EXACT, references[f"{DEEP}: {what}"], float(found), tolerance, reason)
+
+    return [
+        row("p0 at 0 s, Hertz on steel [GPa]", trace.peak[0] / 1e9, 0.01, "the film takes some 0.7 %"),
+        row("p0 at 0 s [GPa]", trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
+        row("a at 0 s [um]", trace.radius[0] * 1e6, 0.003, comparison.CELLS),
+        described(
+            f"{DEEP}: contact grows",
+            comparison.never_falls(trace.radius) and trace.radius[-1] > trace.radius[0],
+        ),
+        report(f"{DEEP}: a at 7200 s [um]", trace.radius[-1] * 1e6, "held approach"),
+        report(f"{DEEP}: film strain at 0 s [-]", trace.strain[0], "linear theory is stretched"),
+        report(f"{DEEP}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+    ]
+
+
+def _shallow(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    def row(what, found, tolerance, reason):
+        return Row(
+            f"{SHALLOW}: {what}", EXACT, references[f"{SHALLOW}: {what}"], float(found), tolerance, reason
+        )
+
+    return [
+        row("p0 at 0 s [MPa]", trace.peak[0] / 1e6, 0.002, comparison.OFF_AXIS),
+        row("a at 0 s [um]", trace.radius[0] * 1e6, 0.003, comparison.CELLS),
+        row("p0 at 7200 s [MPa]", trace.peak[-1] / 1e6, 0.003, "121 times"),
+        row("a at 7200 s [um]", trace.radius[-1] * 1e6, 0.003, comparison.CELLS),
+        described(f"{SHALLOW}: contact stays within 3 %", np.ptp(trace.radius) < 0.03 * trace.radius[0]),
+        described(f"{SHALLOW}: pressure relaxes all the time", comparison.never_rises(trace.peak)),
+        report(f"{SHALLOW}: film strain at 0 s [-]", trace.strain[0], "small"),
+    ]
+
+
+def draw(found: dict[str, Trace], directory: Path) -> None:
+    """Pressure along x at six times."""
+    figure, axes = pictures.panels(2)
+    pictures.over_time(axes[0], found[DEEP], found[DEEP].pressure / 1e9, tribofilm.SHOWN)
+    pictures.over_time(axes[1], found[SHALLOW], found[SHALLOW].pressure / 1e6, tribofilm.SHOWN)
+    pictures.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) 50 µm on the film")
+    pictures.finish(axes[1], "x [µm]", "pressure [MPa]", "(b) 0.01 nm on the film")
+    pictures.save(figure, directory / "figure_12.png")
+
+
+CASE = Reproduction(
+    "figure_12", "Fig. 12: extreme approaches", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
+)

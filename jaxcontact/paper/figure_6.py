@@ -1,0 +1,128 @@
+"""Fig. 6 and Table 3: a rigid ball on a Maxwell layer so thick that it is a half-space, or thin as nothing.
+
+Table 3's material stands for 1/(2G), as the film's does (see ``tribofilm``): J = 2 phi, so G and eta are
+half of what is printed. Its a_v0 = 131.5206 um, which is 2^(1/3) times the Hertz radius on steel, comes out
+only so.
+
+References: Lee and Radok's half-space under a step load (the contact radius grows as (1 + t/tau)^(1/3), the
+approach as its square), and Hertz on steel.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import jaxcontact as jc
+from jaxcontact.paper import comparison, pictures
+from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, worst
+from jaxcontact.paper.press import Trace, press
+from jaxcontact.reference import lee_radok
+
+NU, RADIUS, LOAD, TAU, POINTS = 0.3, 3.5e-3, 100.0, 1.0, 41
+G = 80.77e9 / 2.0
+A0, AV0 = 104.388e-6, 131.5206e-6  # printed; here they only size the grids
+THICK, THIN = 1e4, 1e-5  # h/a0
+TIMES = np.linspace(0.0, 2.0 * TAU, POINTS)
+REFERENCES = {
+    "a_v0 [um]": 131.5206,
+    "p_v0 [GPa]": 2.7603,
+    "tau [s]": TAU,
+    "a0 [um]": 104.388,
+    "p0 [GPa]": 4.3817,
+}
+STEPPING = "41 points, second order in the step"
+
+
+class Layers(NamedTuple):
+    """The contact on the thick layer and on the thin one."""
+
+    thick: Trace
+    thin: Trace
+
+
+def simulate(n: int) -> Layers:
+    """Both thicknesses over 2 tau."""
+    final = 3.0 ** (1.0 / 3.0) * AV0
+    return Layers(_run(THICK, 2.3 * final, n), _run(THIN, 2.6 * A0, n))
+
+
+def _run(ratio: float, width: float, n: int) -> Trace:
+    layer = jc.Layer(jc.Maxwell(G=G, eta=G * TAU, nu=NU), thickness=ratio * A0)
+    body = jc.LayeredHalfSpace([layer], substrate=jc.Elastic.from_young(210e9, nu=NU))
+    return press(body, jc.Sphere(radius=RADIUS), jc.Load(LOAD), TIMES, jc.Grid.square(n=n, width=width))
+
+
+def compare(found: Layers, references: Mapping[str, float]) -> list[Row]:
+    """Table 3 at t = 0, then the growth (a) and the absence of it (b)."""
+    return [*_thick(found.thick, references), *_thin(found.thin, references), comparison.solved(found)]
+
+
+def _thick(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    a, p = references["a_v0 [um]"], references["p_v0 [GPa]"]
+    radius = 1e-6 * a * (1.0 + trace.times / references["tau [s]"]) ** (1.0 / 3.0)
+    peak, field = _lee_radok(trace, a * 1e-6, references["tau [s]"])
+    distance = np.sum(np.abs(trace.pressure[-1] - field)) / np.sum(field)
+    exact = lambda what, value, within, why: Row(f"(a) {what}", EXACT, 1.0, value, within, why)
+    ratio = lambda what, values, within, why: exact(
+        f"{what} over its closed form, worst of 41", worst(values), within, why
+    )
+    return [
+        Row("(a) a_v0 [um]", PAPER, a, trace.radius[0] * 1e6, 0.003, comparison.CELLS),
+        Row("(a) p_v0 [GPa]", PAPER, p, trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
+        ratio("contact radius", trace.radius / radius, 0.003, comparison.CELLS),
+        ratio("approach", trace.approach / (radius**2 / RADIUS), 0.0005, comparison.GRID),
+        ratio("peak pressure", trace.peak / peak, 0.002, STEPPING),
+        exact("pressure along x at 2 tau, 1 + L1 distance", 1.0 + float(distance), 0.001, STEPPING),
+    ]
+
+
+def _lee_radok(trace: Trace, first: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
+    """Largest pressure over time (nt,) and pressure along the middle row at the last time (n,) [Pa]."""
+
+    def radius(t):
+        return first * (1.0 + np.asarray(t) / tau) ** (1.0 / 3.0)
+
+    def field(t):
+        return lee_radok.pressure(trace.distance, t, lambda s: G * np.exp(-s / tau), radius, RADIUS, NU)
+
+    return np.array([np.max(field(t)) for t in trace.times]), field(trace.times[-1])
+
+
+def _thin(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    a, p = references["a0 [um]"], references["p0 [GPa]"]
+    approach = (a * 1e-6) ** 2 / RADIUS
+    return [
+        Row("(b) a0 [um], worst of 41", PAPER, a, a * worst(trace.radius * 1e6 / a), 0.003, comparison.CELLS),
+        Row(
+            "(b) p0 [GPa], worst of 41", PAPER, p, p * worst(trace.peak / 1e9 / p), 0.002, comparison.OFF_AXIS
+        ),
+        Row(
+            "(b) approach over Hertz's, worst of 41",
+            EXACT,
+            1.0,
+            worst(trace.approach / approach),
+            0.0005,
+            comparison.GRID,
+        ),
+    ]
+
+
+def draw(found: Layers, directory: Path) -> None:
+    """Pressure along x at five times, with Lee and Radok's at the last one."""
+    figure, axes = pictures.panels(2)
+    steps = np.linspace(0, POINTS - 1, 5).astype(int)
+    for ax, trace in zip(axes, found, strict=True):
+        labels = [rf"t = {trace.times[i] / TAU:g} $\tau$" for i in steps]
+        pictures.profiles(ax, trace.x * 1e6, trace.pressure[steps] / 1e9, labels)
+    exact = _lee_radok(found.thick, AV0, TAU)[1]
+    axes[0].plot(found.thick.x * 1e6, exact / 1e9, "k:", linewidth=1.0, label=r"closed form, 2 $\tau$")
+    pictures.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) Maxwell layer, h/a$_0$ = 10$^4$")
+    pictures.finish(axes[1], "x [µm]", "pressure [GPa]", "(b) h/a$_0$ = 10$^{-5}$: all times on one curve")
+    pictures.save(figure, directory / "figure_6.png")
+
+
+CASE = Reproduction(
+    "figure_6", "Fig. 6, Table 3: rigid ball on a Maxwell layer", REFERENCES, simulate, compare, draw
+)

@@ -1,0 +1,147 @@
+"""Fig. 9: creep under a held load, of the film as a half-space (a) and of the film on steel (b to d).
+
+References: at t = 0 Hertz (a) and the axisymmetric Abel solution (b to d, ``reference.abel``), and the
+approaches that the paper goes on to hold in Table 5; in time Lee and Radok for the half-space, and for 60 N
+on the film an independent march. The shapes are those that the paper describes.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
+from jaxcontact.paper.press import Trace
+from jaxcontact.reference import lee_radok
+
+HALF, LOADS = "(a) half-space, 60 N", {"(b) 60 N": 60.0, "(c) 10 N": 10.0, "(d) 500 N": 500.0}
+REFERENCES = {
+    f"{HALF}: approach at 0 s [um]": 36.1299,
+    f"{HALF}: approach at 0 s, printed [um]": 36.1380,
+    f"{HALF}: load [N]": 60.0,
+    "(b) 60 N: approach at 0 s [um]": 2.55166,
+    "(b) 60 N: approach at 0 s, printed [um]": 2.5468,
+    "(b) 60 N: p0 at 0 s [GPa]": 1.16724,
+    "(b) 60 N: a at 0 s [um]": 160.207,
+    "(b) 60 N: approach at 7200 s [um]": 3.352,
+    "(b) 60 N: p0 at 7200 s [GPa]": 0.668,
+    "(b) 60 N: a at 7200 s [um]": 216.0,
+    "(c) 10 N: approach at 0 s [um]": 0.780865,
+    "(c) 10 N: approach at 0 s, printed [um]": 0.7796,
+    "(c) 10 N: p0 at 0 s [GPa]": 0.630787,
+    "(c) 10 N: a at 0 s [um]": 89.95,
+    "(d) 500 N: approach at 0 s [um]": 10.41896,
+    "(d) 500 N: approach at 0 s, printed [um]": 10.4002,
+    "(d) 500 N: p0 at 0 s [GPa]": 2.39395,
+    "(d) 500 N: a at 0 s [um]": 320.1,
+}
+MARCH = "independent march"
+EDGE = 0.8  # a spike lies beyond this share of the contact radius
+
+
+def simulate(n: int) -> dict[str, Trace]:
+    """The four creep runs."""
+    found = {name: tribofilm.creep(True, load, n) for name, load in LOADS.items()}
+    return {HALF: tribofilm.creep(False, 60.0, n), **found}
+
+
+def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
+    """The half-space, each load on the film, and what the paper says of all three."""
+    rows = _half_space(found[HALF], references)
+    for name in LOADS:
+        rows += _film(name, found[name], references)
+    rows += _march(found["(b) 60 N"], references)
+    drops = [found[name].peak[-1] / found[name].peak[0] for name in ("(c) 10 N", "(b) 60 N", "(d) 500 N")]
+    rows.append(described("film: pressure falls the more the lower the load", drops[0] < drops[1] < drops[2]))
+    return [*rows, comparison.solved(found.values())]
+
+
+def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    J, load = tribofilm.FILM.creep, references[f"{HALF}: load [N]"]
+    a = lee_radok.step_radius(trace.times, J, load, tribofilm.RADIUS, tribofilm.NU, tribofilm.BALL_COMPLIANCE)
+    approach = trace.approach / (a**2 / tribofilm.RADIUS)
+    at_edge, excess = _spike(trace)
+    first = float(trace.approach[0] * 1e6)
+    names = f"{HALF}: approach at 0 s [um]", f"{HALF}: approach at 0 s, printed [um]"
+    return [
+        Row(names[0], EXACT, references[names[0]], first, 0.0005, comparison.GRID),
+        Row(names[1], PAPER, references[names[1]], first, 0.003, "the paper's own grid"),
+        Row(
+            f"{HALF}: approach over Lee and Radok's, worst of all times",
+            EXACT,
+            1.0,
+            worst(approach),
+            0.0005,
+            comparison.GRID,
+        ),
+        Row(
+            f"{HALF}: contact radius over theirs, worst",
+            EXACT,
+            1.0,
+            worst(trace.radius / a),
+            float(0.25 * (trace.x[1] - trace.x[0]) / a[0]),
+            comparison.COARSE,
+        ),
+        described(f"{HALF}: contact grows all the time", comparison.never_falls(trace.radius)),
+        described(f"{HALF}: spikes grow at the edge", at_edge and excess > 0.0),
+        report(
+            f"{HALF}: spike at 7200 s over the pressure in the middle",
+            1.0 + excess,
+            "as resolved by this grid",
+        ),
+    ]
+
+
+def _spike(trace: Trace) -> tuple[bool, float]:
+    """Whether the highest pressure at the last time is near the edge, and how far it exceeds the middle's."""
+    last = trace.pressure[-1]
+    top = int(np.argmax(last))
+    return bool(trace.distance[top] > EDGE * trace.radius[-1]), float(last[top] / last[len(last) // 2] - 1.0)
+
+
+def _film(name: str, trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    def row(what, source, found, tolerance, reason):
+        return Row(f"{name}: {what}", source, references[f"{name}: {what}"], float(found), tolerance, reason)
+
+    return [
+        row("approach at 0 s [um]", EXACT, trace.approach[0] * 1e6, 0.0005, comparison.GRID),
+        row("approach at 0 s, printed [um]", PAPER, trace.approach[0] * 1e6, 0.003, comparison.BIAS),
+        row("p0 at 0 s [GPa]", EXACT, trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
+        row("a at 0 s [um]", EXACT, trace.radius[0] * 1e6, 0.003, comparison.CELLS),
+        described(f"{name}: pressure falls all the time", comparison.never_rises(trace.peak)),
+        described(f"{name}: contact grows all the time", comparison.never_falls(trace.radius)),
+        described(f"{name}: no spikes at the edge", all(map(_domed, trace.pressure))),
+        report(f"{name}: film strain at 0 s [-]", trace.strain[0], "linear theory is stretched"),
+        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+    ]
+
+
+def _domed(pressure: np.ndarray) -> bool:
+    """The pressure along x falls from the middle outwards."""
+    return comparison.never_rises(pressure[len(pressure) // 2 :], slack=1e-6)
+
+
+def _march(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    found = {
+        "(b) 60 N: approach at 7200 s [um]": trace.approach[-1] * 1e6,
+        "(b) 60 N: p0 at 7200 s [GPa]": trace.peak[-1] / 1e9,
+        "(b) 60 N: a at 7200 s [um]": trace.radius[-1] * 1e6,
+    }
+    reason = "the march's own step and printed digits"
+    return [Row(name, MARCH, references[name], float(value), 0.003, reason) for name, value in found.items()]
+
+
+def draw(found: dict[str, Trace], directory: Path) -> None:
+    """Pressure along x at six times, one panel a run."""
+    figure, axes = pictures.panels(4)
+    for ax, (name, trace) in zip(axes, found.items(), strict=True):
+        pictures.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
+        title = name if name == HALF else f"{name} on the film"
+        pictures.finish(ax, "x [µm]", "pressure [GPa]", title)
+    pictures.save(figure, directory / "figure_9.png")
+
+
+CASE = Reproduction(
+    "figure_9", "Fig. 9: creep under a held load", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
+)

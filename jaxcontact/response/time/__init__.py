@@ -1,0 +1,1 @@
+"""The expansion of a response in exponentials of time."""

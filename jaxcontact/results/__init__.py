@@ -1,0 +1,1 @@
+"""Results of simulations, their notes, summaries and figures."""

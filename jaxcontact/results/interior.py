@@ -1,0 +1,71 @@
+"""The stresses and displacements below the surface that ``subsurface`` returns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support.pytree import is_concrete, pytree
+from jaxcontact._support.status import Status
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.results.labels import arrays_of, dataset, derived_of
+from jaxcontact.results.notes import Note, brief
+from jaxcontact.results.summaries import interior_summary
+
+
+@pytree
+class InteriorFields:
+    """Stresses and displacements below the surface, SI units.
+
+    depths (nz,) [m]; stress (nz, 3, 3, nx, ny) [Pa], tension positive, x, y, z by row and column; displacement
+    (nz, 3, nx, ny) [m], z into the body.
+    """
+
+    grid: Grid
+    depths: Array
+    stress: Array
+    displacement: Array
+
+    @property
+    def von_mises(self) -> Array:
+        """sqrt(3/2 s : s) of the stress deviator s [Pa], (nz, nx, ny)."""
+        mean = jnp.trace(self.stress, axis1=1, axis2=2) / 3.0
+        deviator = self.stress - mean[:, None, None] * jnp.eye(3)[:, :, None, None]
+        return jnp.sqrt(1.5 * jnp.sum(deviator**2, (1, 2)))
+
+    @property
+    def peak(self) -> tuple[Array, Array]:
+        """The largest von Mises stress [Pa] and where it is, (3,) [m]."""
+        field = self.von_mises
+        k, i, j = jnp.unravel_index(jnp.argmax(field), field.shape)
+        x, y = self.grid.axes()
+        return field[k, i, j], jnp.stack([x[i], y[j], self.depths[k]])
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The warnings on these fields, in words: whether a value was out of range, which jit or vmap hides."""
+        if not is_concrete(self) or not hasattr(self.stress, "__array__"):
+            raise ValueError("notes: expected fields with numbers, got some traced by jit, vmap or grad")
+        message = Status.OUT_OF_RANGE.message
+        return (Note(message, brief(message)),) if np.isnan(np.sum(np.asarray(self.stress))) else ()
+
+    def summary(self) -> str:
+        """Return the largest stresses and displacements by depth, with their units."""
+        return interior_summary(self)
+
+    def __repr__(self) -> str:
+        return interior_summary(self)
+
+    def to_xarray(self) -> Any:
+        """Return the fields and the von Mises stress as an ``xarray.Dataset``; needs ``jaxcontact[io]``."""
+        told = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
+        return dataset(arrays_of(self) | derived_of(self), told)
+
+    def plot(self) -> Any:
+        """A figure of the von Mises stress: a vertical cut along x through its peak, and its course over the depth."""
+        from jaxcontact.results import figures
+
+        return figures.figure_of(self)

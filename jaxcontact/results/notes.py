@@ -1,0 +1,220 @@
+"""Notes: what a user should know of a result beside its numbers, in words.
+
+The compiled core stores numbers alone (the fields of a result and its ``Diagnostics``), which pass through jit, vmap, grad
+and ``lax.map`` like any others. The words are formed from them when ``result.notes`` is read, so that a result computed
+inside a transformation tells as much as one of a plain call, which issues the same words as warnings.
+"""
+
+import warnings
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from jaxcontact._support.pytree import is_concrete, pytree
+from jaxcontact._support.status import Status
+
+STRAIN_LIMIT = 0.2
+SEPARATION_LIMIT = 1e-3
+IMAGE_LIMIT = 1e-4
+FEW_CELLS = 10
+
+
+class Note(str):
+    """A note in words. kind: the words common to all notes on the same matter; severity: the largest is the worst."""
+
+    kind: str
+    severity: float
+
+    def __new__(cls, text: str, kind: str, severity: float = 0.0) -> "Note":
+        note = super().__new__(cls, text)
+        note.kind, note.severity = kind, severity
+        return note
+
+    def __getnewargs__(self) -> tuple[str, str, float]:  # type: ignore[override]
+        return str(self), self.kind, self.severity
+
+
+@pytree
+class Diagnostics:
+    """The numbers that notes depend on and that are no fields of a result, () each.
+
+    separation_error: relative error of the decay rates shared by all wavenumbers; image_error: relative error of the
+    response on the grid; single_contact: whether the indenter makes one contact, so that few cells across it are worth
+    a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened.
+    """
+
+    separation_error: Any = np.float64(0.0)
+    image_error: Any = np.float64(0.0)
+    single_contact: Any = np.bool_(False)
+    widenings: Any = np.int64(0)
+
+
+class _Run(NamedTuple):
+    """The numbers of one run that notes depend on: status, film_strain, contact_area, times (nt,); others ()."""
+
+    status: np.ndarray
+    film_strain: np.ndarray
+    contact_area: np.ndarray
+    times: np.ndarray
+    cell_area: np.ndarray
+    width: np.ndarray
+    separation_error: np.ndarray
+    image_error: np.ndarray
+    single_contact: np.ndarray
+    widenings: np.ndarray
+
+
+def notes_of(result: Any) -> tuple[Note, ...]:
+    """Return the notes on a result; for many runs in one (``jax.vmap``), one of each kind, the worst, with a count.
+
+    Raises ValueError where the numbers are not known (inside jit, vmap or grad).
+    """
+    if not has_numbers(result):
+        raise ValueError(
+            "notes: expected a result with numbers, got one traced by jit, vmap or grad; return it and read them outside"
+        )
+    plane_strain = result.grid.plane_strain
+    found = {index: list(_notes(run, plane_strain)) for index, run in _runs(result)}
+    return tuple(found[()]) if () in found else tuple(_gathered(found))
+
+
+def has_numbers(result: Any) -> bool:
+    """Whether the numbers of a result are known: neither traced nor its structure alone."""
+    return is_concrete(result) and hasattr(result.status, "__array__")
+
+
+def announce(result: Any, stacklevel: int) -> None:
+    """Issue the notes on a result as warnings; silent while the result is traced by jit, vmap or grad.
+
+    stacklevel: that of ``warnings.warn``, counted from the caller.
+    """
+    for note in notes_of(result) if has_numbers(result) else ():
+        warnings.warn(note, stacklevel=stacklevel + 1)
+
+
+def kind_of(note: str) -> str:
+    """Return the kind of a note; a warning of another origin is its own kind."""
+    return note.kind if isinstance(note, Note) else note
+
+
+def in_one_line(note: str) -> str:
+    """Return a note, or another warning, without line breaks."""
+    return note if isinstance(note, Note) else " ".join(str(note).split())
+
+
+def counts_in_words(kinds: Iterable[Iterable[str]], total: int, unit: str) -> list[str]:
+    """Return lines "35 of 36 cases: film strain above 0.2", the most frequent first; kinds: those of each case."""
+    counts = Counter(kind for each in kinds for kind in dict.fromkeys(each))
+    return [f"{count} of {total} {unit}: {kind}" for kind, count in counts.most_common()]
+
+
+def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
+    """The runs in a result, each with its index along the axes that vmap has put in front."""
+    over_time = hasattr(result, "times")
+    batch = np.shape(result.status)[:-1] if over_time else np.shape(result.status)
+    steps = np.shape(result.status)[len(batch) :]
+    told = result.diagnostics
+    series = (result.status, result.film_strain, result.contact_area, result.times if over_time else 0.0)
+    single = (result.grid.cell_area, result.grid.width[0], *vars(told).values())
+    whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
+    whole += [np.broadcast_to(np.asarray(a), batch) for a in single]
+    for index in np.ndindex(batch):
+        picked = [np.atleast_1d(a[index]) for a in whole[: len(series)]]
+        yield index, _Run(*picked, *(a[index] for a in whole[len(series) :]))
+
+
+def _gathered(found: dict[tuple[int, ...], list[Note]]) -> Iterator[Note]:
+    """One note of each kind: the worst, with the number of runs that have one and the index of its own."""
+    for kind in dict.fromkeys(note.kind for notes in found.values() for note in notes):
+        having = [(note, index) for index, notes in found.items() for note in notes if note.kind == kind]
+        worst, index = max(having, key=lambda one: one[0].severity)
+        run = index[0] if len(index) == 1 else index
+        yield Note(
+            f"{len(having)} of {len(found)} runs, most in run {run}: {worst}", kind, float(len(having))
+        )
+
+
+def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
+    """The notes on one run."""
+    yield from _of_status(run)
+    yield from _of_strain(run)
+    yield from _of_errors(run)
+    if run.single_contact:  # else its patches are each of their own size
+        yield from _of_cells(run, plane_strain)
+    if run.widenings:
+        text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
+        yield Note(text, 'grid="auto": widened', float(run.widenings))
+
+
+def _of_status(run: _Run) -> Iterator[Note]:
+    size = run.status.size
+    for code in np.unique(run.status[run.status > 0]).tolist():
+        steps = np.flatnonzero(run.status == code)
+        first = f", the first is {_step(run, steps[0])}" if size > 1 else ""
+        message = message_of(code)
+        yield Note(f"{steps.size} of {size} steps{first}: {message}", brief(message), steps.size / size)
+
+
+def _of_strain(run: _Run) -> Iterator[Note]:
+    strain = np.where(np.isnan(run.film_strain), -np.inf, run.film_strain)
+    step = int(np.argmax(strain))
+    if strain[step] > STRAIN_LIMIT:
+        yield Note(
+            f"film strain reaches {strain[step]:.2g}{_at(run, step)}: above {STRAIN_LIMIT} the linear theory is"
+            " stretched",
+            f"film strain above {STRAIN_LIMIT}",
+            float(strain[step]),
+        )
+
+
+def _of_errors(run: _Run) -> Iterator[Note]:
+    separation, images = float(run.separation_error), float(run.image_error)
+    if separation > SEPARATION_LIMIT:
+        yield Note(
+            f"shared decay rates are off by up to {separation:.1g}: pass kernels with more nodes",
+            f"shared decay rates off by more than {SEPARATION_LIMIT:g}",
+            separation,
+        )
+    if images > IMAGE_LIMIT:
+        yield Note(
+            f"the response on the grid is off by up to {images:.1g}: its images reach too little",
+            f"response on the grid off by more than {IMAGE_LIMIT:g}",
+            images,
+        )
+
+
+def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
+    """Few cells across the smallest contact that there is."""
+    area = np.where(run.contact_area > 0.0, run.contact_area, np.inf)
+    step = int(np.argmin(area))
+    cells = area[step] / float(run.cell_area)
+    across = cells if plane_strain else 2.0 * np.sqrt(cells / np.pi)
+    if across < FEW_CELLS:
+        yield Note(
+            f"only {across:.1f} cells across the smallest contact{_at(run, step)}: below {FEW_CELLS} it is coarse",
+            f"fewer than {FEW_CELLS} cells across the contact",
+            -float(across),
+        )
+
+
+def message_of(code: float) -> str:
+    """Return the message of a status; a file of a later version may have one that is not known here."""
+    known = code in set(Status)
+    return Status(int(code)).message if known else f"status {code:g}, unknown to this version"
+
+
+def brief(message: str) -> str:
+    """Return what the message of a status says before it goes on to reasons and remedies."""
+    return message.partition(":")[0]
+
+
+def _at(run: _Run, step: int) -> str:
+    """Return the step and time of a history in words, or an empty string if there is only one step."""
+    return f", at {_step(run, step)}" if run.status.size > 1 else ""
+
+
+def _step(run: _Run, step: int) -> str:
+    time = float(run.times[step])  # nan where a value was out of range
+    return f"step {step + 1} of {run.status.size}" + (f" (t = {time:g} s)" if np.isfinite(time) else "")

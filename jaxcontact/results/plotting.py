@@ -1,0 +1,337 @@
+"""Pictures of a contact history: Axes in, Axes out; whole figures at the end.
+
+This, ``picture_style`` and ``figures`` and ``rough_figures``, which draw by it, alone import matplotlib (and the pictures
+of ``cases``).
+Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a figure that is the
+last value of a cell.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+
+from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact.results.picture_style import COLOURS, colours_of_time, styled, time_axis
+from jaxcontact.results.sliding import SlidingHistory
+
+MOST_LINES, MOST_ARROWS = 40, 24
+GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
+LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
+PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+ENERGIES = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"))
+LOADS = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
+
+
+HELD = 1e-6  # change over the value below which it is noise
+Scales = tuple[tuple[float, str], ...]
+
+
+def scale_of(values: Any, scales: Scales) -> tuple[float, str]:
+    """The largest unit of which the values have at least one; the smallest for none."""
+    finite = np.abs(np.asarray(values, dtype=float))
+    size = float(np.max(finite)) if finite.size else 0.0
+    return next((scale for scale in scales if size >= scale[0] * (1.0 - 1e-9)), scales[-1])
+
+
+def pick(count: int) -> np.ndarray:
+    """Indices of about ``MOST_LINES`` of ``count`` lines at most, in equal steps, first and last among them.
+
+    Unequal steps would look like an event between two times.
+    """
+    step = -(-count // MOST_LINES)
+    return np.unique(np.append(np.arange(0, count, step), count - 1))
+
+
+def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
+    """Lines (nt, nx) over x, coloured by time [s], with a colour bar."""
+    times = np.asarray(times, dtype=float)
+    colours = colours_of_time(times)
+    low, high = colours.norm.vmin, colours.norm.vmax
+    for index in pick(len(times)):
+        ax.plot(x, lines[index], "-", color=colours.to_rgba(np.clip(times[index], low, high)), lw=1.2)
+    figure = ax.figure
+    figure.colorbar(colours, ax=ax, label="time [s]", pad=0.02)
+    return ax
+
+
+def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
+    """Pressure [Pa] along x [m] at each of the times [s]; pressure (nt, nx). As the paper's Fig. 9."""
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    time_lines(ax, np.asarray(x) / x_unit, np.asarray(pressure) / p_unit, times)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]")
+    ax.set_xlim(*_around_contact(np.asarray(x) / x_unit, pressure))
+    ax.set_ylim(bottom=0.0)
+    return ax
+
+
+def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple[float, float]:
+    """The limits of x that hold all contact with a margin, symmetric about zero."""
+    touched = np.any(np.asarray(pressure) > 0.0, axis=0)
+    reach = float(np.max(np.abs(x[touched]))) * margin if np.any(touched) else float(np.max(np.abs(x)))
+    reach = max(reach, 2.0 * float(x[1] - x[0]))
+    return -reach, reach
+
+
+def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Axes:
+    """Surface height -u along x at each of the times [s], and the undeformed indenter dashed.
+
+    x, profile (nx,), displacement (nt, nx) [m]; approach (nt,) [m]. As the paper's Fig. 11; u is that of both
+    surfaces, so that surface and outline coincide in contact.
+    """
+    (z_unit, z_name), (x_unit, x_name) = scale_of(displacement, LENGTHS), scale_of(x, LENGTHS)
+    x, surface = np.asarray(x) / x_unit, -np.asarray(displacement) / z_unit
+    time_lines(ax, x, surface, times)
+    for index, style in ((0, ":"), (-1, "--")):
+        outline = (np.asarray(profile) - np.asarray(approach)[index]) / z_unit
+        label = f"indenter at {np.asarray(times)[index]:g} s"
+        ax.plot(x, outline, color="black", lw=1.0, ls=style, label=label)
+    low, high = float(np.min(surface)), float(np.max(surface))
+    ax.set_ylim(low - 0.15 * (high - low), high + 0.45 * (high - low) + 1e-9)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"height of the surface [{z_name}]")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    return ax
+
+
+def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
+    """A map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
+    highest = np.max(pressure) if highest is None else highest
+    (p_unit, p_name), (x_unit, x_name) = scale_of(highest, PRESSURES), scale_of(x, LENGTHS)
+    x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
+    values, top = np.asarray(pressure).T / p_unit, float(highest) / p_unit
+    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, vmax=top, shading="nearest", rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, label=f"pressure [{p_name}]", shrink=0.8, pad=0.02)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title, aspect="equal")
+    return ax
+
+
+def against_time(ax: Axes, times: Any, values: Any, name: str, scales: Scales) -> Axes:
+    """One figure of the history against time [s]."""
+    values, (unit, symbol) = np.asarray(values), scale_of(values, scales)
+    ax.plot(times, values / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
+    ax.set_ylabel(f"{name} [{symbol}]")
+    time_axis(ax, times)
+    ax.ticklabel_format(axis="y", useOffset=False)
+    low, high = float(np.min(values)) / unit, float(np.max(values)) / unit
+    if high - low <= HELD * max(
+        abs(low), abs(high)
+    ):  # nothing changes: no noise blown up to the whole height
+        ax.set_ylim(0.9 * low, 1.1 * high) if high > 0.0 else ax.set_ylim(-1.0, 1.0)
+    return ax
+
+
+@styled
+def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
+    """Pressure profiles over time."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    pressure_profiles(figure.add_subplot(), x, pressure, times)
+    return figure
+
+
+@styled
+def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Figure:
+    """Surface deformation over time."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    surface_deformation(figure.add_subplot(), x, profile, displacement, approach, times)
+    return figure
+
+
+@styled
+def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
+    """Pressure maps (nx, ny) [Pa] side by side, in the same colours."""
+    highest = max(float(np.max(field)) for field in fields)
+    figure = Figure(figsize=(4.6 * len(fields), 3.9), layout="constrained")
+    for ax, field, title in zip(np.atleast_1d(figure.subplots(1, len(fields))), fields, titles, strict=True):
+        pressure_map(ax, x, y, field, title, highest)
+    return figure
+
+
+class _Course(NamedTuple):
+    name: str
+    values: Any
+    scales: Scales
+
+
+def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
+    """Approach, load and contact radius, and the friction of what slides, those that change if any do, and a line on the
+    others."""
+    courses = [
+        _Course("approach", history.approach, LENGTHS),
+        _Course("load", history.load, LOADS),
+        _Course("contact radius", history.contact_radius, LENGTHS),
+    ]
+    if isinstance(history, SlidingHistory):
+        courses.append(_Course("force against the motion", history.tangential_force, LOADS))
+    if isinstance(history, ShearHistory):
+        courses.append(_Course("tangential load", _along_the_largest(history)[1], LOADS))
+        courses.append(_Course("lost to friction", history.dissipated, ENERGIES))
+    changes = [bool(np.ptp(course.values) > HELD * np.max(np.abs(course.values))) for course in courses]
+    if not any(changes):
+        return courses, ""
+    held = [course for course, change in zip(courses, changes, strict=True) if not change]
+    units = [scale_of(course.values, course.scales) for course in held]
+    texts = [
+        f"{course.name} {float(np.max(course.values)) / unit:.4g} {symbol}"
+        for course, (unit, symbol) in zip(held, units, strict=True)
+    ]
+    return [course for course, change in zip(courses, changes, strict=True) if change], ", ".join(texts)
+
+
+@styled
+def history_figure(history: ContactHistory) -> Figure:
+    """Approach, load and contact radius against time: a panel for each that changes, the others in the title."""
+    courses, held = _courses(history)
+    figure = Figure(figsize=(3.6 * len(courses), 3.4), layout="constrained")
+    for ax, course in zip(np.atleast_1d(figure.subplots(1, len(courses))), courses, strict=True):
+        against_time(ax, history.times, course.values, course.name, course.scales)
+    figure.suptitle(held, fontsize="medium")
+    return figure
+
+
+@styled
+def overview(history: ContactHistory) -> Figure:
+    """Pressure profiles over the panels of ``history_figure``.
+
+    Without the fields of all times (``save="last"``) there is one profile, that of the last.
+    """
+    courses, held = _courses(history)
+    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+    panels = figure.add_gridspec(2, len(courses), height_ratios=(1.3, 1.0))
+    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
+    if pressure.ndim == 2:
+        pressure, times = pressure[None], times[-1:]
+    middle = pressure.shape[2] // 2
+    pressure_profiles(figure.add_subplot(panels[0, :]), history.grid.axes()[0], pressure[:, :, middle], times)
+    for i, course in enumerate(courses):
+        ax = figure.add_subplot(panels[1, i])
+        against_time(ax, history.times, course.values, course.name, course.scales)
+    figure.suptitle(held, fontsize="medium")
+    return figure
+
+
+def stick_and_slip(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
+    """A map of where the contact sticks and slips, of a history at the last time, with arrows of the slip of the body."""
+    x, y = (np.asarray(axis) for axis in result.grid.axes())
+    unit, name = scale_of(x, LENGTHS)
+    last = lambda field, ndim: np.asarray(field)[-1] if np.ndim(field) > ndim else np.asarray(field)
+    slipped = result.slip if isinstance(result, ShearHistory) else result.slip_ratio
+    touching, stick, slip = last(result.pressure, 2) > 0.0, last(result.stick, 2) > 0.0, last(slipped, 3)
+    state = np.where(touching, np.where(stick, 2.0, 1.0), 0.0)
+    colours = ListedColormap(["white", colormaps[COLOURS](0.75), colormaps[COLOURS](0.2)])
+    mesh = ax.pcolormesh(x / unit, y / unit, state.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
+    bar = ax.figure.colorbar(mesh, ax=ax, ticks=[0, 1, 2], shrink=0.8, pad=0.02)
+    bar.ax.set_yticklabels(["open", "slips", "sticks"])
+    some = np.zeros_like(touching)
+    some[:: -(-len(x) // MOST_ARROWS), :: -(-len(y) // MOST_ARROWS)] = True
+    i, j = np.nonzero(some & touching & ~stick & np.any(slip != 0.0, 0))
+    if i.size:
+        ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
+    ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", aspect="equal")
+    return ax
+
+
+def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
+    """Pressure and tangential tractions, of a history at the last time, along x on the row of cells nearest to y = 0."""
+    x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
+    pressure = np.asarray(result.pressure)[..., middle].reshape(-1, x.size)[-1]
+    traction = np.asarray(result.traction)[..., middle].reshape(-1, 2, x.size)[-1]
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
+    for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
+        ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]")
+    ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+    return ax
+
+
+def _along_the_largest(history: ShearHistory) -> tuple[np.ndarray, np.ndarray]:
+    """Tangential displacement and load along the direction in which the load was largest, (nt,) each."""
+    load, place = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
+    largest = load[np.argmax(np.sum(load**2, 1))]
+    along = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
+    return place @ along, load @ along
+
+
+def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
+    """Tangential load against displacement, along the direction in which the load was largest."""
+    place, load = _along_the_largest(history)
+    (f_unit, f_name), (x_unit, x_name) = scale_of(load, LOADS), scale_of(place, LENGTHS)
+    ax.plot(place / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
+    ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
+    return ax
+
+
+def way_of(ax: Axes, velocity: Any) -> Axes:
+    """An arrow in the corner of a map along the velocity (2,) of the indenter over the body; none at rest."""
+    way = np.asarray(velocity, dtype=float)
+    if np.any(way != 0.0):
+        step = 0.07 * way / np.sqrt(np.sum(way**2))
+        tip, tail = (0.1 + step[0], 0.93 + step[1]), (0.1 - step[0], 0.93 - step[1])
+        style = {"arrowstyle": "->", "color": "0.5", "lw": 1.6}
+        ax.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
+        ax.text(0.2, 0.93, "velocity", transform=ax.transAxes, va="center", color="0.5", fontsize="small")
+    return ax
+
+
+def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
+    """Pressure (nx,) [Pa] along x [m]."""
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    x = np.asarray(x) / x_unit
+    ax.plot(x, np.asarray(pressure) / p_unit, color=colormaps[COLOURS](0.3), lw=1.6)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]", xlim=_around_contact(x, [pressure]))
+    ax.set_ylim(bottom=0.0)
+    return ax
+
+
+def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
+    """A map of the von Mises stress (nz, nx) [Pa] over x and depth [m], the surface above; one depth is a line."""
+    (s_unit, s_name), (x_unit, x_name) = scale_of(stress, PRESSURES), scale_of(x, LENGTHS)
+    z_unit, z_name = scale_of(depths, LENGTHS)
+    x, z, values = np.asarray(x) / x_unit, np.asarray(depths) / z_unit, np.asarray(stress) / s_unit
+    ax.set_xlabel(f"x [{x_name}]")
+    if z.size == 1:
+        ax.plot(x, values[0], color=colormaps[COLOURS](0.3), lw=1.6)
+        ax.set(ylabel=f"von Mises stress [{s_name}]", ylim=(0.0, None))
+        return ax
+    mesh = ax.pcolormesh(x, z, values, cmap=COLOURS, vmin=0.0, shading="gouraud", rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, label=f"von Mises stress [{s_name}]", pad=0.02)
+    ax.set(ylabel=f"depth [{z_name}]", ylim=(float(np.max(z)), float(np.min(z))))
+    return ax
+
+
+def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
+    """The von Mises stress (nz,) [Pa] against depth [m], the surface above."""
+    (s_unit, s_name), (z_unit, z_name) = scale_of(stress, PRESSURES), scale_of(depths, LENGTHS)
+    z = np.asarray(depths) / z_unit
+    ax.plot(np.asarray(stress) / s_unit, z, marker=".", ms=4, color=colormaps[COLOURS](0.3), lw=1.6)
+    ax.set(xlabel=f"von Mises stress [{s_name}]", ylabel=f"depth [{z_name}]", xlim=(0.0, None))
+    ax.invert_yaxis()
+    return ax
+
+
+@styled
+def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:
+    """d log(output)/d log(parameter) over time [s], one panel for each output's table (m, nt).
+
+    Lines are told apart by colour and dashes; parameters that never reach 1 % of the largest are left out.
+    """
+    figure = Figure(figsize=(4.6 * len(tables) + 1.8, 3.8), layout="constrained")
+    axes = figure.subplots(1, len(tables), squeeze=False)[0]
+    largest = [np.max(np.nan_to_num(np.abs([t[i] for t in tables.values()]))) for i in range(len(parameters))]
+    shown = [i for i, size in enumerate(largest) if size >= 0.01 * max(largest)]
+    colours = colormaps[COLOURS](np.linspace(0.0, 0.92, len(shown)))
+    for ax, (name, table) in zip(axes, tables.items(), strict=True):
+        for order, (i, colour) in enumerate(zip(shown, colours, strict=True)):
+            style = ("-", "--", ":", "-.")[order % 4]
+            ax.plot(times, table[i], style, color=colour, lw=1.8, label=parameters[i])
+        ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
+        ax.set_title(name)
+        time_axis(ax, times)
+    axes[0].set_ylabel("d log(output) / d log(parameter)")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=9)
+    return figure

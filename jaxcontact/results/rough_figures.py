@@ -1,0 +1,122 @@
+"""The figure of a rough contact: maps of pressure, gap and contact, and statistics of them."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+
+from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.picture_style import COLOURS, time_axis
+from jaxcontact.results.plotting import HELD, LENGTHS, PRESSURES, pressure_map, scale_of
+from jaxcontact.results.rough_contact import contact_clusters, contact_statistics, pressure_histogram
+
+SLENDER = 4.0  # ratio of the grid's sides from which on a map fills its panel
+BINS = 40
+
+
+def is_round(history: ContactHistory) -> bool:
+    """Whether the profile rises with the distance from the middle of the grid alone, as that of a ball or a punch."""
+    x, y = (np.asarray(axis) for axis in history.grid.axes())
+    profile = np.asarray(history.profile).ravel()
+    outwards = profile[np.argsort(np.hypot(x[:, None], y).ravel())]
+    return bool(np.min(np.diff(outwards)) >= -1e-6 * np.max(outwards))
+
+
+def rough_figure(history: ContactHistory) -> Figure:
+    """Maps of pressure, gap and contact at the last time, over area against load and the spread of the pressures."""
+    figure = Figure(figsize=(12.0, 6.2), layout="constrained")
+    # a grid for each row: in one with spanning columns matplotlib below 3.11 leaves no room to some maps
+    rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
+    above, below = rows[0].subgridspec(1, 3), rows[1].subgridspec(1, 2)
+    maps = [figure.add_subplot(above[i]) for i in range(3)]
+    graphs = [figure.add_subplot(below[i]) for i in range(2)]
+    x, y = history.grid.axes()
+    time = f"{float(history.times[-1]):g} s"
+    last = lambda field: np.asarray(field)[-1] if np.ndim(field) == 3 else np.asarray(field)
+    pressure_map(maps[0], x, y, last(history.pressure), f"pressure at {time}")
+    gap_map(maps[1], x, y, last(history.gap), f"gap at {time}")
+    contact_map(maps[2], history)
+    for ax in maps:
+        _fit(ax, history)
+    area_against_load(graphs[0], history)
+    spread_of_pressure(graphs[1], history)
+    return figure
+
+
+def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
+    """A map of the gap (nx, ny) [m] over x and y [m]; the narrowest is darkest."""
+    (unit, name), (x_unit, x_name) = scale_of(gap, LENGTHS), scale_of(x, LENGTHS)
+    x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
+    values = np.maximum(np.asarray(gap).T, 0.0) / unit
+    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, shading="nearest", rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, label=f"gap [{name}]", shrink=0.8, pad=0.02)
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title)
+    return ax
+
+
+def contact_map(ax: Axes, history: ContactHistory) -> Axes:
+    """Where the last time touches; the largest patch apart from the others."""
+    clusters = contact_clusters(history)
+    x, y = (np.asarray(axis) for axis in history.grid.axes())
+    unit, name = scale_of(x, LENGTHS)
+    kind = np.where(clusters.labels == 1, 2, np.minimum(clusters.labels, 1))
+    colours = ListedColormap(["0.94", colormaps[COLOURS](0.55), colormaps[COLOURS](0.1)])
+    mesh = ax.pcolormesh(x / unit, y / unit, kind.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
+    mesh.set_rasterized(True)
+    bar = ax.figure.colorbar(mesh, ax=ax, ticks=[0, 1, 2], shrink=0.8, pad=0.02)
+    bar.ax.set_yticklabels(["open", "touching", "largest\npatch"])
+    patches = "1 patch" if clusters.count == 1 else f"{clusters.count} patches"
+    share = float(np.mean(clusters.labels > 0))
+    ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", title=f"{100.0 * share:.3g} % in contact, {patches}")
+    return ax
+
+
+def _fit(ax: Axes, history: ContactHistory) -> None:
+    """Equal lengths look equal, unless the grid is slender."""
+    sides = sorted(float(width) for width in history.grid.width)
+    ax.set_aspect("equal" if sides[1] < SLENDER * sides[0] else "auto")
+
+
+def area_against_load(ax: Axes, history: ContactHistory) -> Axes:
+    """Contact area over nominal area: against the mean pressure, or against time where the load is held.
+
+    Counted, and less the error at the rim where the fields of all times are there.
+    """
+    nominal = float(history.grid.width[0] * history.grid.width[1])
+    mean = np.asarray(history.load) / nominal
+    held = np.ptp(mean) <= HELD * np.max(mean)
+    unit, name = scale_of(mean, PRESSURES)
+    along = np.asarray(history.times) if held else mean / unit
+    shares = {"cells in contact": np.asarray(history.contact_area) / nominal}
+    if np.ndim(history.pressure) == 3:
+        shares["less the error at the rim"] = np.asarray(contact_statistics(history).corrected_fraction)
+    for shade, (label, share) in zip((0.75, 0.2), shares.items(), strict=False):
+        ax.plot(along, share, marker=".", ms=4, lw=1.4, color=colormaps[COLOURS](shade), label=label)
+    ax.set(xlabel=f"mean pressure [{name}]", ylabel="share of the area in contact")
+    if held:
+        time_axis(ax, along)
+    ax.set_title(f"mean pressure {mean[0] / unit:.4g} {name}" if held else "")
+    ax.set_ylim(bottom=0.0)
+    ax.legend()
+    return ax
+
+
+def spread_of_pressure(ax: Axes, history: ContactHistory) -> Axes:
+    """How much of the nominal area bears which pressure: at the first time with contact and at the last."""
+    histogram = pressure_histogram(history, BINS)
+    edges, density = np.asarray(histogram.edges), np.atleast_2d(histogram.density)
+    unit, name = scale_of(edges, PRESSURES)
+    touching = np.flatnonzero(np.any(density > 0.0, 1))
+    times = np.asarray(history.times)[-len(density) :]
+    for shade, i in zip((0.75, 0.2), touching[[0, -1]] if len(touching) > 1 else touching, strict=False):
+        colour = colormaps[COLOURS](shade)
+        ax.stairs(density[i] * unit, edges / unit, color=colour, lw=1.6, label=f"{times[i]:g} s")
+    ax.set(xlabel=f"pressure [{name}]", ylabel=f"share of the area [1/{name}]")
+    ax.set_ylim(bottom=0.0)
+    ax.set_xlim(left=0.0)
+    if len(touching):
+        ax.legend()
+    return ax

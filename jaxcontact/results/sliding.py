@@ -1,0 +1,154 @@
+"""The results of sliding; their sign convention is that of ``history.observables``."""
+
+import warnings
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.pytree import pytree
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.results.contact import ContactHistory, SteadyContact
+
+
+def _over_load(force: Array, load: Array) -> Array:
+    """Return force/load, zero without load."""
+    return force / jnp.where(load > 0.0, load, jnp.inf)
+
+
+def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
+    """Return the fields of a result with the power of Coulomb friction and the totals; velocity: (..., 2), all in SI."""
+    square = jnp.sum(velocity**2, -1)
+    speed = jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
+    friction_power = fields["coulomb_force"] * speed
+    return fields | {
+        "friction_power": friction_power,
+        "tangential_force": fields["hysteresis_force"] + fields["coulomb_force"],
+        "power": fields["hysteresis_power"] + friction_power,
+    }
+
+
+def _traction(friction: Array, pressure: Array, velocity: Array) -> Array:
+    """Return mu p along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
+    square = jnp.sum(jnp.asarray(velocity) ** 2, -1, keepdims=True)
+    direction = velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+    return (friction * pressure)[..., None, :, :] * direction[..., None, None]
+
+
+class _RenamedTotal:
+    """The former name of the total tangential force, for one version."""
+
+    tangential_force: Array
+
+    @property
+    def total_tangential_force(self) -> Array:
+        """Deprecated name of ``tangential_force``."""
+        message = "total_tangential_force: use tangential_force, which is the total"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return self.tangential_force
+
+
+@pytree
+class SlidingHistory(_RenamedTotal, ContactHistory):
+    """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, SI units.
+
+    velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero
+    without; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
+    axis; stored_energy (nt,) [J] of the pressure and its displacement; dropped (nt,) [m]: bound on the displacement in
+    contact that the history which left the grid would still add.
+
+    Forces against the motion [N] and powers lost [W], (nt,), positive where they resist and zero at rest. Totals, as a
+    dynamometer on the indenter's holder reads them: tangential_force, friction_coefficient (over the load) and power. Their
+    parts: hysteresis_force and hysteresis_power of the body that creeps (zero on an elastic one), coulomb_force = sum of
+    mu p times a cell's area, and friction_power = coulomb_force times speed. Without friction the totals are the parts of
+    hysteresis. See ``history.observables`` for the convention, and for a term of the order of a slope times coulomb_force
+    that is left out. lateral_force (nt, 2) [N]: of the pressure on the indenter, over the slopes of its profile (walls
+    steeper than 1 do not count).
+
+    hysteresis_force times speed plus load times rate of approach (without friction) is hysteresis_power plus the rate of
+    stored_energy, as long as nothing leaves the grid.
+
+    status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
+    contact has come back to where history had left the grid, by enough to move it (``dropped`` above 1 % of
+    the approach): the grid does not hold the track and the contact; 9: an earlier step failed, and the body remembers it.
+    """
+
+    velocity: Array
+    friction: Array
+    lateral_force: Array
+    tangential_force: Array
+    hysteresis_force: Array
+    coulomb_force: Array
+    pressure_centre: Array
+    leading_peak: Array
+    power: Array
+    hysteresis_power: Array
+    friction_power: Array
+    stored_energy: Array
+    dropped: Array
+
+    @property
+    def friction_coefficient(self) -> Array:
+        """tangential_force/load, (nt,); zero without load."""
+        return _over_load(self.tangential_force, self.load)
+
+    @property
+    def traction(self) -> Array:
+        """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
+
+        Its shape is (nt, 2, nx, ny), or (2, nx, ny) of the last time where ``pressure`` is (nx, ny), as ``subsurface``
+        takes it.
+        """
+        if not self._has_maps_over_time:
+            return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
+        return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
+
+
+@pytree
+class SteadySliding(_RenamedTotal, SteadyContact):
+    """Steady sliding, in the frame of the indenter, SI units.
+
+    velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
+    contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, friction (nx, ny), forces [N], powers [W],
+    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there is no
+    steady state, and the numbers mean nothing.
+
+    hysteresis_power [W]: lost in the dashpots of the body, from their own state; for a profile without walls it equals
+    hysteresis_force times speed. approach_drift [m]: a half-space that flows without
+    limit sinks by this much for each e-fold of the distance slid; ``approach`` is then that after one width of the grid.
+    Zero otherwise.
+    """
+
+    grid: Grid
+    velocity: Array
+    profile: Array
+    pressure: Array
+    displacement: Array
+    approach: Array
+    approach_drift: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    friction: Array
+    lateral_force: Array
+    tangential_force: Array
+    hysteresis_force: Array
+    coulomb_force: Array
+    pressure_centre: Array
+    leading_peak: Array
+    power: Array
+    hysteresis_power: Array
+    friction_power: Array
+    iterations: Array
+    error: Array
+    status: Array
+
+    @property
+    def friction_coefficient(self) -> Array:
+        """tangential_force/load; zero without load."""
+        return _over_load(self.tangential_force, self.load)
+
+    @property
+    def traction(self) -> Array:
+        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny); zero without friction."""
+        return _traction(self.friction, self.pressure, self.velocity)

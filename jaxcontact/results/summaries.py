@@ -1,0 +1,208 @@
+"""A result in ten lines of text, and in a notebook's cell with a small picture."""
+
+import base64
+import dataclasses
+import io
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import jax
+import numpy as np
+
+from jaxcontact._support.pytree import is_concrete
+from jaxcontact.results.notes import brief, has_numbers, message_of
+
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+NOISE = 1e-9
+ROWS = {  # what a summary shows of a result that has it: name of the field, or of its component, unit
+    "approach": "m",
+    "load": "N",
+    "peak_pressure": "Pa",
+    "contact_radius": "m",
+    "film_strain": "",
+    "tangential_force": "N",
+    "friction_coefficient": "",
+    "hysteresis_force": "N",
+    "coulomb_force": "N",
+    "tangential_load_x": "N",
+    "tangential_load_y": "N",
+    "tangential_displacement_x": "m",
+    "tangential_displacement_y": "m",
+    "creepage_x": "",
+    "creepage_y": "",
+    "power": "W",
+    "hysteresis_power": "W",
+    "friction_power": "W",
+    "dissipated": "J",
+    "jump_energy": "J",
+}
+STATISTICS = {  # of a contact, and of a surface: name of the field, unit
+    "mean_pressure": "Pa",
+    "area_fraction": "",
+    "corrected_fraction": "",
+    "perimeter": "m",
+    "mean_gap": "m",
+    "rms_height": "m",
+    "rms_slope": "",
+    "rms_curvature": "1/m",
+    "wavenumber": "rad/m",
+    "spectrum": "m^4",
+    "edges": "Pa",
+    "density": "1/Pa",
+    "count": "",
+    "areas": "m^2",
+    "heights": "m",
+}
+
+
+def prefixed(value: float, unit: str) -> str:
+    """A number with five digits and the unit's prefix: 3.3554 µm."""
+    if not unit or not np.isfinite(value) or value == 0.0:
+        return f"{value:.5g} {unit}".rstrip()
+    power = int(np.clip(3 * np.floor(np.log10(abs(value)) / 3 + 1e-9), min(PREFIXES), max(PREFIXES)))
+    return f"{value / 10.0**power:.5g} {PREFIXES[power]}{unit}"
+
+
+class InWords:
+    """What prints its fields in words, with the units of ``STATISTICS``."""
+
+    def __repr__(self) -> str:
+        names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]
+        return words((name.replace("_", " "), getattr(self, name), STATISTICS[name]) for name in names)
+
+
+def words(rows: Iterable[tuple[str, Any, str]]) -> str:
+    """Lines of name, value and unit: a number with its prefix, an array by its shape and range."""
+    return "\n".join(f"{name:22s} {_value(value, unit)}".rstrip() for name, value, unit in rows)
+
+
+def _value(value: Any, unit: str) -> str:
+    if not is_concrete(value) or np.asarray(value).dtype.kind not in "biuf":
+        return "no numbers"
+    simple = unit.isalpha() or not unit  # the prefix of a power would be raised with it
+    shown = lambda number: prefixed(float(number), unit) if simple else f"{float(number):.5g} {unit}"
+    values = np.asarray(value)
+    if values.size <= 1:
+        return shown(values.ravel()[0]) if values.size else "none"
+    shape = " x ".join(map(str, values.shape))
+    return f"{shape} from {shown(values.min())} to {shown(values.max())}"
+
+
+def is_one_result(result: Any) -> bool:
+    """Whether it holds the numbers of one run: not inside jit, not many of ``jax.vmap``, not its structure alone."""
+    status = result.status
+    whole = is_concrete(result) and hasattr(status, "shape") and hasattr(status, "__array__")
+    return whole and np.ndim(status) == np.ndim(getattr(result, "times", 0.0)) < 2
+
+
+def summary(result: Any) -> str:
+    """First, last and largest of what matters, on which grid, and how far it can be trusted."""
+    name = type(result).__name__
+    if not is_one_result(result):
+        head = f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
+        return "\n".join([head, *_notes(result)])
+    with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
+        return _lines(result, name)
+
+
+def _lines(result: Any, name: str) -> str:
+    columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
+    lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
+    lines += [row for field, unit in ROWS.items() for row in _row(result, field, unit)]
+    return "\n".join(line.rstrip() for line in [*lines, _trust(result), *_notes(result)] if line.strip())
+
+
+def _notes(result: Any) -> list[str]:
+    """The notes on a result, a line each."""
+    return [f"note: {note}" for note in (result.notes if has_numbers(result) else ())]
+
+
+def interior_summary(fields: Any) -> str:
+    """Return what fields below the surface contain: where, the largest stresses and displacements, the peak."""
+    name = type(fields).__name__
+    if not is_concrete(fields) or np.ndim(fields.stress) != 5:
+        return f"{name} of stress {np.shape(fields.stress)}: no single run"
+    with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
+        return _interior_lines(fields, name)
+
+
+def _interior_lines(fields: Any, name: str) -> str:
+    depths, stress = np.asarray(fields.depths), np.asarray(fields.stress)
+    extent = f"{depths.size} depths from {prefixed(depths.min(), 'm')} to {prefixed(depths.max(), 'm')}"
+    peak, place = fields.peak
+    where = ", ".join(prefixed(float(value), "m") for value in place)
+    rows = [("von Mises stress", fields.von_mises, "Pa")]
+    rows += [(f"sigma_{a}{b}", stress[:, i, j], "Pa") for i, j, a, b in _entries(("x", "y", "z"))]
+    rows += [(f"u_{axis}", fields.displacement[:, i], "m") for i, axis in enumerate("xyz")]
+    lines = [f"{name} at {extent}{_cells(fields.grid)}", words(rows)]
+    lines.append(f"peak of von Mises stress {prefixed(float(peak), 'Pa')} at (x, y, z) = ({where})")
+    return "\n".join([*lines, *(f"note: {note}" for note in fields.notes)])
+
+
+def _entries(axes: Sequence[str]) -> list[tuple[int, int, str, str]]:
+    """The six different entries of a symmetric tensor."""
+    return [(i, j, axes[i], axes[j]) for i in range(3) for j in range(i, 3)]
+
+
+def _extent(result: Any) -> str:
+    if not hasattr(result, "times"):
+        return _cells(result.grid)
+    times = np.asarray(result.times)
+    return f" of {times.size} times from {times[0]:g} to {times[-1]:g} s{_cells(result.grid)}"
+
+
+def _cells(grid: Any) -> str:
+    size, (dx, dy) = grid.shape, map(float, grid.spacing)
+    other = f" x {prefixed(dy, 'm')}" if dy != dx else ""
+    return f" on {size[0]} x {size[1]} cells of {prefixed(dx, 'm')}{other}"
+
+
+def _row(result: Any, field: str, unit: str) -> list[str]:
+    values = _values(result, field)
+    if values is None:
+        return []
+    picked: dict[str, Any] = {"": values}
+    if values.ndim:
+        picked = {"first": values[0], "last": values[-1], "largest": values[np.argmax(np.abs(values))]}
+    if hasattr(result, "times") and not values.ndim:  # of the last time alone, with save="last"
+        picked = {"first": None, "last": values}
+    cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
+    name = field.replace("_", " ").replace("displacement", "shift")  # of a column's width
+    return [f"{name:20s}" + "".join(f"{cell:>14s}" for cell in cells)]
+
+
+def _values(result: Any, field: str) -> np.ndarray | None:
+    if field == "peak_pressure":
+        return np.max(np.asarray(result.pressure), axis=(-2, -1))
+    vector = field.removesuffix("_x").removesuffix("_y")
+    if vector != field:
+        return component(getattr(result, vector), field[-1]) if hasattr(result, vector) else None
+    return np.asarray(getattr(result, field)) if hasattr(result, field) else None
+
+
+def component(vector: Any, axis: str) -> np.ndarray:
+    """x or y of a vector (..., 2); zero where that is rounding, beside the largest of all."""
+    values = np.asarray(vector)
+    own = values[..., "xy".index(axis)]
+    return np.where(np.abs(own) > NOISE * np.max(np.abs(values), initial=0.0), own, 0.0)
+
+
+def _trust(result: Any) -> str:
+    counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
+    iterations = int(np.sum(np.asarray(result.iterations)))
+    verdicts = [f"{count} {brief(message_of(code))}" for code, count in sorted(counts.items())]
+    return f"{iterations} iterations; steps: " + "; ".join(verdicts)
+
+
+def html(result: Any) -> str:
+    """The summary and, of a history, a small picture of it."""
+    text = f"<pre>{summary(result)}</pre>"
+    if not (is_one_result(result) and hasattr(result, "plot")):
+        return text
+    picture = io.BytesIO()
+    result.plot().savefig(picture, dpi=60, format="png")
+    data = base64.b64encode(picture.getvalue()).decode("ascii")
+    return (
+        f'{text}<img alt="pressure profiles, approach, load and radius" src="data:image/png;base64,{data}">'
+    )

@@ -1,0 +1,122 @@
+"""Statistics of rough surfaces: heights, slopes, curvatures and the power spectrum.
+
+Along a periodic axis derivatives are those of the trigonometric polynomial through the heights, and the spectrum is
+that of their waves. Along any other they are differences of neighbours, inside, and the spectrum is that under a Hann
+window, which blurs: (1 + 2 (1 + H)^2/(3 m^2)) k^(-2 - 2 H) comes out for k^(-2 - 2 H) at the m-th wave of a square.
+The spectrum is that of two dimensions,
+
+    C(k) = <|h^(k)|^2> dx dy/(nx ny),      mean h^2 = integral of C(k) d^2k/(2 pi)^2,
+
+in the mean over directions. Source: B. N. J. Persson, O. Albohr, U. Tartaglino, A. I. Volokitin, E. Tosatti, J. Phys.:
+Condens. Matter 17 (2005) R1 (whose C is this one over (2 pi)^2).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._support import checks
+from jaxcontact._support.pytree import is_concrete, pytree
+from jaxcontact.inputs.grid import Grid, check_grid
+from jaxcontact.results.summaries import InWords
+
+
+@pytree
+class SurfaceStatistics(InWords):
+    """rms_height [m], from the mean; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m], of the mean curvature
+    (h_xx + h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): C in rings as wide as the longest wave of the
+    grid has |k|, at the mean of |k| over the ring."""
+
+    rms_height: np.ndarray
+    rms_slope: np.ndarray
+    rms_curvature: np.ndarray
+    wavenumber: np.ndarray
+    spectrum: np.ndarray
+
+
+def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
+    """Of heights on a grid, say those of a ``HeightField``; see the module for what is meant.
+
+    Args:
+        heights: (nx, ny) [m], with values (not inside jit).
+        grid: a ``Grid``, the same. Whether it is periodic decides how derivatives and spectrum are taken.
+
+    Returns:
+        ``SurfaceStatistics``.
+
+    Raises:
+        ValueError: heights of another grid or that are not finite, a grid that is traced.
+
+    Example:
+        >>> grid = jc.Grid(shape=(64, 64), spacing=(1e-6, 1e-6), periodic=True)
+        >>> heights = jc.self_affine(grid, rms_slope=0.1, shortest=8e-6, longest=32e-6)
+        >>> round(float(jc.surface_statistics(heights, grid).rms_slope), 9)
+        0.1
+    """
+    h = _checked(heights, grid)
+    h = h - np.mean(h)
+    (dx, dy), (x, y) = map(float, grid.spacing), grid.periodic
+    slopes = _derivative(h, -2, dx, x, 1), _derivative(h, -1, dy, y, 1)
+    bend_x = _inside(_derivative(h, -2, dx, x, 2), -1, y)
+    bend_y = _inside(_derivative(h, -1, dy, y, 2), -2, x)
+    return SurfaceStatistics(
+        np.sqrt(np.mean(h**2)),
+        np.sqrt(np.mean(slopes[0] ** 2) + np.mean(slopes[1] ** 2)),
+        np.sqrt(np.mean(((bend_x + bend_y) / 2.0) ** 2)),
+        *_spectrum(h, grid),
+    )
+
+
+def _derivative(h: np.ndarray, axis: int, spacing: float, periodic: bool, order: int) -> np.ndarray:
+    """Along an axis; of one that is not periodic shorter by ``order``."""
+    if not periodic:
+        return np.diff(h, order, axis) / spacing**order
+    k = np.moveaxis(2.0 * np.pi * np.fft.fftfreq(h.shape[axis], spacing)[:, None], 0, axis)
+    return np.fft.ifft((1j * k) ** order * np.fft.fft(h, axis=axis), axis=axis).real
+
+
+def _inside(field: np.ndarray, axis: int, periodic: bool) -> np.ndarray:
+    """Without the first and last cell along an axis that is not periodic."""
+    return field if periodic else np.moveaxis(np.moveaxis(field, axis, 0)[1:-1], 0, axis)
+
+
+def _spectrum(h: np.ndarray, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Wavenumbers [rad/m] and C [m^4] of the module, in rings, up to the highest wave of both axes."""
+    along = [_waves(n, float(d)) for n, d in zip(grid.shape, grid.spacing, strict=True)]
+    k = np.hypot(along[0][:, None], along[1])
+    width, highest = min(a[1] for a in along), min(np.max(np.abs(a)) for a in along)
+    ring = np.rint(k / width).astype(int)
+    count = int(np.rint(highest / width))
+    ring = np.where(ring <= count, ring, 0).ravel()  # the mean, which is zero, and what is beyond
+    sums = lambda values: np.bincount(ring, values.ravel(), count + 1)[1:]
+    waves, transformed = sums(np.ones(k.shape)), np.fft.fft2(h * _window(grid))
+    squares = (transformed.real**2 + transformed.imag**2) * grid.cell_area / h.size
+    return sums(k) / waves, sums(squares) / waves
+
+
+def _waves(n: int, spacing: float) -> np.ndarray:
+    return 2.0 * np.pi * np.fft.fftfreq(n, spacing)
+
+
+def _window(grid: Grid) -> np.ndarray:
+    """Of mean square one: Hann's along axes that are not periodic, (nx, ny)."""
+    hann = lambda n: np.sqrt(8.0 / 3.0) * np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
+    x, y = (np.ones(n) if wraps else hann(n) for n, wraps in zip(grid.shape, grid.periodic, strict=True))
+    return x[:, None] * y
+
+
+def _checked(heights: Any, grid: Grid) -> np.ndarray:
+    """Heights of a surface over a grid, as floats."""
+    check_grid(grid)
+    checks.require(
+        is_concrete(heights, grid) and not grid.plane_strain,
+        f"heights, grid: expected known ones with more than one cell along y, got {tuple(grid.shape)} cells",
+    )
+    checks.require(
+        np.shape(heights) == tuple(grid.shape),
+        f"heights: expected shape {tuple(grid.shape)}, got {np.shape(heights)}",
+    )
+    checks.finite("heights [m]", heights)
+    return np.asarray(heights, float)

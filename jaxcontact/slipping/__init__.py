@@ -1,1 +1,0 @@
-"""Contact with friction: tractions in all directions, in time."""

@@ -1,0 +1,202 @@
+"""Indentation: a body and an indenter pressed on each other, in time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support import checks
+from jaxcontact._support.pytree import is_concrete, replace
+from jaxcontact._support.status import Status
+from jaxcontact.history.growing import GrowingMemory, GrowthStep
+from jaxcontact.history.recursive import RecursiveMemory
+from jaxcontact.history.superposition import DirectMemory, rows
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.adhesion import Adhesion
+from jaxcontact.inputs.controls import Control
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace, body_at_first
+from jaxcontact.operators.kernels import Errors, Kernels, build_images
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
+from jaxcontact.results.notes import announce
+from jaxcontact.verbs.experiment import Experiment, Plan, Save, fine_steps, fine_values, finished
+
+WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
+
+
+def indent(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    times: Array,
+    *,
+    grid: Grid | str,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    save: Save = "all",
+    substeps: int = 1,
+    correspondence: str = "exact",
+    kernels: Kernels | None = None,
+    checkpoint: str = "pressures",
+    adhesion: Adhesion | None = None,
+) -> ContactHistory:
+    """Press an indenter on a body and follow the contact in time.
+
+        u(x, t) = int_0^t K(x, t - s) * dp(x, s),   g = profile + u - approach >= 0,   p >= 0,   p g = 0
+
+    All numbers in body, indenter and control are differentiable: differentiate a field of the result, not the
+    whole (it has integers). Where a cell enters contact the derivative is that of the side on which it is
+    out; without contact pressure, load and area have derivative zero. Second derivatives hold the area of
+    contact: ``contact.implicit``. Source: Wang et al., Tribology Letters 2025, doi
+    10.1007/s11249-025-01990-5, sections 2.2 to 2.4, with the correspondence principle made exact and the
+    integral second order in time.
+
+    Args:
+        body: a ``LayeredHalfSpace``, SI units; a ``Layer`` may have a thickness (nt,) over the times, which costs
+            kernels at each step and takes no ``kernels``: ``history.growing``.
+        indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
+        control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
+            between times.
+        times: (nt,) [s], not decreasing; two equal times are a jump.
+        grid: a ``Grid``; where it is periodic, displacement and approach are measured from the mean of the body's
+            surface, in plane strain from the surface at a distance of one width of the grid. "auto", outside of jit, vmap
+            and grad: ``Grid.around``, made wider, with a warning, for as long as the contact reaches its edge.
+        tolerance: dimensionless, up to 0.01, see ``contact.normal``.
+        max_iterations: of each contact.
+        save: "all" keeps the fields of all times, "last" those of the last; a function of one step
+            (``.pressure`` (nx, ny) [Pa], ``.gap``, ``.approach``, ...: ``results.ContactStep``) has its values
+            stacked over time in ``saved``.
+        substeps: inner steps between two times, static.
+        correspondence: "exact" (recursion over common decay rates), or "quasi-elastic" (the paper's
+            substitution of phi(t) for 1/(2G), by direct superposition; time grows with nt^2, memory with nt).
+        kernels: from ``jaxcontact.kernels(body, indenter, grid)``, to skip building them; the response and its
+            derivatives are then those of the kernels: ``body`` and ``indenter.material`` have none of their own.
+        checkpoint: what reverse mode keeps: "pressures" (a field for each inner step, and no contact is solved
+            again) or "blocks" (the state of every sqrt(nt)-th step, and every contact is solved twice): 2.7
+            or 0.7 GB for 2000 steps at 256 x 256 cells with save="last".
+        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None: the surfaces do not attract each other. With it the
+            control may be negative, the pressure is the sum of contact and attraction, and contact is where the gap is zero.
+            A step follows the branch of solutions from the step before, and jumps where it ends (``contact.adhesive``). The
+            tolerance is then the largest traction out of balance over the largest traction.
+
+    Returns:
+        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failure to converge is data: ``status`` and ``converged``. Its ``notes`` tell of film strain
+        above 0.2, of fewer than 10 cells across the contact, of shared decay rates off by more than 1e-3, and of a
+        response that is off on the grid by more than 1e-4; outside of jit, vmap and grad they are warnings as well.
+
+    Raises:
+        ValueError: what cannot be computed, before anything is; on a periodic grid, an approach beyond the mean gap at
+            first touch.
+
+    Example:
+        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+        >>> grid = jc.Grid.square(n=32, width=300e-6)
+        >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
+        >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
+        '1.92 um'
+    """
+    options: dict[str, Any] = {
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "save": save,
+        "substeps": substeps,
+        "correspondence": correspondence,
+        "kernels": kernels,
+        "checkpoint": checkpoint,
+        "adhesion": adhesion,
+    }
+    solve = _widening if isinstance(grid, str) else _solved
+    history = solve(body, indenter, control, times, grid=grid, **options)
+    announce(history, stacklevel=2)
+    return history
+
+
+def _solved(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    times: Array,
+    *,
+    grid: Any,
+    kernels: Kernels | None,
+    correspondence: str,
+    **options: Any,
+) -> ContactHistory:
+    """Return the history on a given grid, without warnings."""
+    body, thicknesses, thick = body_at_first(body, np.size(times))
+    experiment = Experiment.of(
+        body, indenter, control, times, grid=grid, kernels=kernels, correspondence=correspondence, **options
+    )
+    if thicknesses is not None:
+        plain = kernels is None and correspondence == "exact"
+        checks.require(plain, 'layer thickness over times: expected no kernels and correspondence="exact"')
+        experiment = replace(experiment.also(thick), thicknesses=thicknesses)
+    result, errors = _run(experiment.with_kernels())
+    return finished(result, errors, experiment)
+
+
+def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
+    """Solve, on a wider grid of as many cells while the contact reaches the edge."""
+    checks.require(
+        grid == "auto" and options["kernels"] is None,
+        f'grid: expected a Grid, or "auto" without kernels, got {grid!r}',
+    )
+    checks.require(is_concrete(*given), 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
+    grid = Grid.around(*given)
+    for widened in range(MOST_WIDENINGS + 1):
+        history = _solved(*given, grid=grid, **options)
+        if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
+            break
+        grid = replace(grid, spacing=tuple(WIDER * float(d) for d in grid.spacing))
+    told = replace(history.diagnostics, widenings=jnp.asarray(widened))
+    return replace(history, diagnostics=told)
+
+
+@Program
+def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
+    """The compiled core: one trace for equal shapes and options."""
+    plan = planned(experiment)
+    outcomes, last = plan.march(experiment.options)
+    history = plan.history(experiment.grid, experiment.times, outcomes, last)
+    kind = ContactHistory if experiment.adhesion is None else AdhesiveHistory
+    return kind(**history), plan.errors
+
+
+def planned(experiment: Experiment) -> Plan:
+    """The march of an indentation: by recursion, or by superposition where it is quasi-elastic."""
+    dt = fine_steps(experiment.times, experiment.options.substeps)
+    if experiment.options.correspondence == "quasi-elastic":
+        return _superposed(experiment)
+    kernels = experiment.ready_kernels
+    if experiment.thicknesses is not None:
+        memory = GrowingMemory(experiment.body, experiment.indenter, experiment.grid, kernels)
+        return experiment.plan(
+            memory, _growth(experiment, dt), kernels.scale, kernels.errors(experiment.duration)
+        )
+    return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors(experiment.duration))
+
+
+def _growth(experiment: Experiment, dt: Array) -> GrowthStep:
+    """The inner steps, (nt, substeps), with the thicknesses in the middle of each."""
+    assert experiment.thicknesses is not None
+    fine = jax.vmap(lambda h: fine_values(h, experiment.options.substeps), 1, 2)(experiment.thicknesses)
+    ends = fine.reshape(dt.size, -1)
+    middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
+    return GrowthStep(dt, middle.reshape(fine.shape))
+
+
+def _superposed(experiment: Experiment) -> Plan:
+    body, indenter = experiment.body, experiment.indenter
+    images = build_images(body, indenter, experiment.grid)
+    when = fine_values(experiment.times, experiment.options.substeps)
+    table: Any = rows(body, indenter, when.ravel(), quasi_elastic=True)
+    table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
+    memory = DirectMemory(images, jnp.zeros(when.size))
+    return experiment.plan(
+        memory, table, images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
+    )

@@ -1,0 +1,221 @@
+"""Steady rolling with friction, as the limit of rolling cell by cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import as_float64, is_concrete
+from jaxcontact._support.status import Status
+from jaxcontact.history.march import contact_outcome, solved, status_of
+from jaxcontact.history.recursive import RecursiveMemory
+from jaxcontact.history.track import check_along_x
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.controls import (
+    Control,
+    TangentialControl,
+    TangentialLoad,
+    check_friction,
+    check_tangential,
+)
+from jaxcontact.inputs.grid import Grid, check_free_along_x
+from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.operators.kernels import Errors
+from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
+from jaxcontact.results.friction import SteadyRolling
+from jaxcontact.verbs.experiment import Experiment, reported
+from jaxcontact.verbs.slide_steady import check_steady, with_no_steady_state
+from jaxcontact.verbs.steady.rolled import RolledSurface, creeping_surface, elastic_surface
+from jaxcontact.verbs.steady.rolling_contact import Rolled, RollingContact
+from jaxcontact.verbs.steady.wake import wake_of
+
+
+def roll_steady(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    *,
+    velocity: Array | float,
+    creepage: Array | TangentialLoad,
+    friction: Array | float,
+    grid: Grid,
+    coupled: bool = True,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 2000,
+) -> SteadyRolling:
+    """The contact of an indenter that has rolled for ever in one direction, with creepage or a tangential force.
+
+        slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
+
+    slip: of the body's surface over the indenter, u the sum of both surfaces' tangential displacements, to which a body that
+    creeps adds what it remembers of all tractions that it has passed (``verbs.steady.rolled``). Material flows through the
+    contact from its leading edge, where it enters without traction; of the displacement it is the difference from a cell
+    to the one ahead that slips, askew to the axes between its neighbours, and the error is of first order in the cell. The
+    steady state is the limit of a rolling start (``verbs.steady.rolling_contact``). Derivatives, in both modes, are
+    those of the state itself, with what touches, sticks and slips held.
+
+    In plane strain a cylinder rolls along x; creepage along y shears across it.
+
+    Args:
+        body: a ``LayeredHalfSpace``.
+        indenter, grid: as in ``indent``; a grid that is periodic along both axes is refused.
+        control: ``Load`` or ``Approach`` with a single value.
+        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); of elastic bodies its
+            direction counts alone.
+        creepage: (xi_x, xi_y), slip velocity of the indenter over the body (as rigid bodies) over |v|; or a
+            ``TangentialLoad`` with one vector, for the creepage that it takes.
+        friction, coupled, tolerance, max_iterations: as in ``shear``; iterations of each step of the start.
+
+    Returns:
+        A ``SteadyRolling``. Failure is data, as in ``shear``; status 6 where tractions still change after
+        20 steps for each cell along the grid, or where ``slide_steady`` has no steady state.
+
+    Raises:
+        ValueError: what cannot be computed; no steady state, as in ``slide_steady``.
+
+    Example:
+        >>> steel, grid = jc.Elastic.from_young(210e9, nu=0.3), jc.Grid.square(n=16, width=300e-6)
+        >>> rail, wheel = jc.LayeredHalfSpace([], substrate=steel), jc.Sphere(9.5e-3, steel)
+        >>> rolling = jc.roll_steady(
+        ...     rail, wheel, jc.Load(20.0), velocity=1.0, creepage=(1e-3, 0.0), friction=0.3, grid=grid, coupled=False
+        ... )
+        >>> bool(0.0 < rolling.tangential_load[0] < 0.3 * 20.0)
+        True
+    """
+    given = {"grid": grid, "tolerance": tolerance, "max_iterations": max_iterations}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), **given)
+    check_free_along_x(grid, "roll_steady")
+    verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid.shape)
+    verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
+    forced = isinstance(creepage, TangentialControl)
+    value = creepage.value if isinstance(creepage, TangentialControl) else creepage
+    speed, value, friction = (as_float64(jnp.asarray(a, float)) for a in (velocity, value, friction))
+    experiment = experiment.also(verdict)
+    result, errors = _run(experiment, speed, value, friction, forced=forced, coupled=bool(coupled))
+    return reported(result, errors, experiment)
+
+
+def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
+    """One value of each, and a direction."""
+    shape = np.shape(getattr(control, "value", 0.0))
+    checks.require(
+        shape == (), f"{type(control).__name__}: expected one number in the steady state, got shape {shape}"
+    )
+    shape = np.shape(velocity)
+    checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    largest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
+    valid = checks.positive("velocity [m/s] (its size)", largest)
+    if isinstance(creepage, TangentialControl):
+        checks.require(
+            isinstance(creepage, TangentialLoad),
+            f"creepage: expected (x, y) or a TangentialLoad, got {creepage!r}",
+        )
+        return valid & check_tangential(creepage, 1)
+    shape = np.shape(creepage)
+    checks.require(shape == (2,), f"creepage: expected (x, y) or a TangentialLoad, got shape {shape}")
+    return valid & checks.finite("creepage", creepage)
+
+
+def _compiled(
+    experiment: Experiment, velocity: Array, value: Array, friction: Array, *, forced: bool, coupled: bool
+) -> tuple[SteadyRolling, Errors]:
+    """The compiled core: one trace for equal shapes and options."""
+    kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=coupled)
+    scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
+    across = velocity.ndim > 0
+    surface, observed = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
+    profile = experiment.indenter.profile(experiment.grid) / scale.length
+    force = scale.from_si("tangential_load", value).reshape(2) if forced else value
+    contact = RollingContact(
+        surface=surface,
+        profile=profile,
+        coefficient=jnp.broadcast_to(friction, profile.shape),
+        way=step / spacing * vector / speed,
+        target=experiment.target(scale),
+        tangential_target=force if forced else step / spacing[0] * value,
+        tolerance=experiment.tolerance,
+        max_iterations=experiment.max_iterations,
+        load_controlled=experiment.load_controlled,
+        tangential_load_controlled=forced,
+        coupled=coupled,
+    )
+    rolled = contact.rolled()
+    numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
+    numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
+    in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile)
+    friction_power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
+    in_si |= {
+        "friction_power": friction_power,
+        "power": in_si["hysteresis_power"] + friction_power,
+        "hysteresis_force": in_si["hysteresis_power"] / speed,
+    }
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.normal.errors()
+
+
+_run = Program(_compiled, ("forced", "coupled"))
+
+
+def _surface(
+    experiment: Experiment, kernels: TractionKernels, velocity: Array, *, across: bool, coupled: bool
+) -> tuple[RolledSurface, Callable[[Array], dict[str, Array]]]:
+    """Return the surface, and its film strain and power of hysteresis as a function of the pressure, scaled.
+
+    velocity: in cells per second.
+    """
+    if not kernels.normal.rates.size:
+        memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
+        nothing = jnp.zeros(experiment.grid.shape)
+        operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
+        return elastic_surface(kernels, operator), lambda p: {
+            "film_strain": memory.observe(fields, p, no_time).film_strain,
+            "hysteresis_power": no_time,
+        }
+    wake = wake_of(experiment, kernels.normal, velocity, across=across)
+    symbols = wake.symbols()
+    surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
+    return surface, lambda p: {
+        "film_strain": wake.film_strain(symbols, p),
+        "hysteresis_power": wake.lost_power(symbols, p),
+    }
+
+
+def _numbers(
+    contact: RollingContact, rolled: Rolled, way: Array, edges: tuple[bool, bool]
+) -> dict[str, Array]:
+    """All that is shown, scaled, by the names of the result."""
+    pressed, sheared = rolled.pressed, rolled.sheared
+    return contact_outcome(contact.pressed(sheared.traction), pressed) | {
+        "displacement": pressed.displacement + contact.surface.sunk(sheared.traction),
+        "traction": sheared.traction,
+        "slip_ratio": sheared.slip / way,
+        "stick": sheared.stick,
+        "tangential_load": jnp.sum(sheared.traction, (1, 2)),
+        "creepage": sheared.shift / way,
+        "error": jnp.maximum(pressed.error, sheared.error),
+        "iterations": pressed.iterations + sheared.iterations,
+        "status": _status(contact, rolled, edges),
+    }
+
+
+def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -> Array:
+    """That of the normal contact, unless the tangential one has none, or was not found."""
+    pressed, sheared, tolerance = rolled.pressed, rolled.sheared, contact.tolerance
+    status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
+    fine = status == Status.FINE
+    status = jnp.where(fine & ~rolled.steady, int(Status.NOT_STEADY), status)
+    met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
+    status = jnp.where(met | (status == Status.NOT_FINITE), status, int(Status.NOT_CONVERGED))
+    if not contact.tangential_load_controlled:
+        return status
+    asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
+    held = jnp.sum(asked**2) < room**2
+    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.SLIDES))

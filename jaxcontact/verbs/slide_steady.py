@@ -1,0 +1,195 @@
+"""Steady sliding: the limit of a long run, as one contact problem."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import as_float64, is_concrete, replace
+from jaxcontact._support.status import Status
+from jaxcontact.contact import nonsymmetric
+from jaxcontact.contact.implicit import solve_contact
+from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.history.march import contact_outcome, status_of
+from jaxcontact.history.observables import Observer
+from jaxcontact.history.track import as_array, check_along_x, check_rubbing
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.controls import Approach, Control
+from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.operators.kernels import Errors, Kernels
+from jaxcontact.operators.rubbing import rub
+from jaxcontact.response.body import response_of
+from jaxcontact.results.sliding import SteadySliding, with_totals
+from jaxcontact.verbs.experiment import Experiment, reported
+from jaxcontact.verbs.steady.rubbed_wake import RubbedWake
+from jaxcontact.verbs.steady.wake import Wake, doubled, wake_of
+
+
+def slide_steady(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    *,
+    velocity: Array | float,
+    grid: Grid,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    kernels: Kernels | None = None,
+    friction: Array | float | None = None,
+) -> SteadySliding:
+    """The contact of an indenter that has slid for ever at one velocity.
+
+        u(x) = int_0^infinity dK/ds * p(x + v s) ds,   g = profile + u - approach >= 0,   p >= 0,   p g = 0
+
+    One contact problem with a kernel that is not symmetric; differentiable as one. At rest a body that cannot
+    flow is fully relaxed. Under a load a flowing half-space has a steady pressure, while its approach drifts:
+    see ``approach_drift`` of the result.
+
+    With friction the traction mu p, along the velocity on the body, sinks the surface too, unless the two solids are
+    similar: it moves the pressure, of elastic bodies as well (K. L. Johnson, Contact Mechanics, 1985, section 7.1).
+
+    Args:
+        velocity: of the indenter over the body [m/s]: a number (along x) or (2,), of any size.
+        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``; kernels of a half-space
+            save little, since its wake is built on a larger grid.
+        friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
+            contact slides. None or rest: no traction. ``friction_coefficient`` of the result is the total, with hysteresis.
+        control: as in ``indent``, with a single value.
+
+    There is one state and no march to it, hence no ``times``, ``save``, ``substeps`` or ``checkpoint``.
+
+    Returns:
+        A ``SteadySliding``; under jit, status 6 where there is no steady state. Warnings as in ``indent``.
+
+    Raises:
+        ValueError: what cannot be computed; no steady state: a flowing body at rest or on a periodic grid, and a
+            flowing half-space under a fixed approach or in plane strain; a half-space or substrate that creeps, on
+            a grid that is periodic along one axis with several cells along it.
+
+    Example:
+        >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
+        >>> grid = jc.Grid.square(n=24, width=4e-3)
+        >>> steady = jc.slide_steady(rubber, jc.Sphere(5e-3), jc.Load(0.1), velocity=5e-4, grid=grid)
+        >>> bool(steady.friction_coefficient > 0.0)
+        True
+    """
+    velocity = as_array(velocity)
+    _check_single(control, velocity, grid)
+    given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
+    experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
+    return reported(result, errors, experiment)
+
+
+def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
+    """One velocity and one value of the control."""
+    shape = np.shape(velocity)
+    checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    check_along_x(shape, grid)
+    name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
+    checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
+
+
+def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
+    """A finite velocity; ValueError where there is no steady state."""
+    finite = checks.finite("velocity [m/s]", velocity)
+    response, grid = response_of(experiment.body), experiment.grid
+    checks.require(
+        not response.creeps_far() or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
+        "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
+        f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
+    )
+    flows = response.flows()
+    if not is_concrete(flows, velocity) or not bool(flows):
+        return finite
+    checks.require(
+        bool(np.any(np.asarray(velocity) != 0.0)),
+        "velocity [m/s]: expected not 0: the body flows without limit, so that at rest the contact grows"
+        " for ever and there is no steady state",
+    )
+    checks.require(
+        not _tilts_or_thins(experiment),
+        "body: expected one that does not flow without limit, on this grid: under an indenter in plane strain a half-space"
+        " tilts for ever, and on a periodic grid the body sinks for ever under the mean pressure",
+    )
+    checks.require(
+        not response.creeps_far() or not isinstance(experiment.control, Approach),
+        "control: expected a Load on a half-space or substrate that flows without limit: its surface sinks for ever, so"
+        " that under a fixed approach the load falls to nothing and there is no steady state",
+    )
+    return finite
+
+
+def _tilts_or_thins(experiment: Experiment) -> bool:
+    """Whether a body that flows could have no steady state on this grid."""
+    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
+    return all(grid.periodic) or (grid.plane_strain and far_off)
+
+
+@Program
+def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
+    """The compiled core: one trace for equal shapes and flags."""
+    kernels = experiment.ready_kernels
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
+    symbols = wake.symbols()
+    profile = experiment.indenter.profile(experiment.grid) / kernels.scale.length
+    lowest, target = jnp.min(profile), experiment.target(kernels.scale)
+    rubbed = None if friction is None else _rubbed(experiment, wake, friction)
+    operator = wake.operator(symbols) if rubbed is None else rubbed.added_to(wake.operator(symbols))
+    problem = Problem(operator, profile, target, lowest, experiment.load_controlled)
+    start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
+    solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
+    status = status_of(problem, solution, experiment.tolerance, experiment.edges)
+    status = with_no_steady_state(status, experiment, vector)
+    fields = _fields(wake, symbols, problem, solution, rubbed) | {"status": status}
+    in_si = with_totals(kernels.scale.to_si(**fields), vector)
+    rubs = jnp.zeros(()) if friction is None else friction
+    mu = jnp.broadcast_to(rubs, profile.shape)
+    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), kernels.errors()
+
+
+def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
+    """What friction adds to the wake."""
+    wide = replace(experiment.grid, shape=doubled(experiment.grid.shape, experiment.grid.periodic))
+    rubbing = rub(experiment.body, experiment.indenter, wide, wake.kernels.scale, friction)
+    return RubbedWake(wake, rubbing, wake.direction)
+
+
+def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
+    response = response_of(experiment.body)
+    sinks = response.creeps_far() and not experiment.load_controlled
+    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
+    return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
+
+
+def _fields(
+    wake: Wake, symbols: Array, problem: Problem, solution: Solution, rubbed: RubbedWake | None
+) -> dict[str, Array]:
+    """Return the observables of a steady contact, scaled, by the names of the result."""
+    p, direction, none = solution.pressure, wake.direction, jnp.zeros(())
+    observer = Observer.of(problem.gap, wake.ratio, wake.periodic)
+    pushed, centre, leading = observer.surface(p, direction)
+    hysteresis = none
+    if wake.kernels.rates.size:
+        by_traction = None if rubbed is None else rubbed.displacement(p)
+        hysteresis = observer.hysteresis(p, by_traction, direction)
+    return contact_outcome(problem, solution) | {
+        "profile": problem.gap,
+        "displacement": solution.displacement,
+        "film_strain": wake.film_strain(symbols, p),
+        "lateral_force": pushed,
+        "hysteresis_force": hysteresis,
+        "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
+        "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
+        "pressure_centre": centre,
+        "leading_peak": leading,
+        "hysteresis_power": wake.lost_power(symbols, p),
+    }

@@ -1,0 +1,1 @@
+"""Operators of steady motion: the deformation that a moving contact leaves behind it."""

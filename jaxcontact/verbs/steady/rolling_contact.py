@@ -1,0 +1,168 @@
+"""Pressure and traction of a contact that rolls for ever, found as the limit of rolling cell by cell.
+
+With u the tangential displacement under tractions that are steady (``verbs.steady.rolled``), S the shift by the way
+of a step, to the material that is one step behind, the slip in a step is
+
+    s = (1 - S) u(q, p) - shift,      |q| <= mu p,      s = -k q, k >= 0, where |q| = mu p.
+
+It is solved in steps: with M the operator of tractions that have stood for as long as the grid takes to pass,
+
+    s = M q_new + (1 - S) u(q_old, p) - M q_old - shift
+
+is a problem of ``contact.friction``, and its limit the steady state. On an elastic body M q - S M q_old is the slip itself
+after one more cell, as in J. J. Kalker's transient contact. On any other a step brings the tractions closer in the norm
+of M if |(1 - S) C|^2 < 2 M Re (1 - S) C for the response C to each wave, that is |C|^2/Re C < M: one over the real part
+of its complex modulus is less than its compliance after a long time. The way to the limit has no meaning there.
+
+The pressure under the traction is found before each step.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact.contact import friction, nonsymmetric
+from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
+from jaxcontact.contact.implicit import implied, solve_contact
+from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.verbs.steady.rolled import RolledSurface
+
+STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
+SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
+FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
+FARTHEST = 20  # grid lengths that are rolled
+
+
+class Rolled(NamedTuple):
+    """After some steps, (): the last contact, and the change of the tractions in it, in parts of them."""
+
+    pressed: Solution
+    sheared: TangentialSolution
+    change: Array
+    steps: Array
+
+    @property
+    def steady(self) -> Array:
+        """Whether nothing changes, ()."""
+        return self.change <= STEADY
+
+
+@pytree
+class RollingContact:
+    """What stays the same from step to step, all of order one.
+
+    surface; profile and coefficient of friction (nx, ny); way of a step, along each axis in its cells, (2,); target and
+    tangential_target of ``contact.partial_slip``.
+    """
+
+    surface: RolledSurface
+    profile: Array
+    coefficient: Array
+    way: Array
+    target: Array
+    tangential_target: Array
+    tolerance: Array
+    max_iterations: Array
+    load_controlled: bool = static()
+    tangential_load_controlled: bool = static()
+    coupled: bool = static()
+
+    def pressed(self, traction: Array) -> Problem:
+        """The normal problem under a traction."""
+        gap = self.profile + self.surface.sunk(traction)
+        return Problem(self.surface.normal, gap, self.target, jnp.min(self.profile), self.load_controlled)
+
+    def sheared(self, traction: Array, pressure: Array) -> TangentialProblem:
+        """The tangential problem of the next step, after a traction."""
+        moved, relaxed = self.surface.moved(traction, pressure), self.surface.relaxed
+        drift = moved - ahead(moved, self.way) - relaxed.along(traction)
+        bound, target = self.coefficient * pressure, self.tangential_target
+        return TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
+
+    def rolled(self) -> Rolled:
+        """The steady state, with its derivatives: what sticks, slips and touches is held."""
+        found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
+        held = _Held(self, found.sheared.stick, found.pressed.pressure)
+        traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
+        pressed = held.pressed(traction)
+        slip = held.slip(traction, shift, pressed.pressure)
+        slip = jnp.where(held.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0) + found.sheared.slip
+        sheared = replace(found.sheared, traction=traction, shift=shift, slip=slip)
+        return found._replace(pressed=replace(pressed, iterations=found.pressed.iterations), sheared=sheared)
+
+    def _rolled(self) -> Rolled:
+        """Step by step until nothing changes."""
+        nothing = jnp.zeros((2, *self.profile.shape))
+        problem = self.pressed(nothing)
+        start = nonsymmetric.cold_start(problem)
+        pressed = solve_contact(problem, start, self.tolerance, self.max_iterations)
+        first = self._further(pressed, nothing, jnp.zeros((), int))
+        going = lambda state: ~state.steady & (state.steps < FARTHEST * max(self.profile.shape))
+        return jax.lax.while_loop(going, self._again, first)
+
+    def _again(self, state: Rolled) -> Rolled:
+        pressed, traction = state.pressed, state.sheared.traction
+        if self.coupled:
+            problem = self.pressed(traction)
+            pressed = solve_contact(problem, pressed.pressure, FINER * self.tolerance, self.max_iterations)
+        return self._further(pressed, traction, state.steps)
+
+    def _further(self, pressed: Solution, traction: Array, steps: Array) -> Rolled:
+        problem = self.sheared(traction, pressed.pressure)
+        sheared = friction.solve(problem, traction, FINER * self.tolerance, self.max_iterations)
+        size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
+        change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
+        return Rolled(pressed, sheared, jnp.where(steps > 0, change, 1.0), steps + 1)
+
+
+@pytree
+class _Held:
+    """What a steady state follows from: the contact, which cells stick, (nx, ny) bool, and the pressure found, (nx, ny)."""
+
+    contact: RollingContact
+    stick: Array
+    pressure: Array
+
+    def pressed(self, traction: Array) -> Solution:
+        """The normal contact under a traction."""
+        contact = self.contact
+        return solve_contact(
+            contact.pressed(traction), self.pressure, contact.tolerance, contact.max_iterations
+        )
+
+    def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
+        """In a step, (2, nx, ny), under that traction and the pressure that goes with it."""
+        moved = self.contact.surface.moved(traction, pressure)
+        return moved - ahead(moved, self.contact.way) - shift[:, None, None]
+
+
+def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
+    """What is zero of tractions and shift in the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
+    traction, shift = state
+    contact, pressure = held.contact, held.pressed(traction).pressure
+    slip = held.slip(traction, shift, pressure)
+    size = jnp.sqrt(jnp.sum(slip**2, 0))
+    sliding = traction + contact.coefficient * pressure * slip / jnp.where(size > 0.0, size, 1.0)
+    asked = jnp.sum(traction, (1, 2)) if contact.tangential_load_controlled else shift
+    return jnp.where(held.stick, slip, sliding), asked - contact.tangential_target
+
+
+def ahead(field: Array, step: Array) -> Array:
+    """A field (2, nx, ny) a step further, (2,) of at most a cell each way; linear between cells, and at the grid's end as
+    on its last cell."""
+    for axis, way in ((1, step[0]), (2, step[1])):
+        field = field + jnp.abs(way) * (_next(field, axis, way > 0.0) - field)
+    return field
+
+
+def _next(field: Array, axis: int, forwards: Array) -> Array:
+    """Of the neighbours along an axis, at the grid's end of the last cells."""
+    first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
+    later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
+    earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
+    return jnp.where(forwards, later, earlier)

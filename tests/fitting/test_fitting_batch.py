@@ -1,0 +1,86 @@
+"""The directories of a batch of fits: nothing is written outside them, and nothing is overwritten."""
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting.cli import batch_command
+from fitting.cli.batch_command import folders_of
+from jaxcontact.__main__ import main
+
+NAMES = [
+    "x/a.csv", "y/a.csv", "1_a.csv", "0_a.csv", "A.CSV", "...csv", "..", ".csv", "a", "report.html.csv", "summary.json",
+    "table.csv.txt", "Report.HTML.csv", "..\\b.csv", "a:b.csv", " .csv", "a..csv",
+]  # fmt: skip
+
+
+def test_folders_are_different_and_stay_inside():
+    """For every pair and triple of awkward names, and for all at once, also where case is ignored."""
+    for files in [
+        *itertools.permutations(NAMES, 2),
+        *itertools.combinations(NAMES, 3),
+        NAMES,
+        NAMES[::-1],
+        ["a.csv"] * 3,
+    ]:
+        found = folders_of(files)
+        assert len({name.casefold() for name in found}) == len(files), (files, found)
+        for name in found:
+            assert name == Path(name).name and name not in (".", "..", "") and "\\" not in name, (files, name)
+            assert name.casefold() not in batch_command.RESULTS, (files, name)
+
+
+def test_a_plain_name_keeps_its_folder():
+    assert folders_of(["x/a.csv", "y/b.csv"]) == ["a", "b"]
+    assert folders_of(["x/a.csv", "y/a.csv"]) == ["0_a", "1_a"]
+
+
+def maxwell(path, G):
+    t = np.linspace(0.5, 10.0, 40)
+    path.parent.mkdir(exist_ok=True)
+    J = (1 / G + t / 1e6) * (1 + 1e-3 * np.random.default_rng(1).standard_normal(t.size))
+    np.savetxt(path, np.column_stack([t, J]), delimiter=",", header="t [s],J [1/Pa]", comments="")
+    return str(path)
+
+
+def test_awkward_files_are_all_fitted(tmp_path, monkeypatch):
+    names = ["x/a.csv", "y/a.csv", "x/1_a.csv", "x/...csv", "x/report.html.csv"]
+    moduli = {
+        maxwell(tmp_path / name, G): G for name, G in zip(names, (1e5, 2e5, 3e5, 4e5, 5e5), strict=True)
+    }
+    out = tmp_path / "results" / "out"
+    out.parent.mkdir()
+    assert main(["fit", "batch", *moduli, "-o", str(out), "--model", "Maxwell"]) == 0
+    assert [path.name for path in out.parent.iterdir()] == ["out"]
+    assert {path.name for path in out.iterdir() if path.is_file()} == set(batch_command.RESULTS)
+    for row in json.loads((out / "summary.json").read_text())["fits"]:
+        own = json.loads((out / row["folder"] / "summary.json").read_text())
+        assert own["file"] == row["file"]
+        assert own["parameters"]["G_Pa"] == pytest.approx(moduli[row["file"]], rel=0.01)
+
+
+def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, capsys):
+    """The line comes before any fit, and the file stays as it was."""
+    monkeypatch.setattr(batch_command, "fit_creep", lambda *_: pytest.fail("fitted"))
+    monkeypatch.chdir(tmp_path)
+    for name, command in (("curve.csv", "creep"), ("table.csv", "batch"), ("a/curve.csv", "batch")):
+        path = Path(maxwell(tmp_path / name, 1e5))
+        before = path.read_bytes()
+        files = [name, maxwell(tmp_path / "a.csv", 1e5)] if command == "batch" else [name]
+        assert main(["fit", command, *files, "-o", ".", "--force", "--model", "Maxwell"]) == 2
+        assert "would replace it" in capsys.readouterr().err and path.read_bytes() == before
+
+
+def test_a_folder_in_the_way_is_named_before_any_fit(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(batch_command, "fit_creep", lambda *_: pytest.fail("fitted"))
+    file, out = maxwell(tmp_path / "a.csv", 1e5), tmp_path / "out"
+    (out / "report.html").mkdir(parents=True)
+    assert main(["fit", "batch", file, "-o", str(out), "--force"]) == 2
+    assert "report.html: expected room" in capsys.readouterr().err
+    (out / "report.html").rmdir()
+    (out / "a").write_text("")
+    assert main(["fit", "batch", file, "-o", str(out), "--force"]) == 2
+    assert "a file above it" in capsys.readouterr().err

@@ -1,0 +1,81 @@
+"""The documents: the site builds, what they say can be run runs, and what they say is tested is."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fitting
+import jaxcontact as jc
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
+
+
+def recipes():
+    """The lines that set up, and {heading: block}."""
+    setup, *parts = re.split(r"^### ", (DOCS / "how_do_i.md").read_text(), flags=re.MULTILINE)
+    blocks = {part.partition("\n")[0]: BLOCK.findall(part) for part in parts}
+    assert all(len(found) == 1 for found in blocks.values())
+    return BLOCK.findall(setup)[0], {heading: found[0] for heading, found in blocks.items()}
+
+
+SETUP, RECIPES = recipes()
+
+
+def test_there_are_twenty_recipes_of_about_ten_lines():
+    assert len(RECIPES) >= 20
+    assert max(len(block.splitlines()) for block in RECIPES.values()) <= 14
+    assert max(len(line) for block in RECIPES.values() for line in block.splitlines()) <= 90  # no scrolling
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("heading", RECIPES)
+def test_a_recipe_runs_without_a_warning_and_says_something(heading, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(SETUP + RECIPES[heading], {"__name__": "__main__"})
+    assert capsys.readouterr().out.strip()
+
+
+@pytest.mark.slow
+def test_the_first_page_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec("\n".join(BLOCK.findall((DOCS / "start.md").read_text())), {"__name__": "__main__"})
+    out = capsys.readouterr().out
+    assert "13 converged" in out and "REFUSED" not in out and "not determined" not in out
+
+
+def test_every_test_that_verification_names_is_there():
+    page = (DOCS / "verification.md").read_text()
+    named = re.findall(r"`(test_\w+\.py)::(\w+)`", page)
+    assert len(named) > 20
+    for file, test in named:
+        assert f"def {test}(" in (ROOT / "tests" / file).read_text(), test
+    for path in re.findall(r"`(tests/[\w/]+\.py)`", page):
+        assert (ROOT / path).is_file(), path
+
+
+@pytest.mark.parametrize("module", [jc, fitting], ids=lambda module: module.__name__)
+def test_every_public_name_has_its_place_in_the_reference(module):
+    pages = [path.read_text() for path in (DOCS / "api").glob("*.rst")]
+    pages = [page for page in pages if f".. currentmodule:: {module.__name__}\n" in page]
+    named = re.findall(r"^\.\. auto(?:class|function):: (\w+)$", "\n".join(pages), re.MULTILINE)
+    assert sorted(named) == sorted(module.__all__)
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_warnings(tmp_path):
+    """By the command of the developers' page, but into another folder."""
+    pytest.importorskip("furo", reason="the site is the extra jaxcontact[docs]")
+    words = re.search(r"^python -m (sphinx .*?) site ", (DOCS / "developers.md").read_text(), re.MULTILINE)[1]
+    command = [sys.executable, "-m", *words.split(), "-d", tmp_path / "trees", tmp_path / "site"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    material = (tmp_path / "site" / "api" / "materials.html").read_text()
+    assert 'id="jaxcontact.Burgers.creep"' in material  # inherited
+    assert not [path for path in (tmp_path / "site" / "api").glob("*.html") if "_jax." in path.read_text()]
+    pages = {path.stem for path in (ROOT / "notebooks").glob("*.ipynb")}
+    assert pages == {path.stem for path in (tmp_path / "site" / "notebooks").glob("*.html")}

@@ -1,0 +1,290 @@
+"""Functions told apart by content: equal in another process, place and file; another by anything that they compute with."""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import types
+import zipfile
+
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact._support import fingerprint, sources
+
+# what f is, what is put in its place, by what, and the part that a message names
+KINDS = {
+    "constant": ("def f(case): return {'v': 2.0 * case['x']}", "2.0", "2.1", "f"),
+    "text": ("def f(case): return {'v': len('steel')}", "steel", "steal", "f"),
+    "operator": ("def f(case): return {'v': 2.0 * case['x']}", "*", "+", "f"),
+    "attribute": ("def f(case): return case.mean()", "mean", "sum", "f"),
+    "jump": ("def f(case): return 1 if case['x'] else 2", "if case['x']", "if not case['x']", "f"),
+    "default": ("def f(case, k=1.0): return k", "k=1.0", "k=2.0", "f"),
+    "keyword": ("def f(case, *, k=1.0): return k", "k=1.0", "k=2.0", "f"),
+    "name of a keyword in a call": ("def f(case): return dict(a=1, b=2)", "a=1, b=2", "b=1, a=2", "f"),
+    "set": ("def f(case): return case['x'] in {'a', 'b', 'c', 'd'}", "'d'}", "'e'}", "f"),
+    "set held": ("S = {'a', 'b', 'c', 'd'}\ndef f(case): return S", "'d'}", "'e'}", "S"),
+    "global": ("K = 1.0\ndef f(case): return K", "1.0", "1.1", "K"),
+    "ninth digit": ("K = 1.00000000001\ndef f(case): return K", "0001", "0002", "K"),
+    "sign of zero": ("K = 0.0\ndef f(case): return K", "= 0.0", "= -0.0", "K"),
+    "number or truth": ("K = 1\ndef f(case): return K", "= 1", "= True", "K"),
+    "helper": ("def g(x): return x + 1\ndef f(case): return g(1)", "x + 1", "x + 2", "g"),
+    "helper of a helper": (
+        "def h(x): return x + 1\ndef g(x): return h(x)\ndef f(case): return g(1)", "x + 1", "x + 2", "h",
+    ),
+    "constant of a helper": ("K = 1.0\ndef g(x): return K\ndef f(case): return g(1)", "1.0", "2.0", "K"),
+    "recursive helpers": (
+        "def g(x): return h(x) if x else 1\ndef h(x): return g(x - 1)\ndef f(case): return g(1)",
+        "else 1", "else 2", "g",
+    ),
+    "nested": ("def f(case):\n    def g(x): return x + 1\n    return g(1)", "x + 1", "x + 2", "f"),
+    "lambda": ("g = lambda x: x + 1\ndef f(case): return g(1)", "x + 1", "x + 2", "g"),
+    "lambda in a list": ("gs = [lambda x: x + 1]\ndef f(case): return gs[0](1)", "x + 1", "x + 2", "gs"),
+    "closure": (
+        "def made(k):\n    def f(case): return k\n    return f\nf = made(1.0)", "made(1.0)", "made(2.0)", "k",
+    ),
+    "closure over a function": (
+        "def made(g):\n    def f(case): return g(1)\n    return f\nf = made(lambda x: x + 1)", "x + 1", "x + 2", "g",
+    ),
+    "small array": ("import numpy as np\nA = np.ones(3)\ndef f(case): return A", "ones(3)", "zeros(3)", "A"),
+    "large array": (
+        "import numpy as np\nA = np.arange(5000.0)\nA[2500] = 0.0\ndef f(case): return A", "= 0.0", "= 1e-9", "A",
+    ),
+    "type of an array": (
+        "import numpy as np\nA = np.zeros(3, 'f8')\ndef f(case): return A", "f8", "f4", "A",
+    ),
+    "shape of an array": (
+        "import numpy as np\nA = np.zeros((2, 3))\ndef f(case): return A", "(2, 3)", "(3, 2)", "A",
+    ),
+    "jax array": (
+        "import jax.numpy as jnp\nA = jnp.full(2000, 1.0)\ndef f(case): return A", "1.0", "1.0000000001", "A",
+    ),
+    "random generator": (
+        "import numpy as np\nR = np.random.default_rng(1)\ndef f(case): return R", "rng(1)", "rng(2)", "R",
+    ),
+    "body": (
+        "import jaxcontact as jc\nB = jc.LayeredHalfSpace([], jc.Elastic(G=1e9, nu=0.3))\ndef f(case): return B",
+        "0.3", "0.31", "B",
+    ),
+    "control": ("import jaxcontact as jc\nB = jc.Load(1.0)\ndef f(case): return B", "Load", "Approach", "B"),
+    "partial": (
+        "from functools import partial\ndef g(x, k): return k\nP = partial(g, k=1.0)\ndef f(case): return P(1)",
+        "k=1.0", "k=2.0", "P",
+    ),
+    "function of a partial": (
+        "from functools import partial\ndef g(x, k): return k\nP = partial(g, k=1.0)\ndef f(case): return P(1)",
+        "return k", "return -k", "g",
+    ),
+    "object": (
+        "class C:\n    def __init__(self, k): self.k = k\nO = C(1.0)\ndef f(case): return O.k", "C(1.0)", "C(2.0)", "O",
+    ),
+    "method": (
+        "class C:\n    def m(self): return 1.0\nO = C()\ndef f(case): return O.m()", "1.0", "2.0", "C.m",
+    ),
+    "inherited": (
+        "class A:\n    def m(self): return 1.0\nclass C(A): pass\ndef f(case): return C().m()", "1.0", "2.0", "A.m",
+    ),
+    "bound method": (
+        "class C:\n    def __init__(self, k): self.k = k\n    def m(self): return self.k\nM = C(1.0).m\n"
+        "def f(case): return M()", "C(1.0)", "C(2.0)", "M",
+    ),
+    "dataclass": (
+        "from dataclasses import dataclass, field\n@dataclass\nclass C:\n    k: float = 1.0\n"
+        "    l: list = field(default_factory=list)\ndef f(case): return C()", "= 1.0", "= 2.0", "C",
+    ),
+    "slots": (
+        "class C:\n    __slots__ = ('k',)\n    def __init__(self, k): self.k = k\nO = C(1.0)\ndef f(case): return O.k",
+        "C(1.0)", "C(2.0)", "O",
+    ),
+    "enum": (
+        "from enum import Enum\nclass C(Enum):\n    A = 1\n    B = 2\ndef f(case): return C.A", "A = 1", "A = 3", "C",
+    ),
+    "named tuple": (
+        "from typing import NamedTuple\nclass C(NamedTuple):\n    a: float\nO = C(1.0)\ndef f(case): return O",
+        "C(1.0)", "C(2.0)", "O",
+    ),
+    "class inside": (
+        "def f(case):\n    class C:\n        def m(self): return 1.0\n    return C().m()", "1.0", "2.0", "f",
+    ),
+    "tables": ("T = {'a': [1, (2, {'b': 3.0})]}\ndef f(case): return T", "3.0", "4.0", "T"),
+    "jitted": (
+        "import jax\n@jax.jit\ndef g(x): return x + 1\ndef f(case): return g(1)", "x + 1", "x + 2", "g",
+    ),
+    "vmapped": (
+        "import jax\nG = jax.vmap(lambda x: x + 1)\ndef f(case): return G(1)", "x + 1", "x + 2", "fun",
+    ),
+    "differentiated": (
+        "import jax\nG = jax.grad(lambda x: x * x)\ndef f(case): return G(1.0)", "x * x", "x * x * x", "fun",
+    ),
+    "cached": (
+        "from functools import cache\n@cache\ndef g(x): return x + 1\ndef f(case): return g(1)", "x + 1", "x + 2", "g",
+    ),
+    "decorated": (
+        "from functools import wraps\ndef twice(g):\n    @wraps(g)\n    def inner(*a): return 2 * g(*a)\n    return inner\n"
+        "@twice\ndef f(case): return 1.0", "1.0", "1.5", "f (2)",
+    ),
+    "module": ("import other\ndef f(case): return other.helper(1)", "other.helper", "other.changed", "f"),
+    "imported inside a long function": (
+        "def f(case):\n    " + "\n    ".join(f"case.a{i} = {i}.5" for i in range(300))
+        + "\n    from other import helper\n    return helper(1)", "helper", "changed", "f",
+    ),
+    "imported inside": (
+        "def f(case):\n    from other import helper\n    return helper(1)", "helper", "changed", "f",
+    ),
+}  # fmt: skip
+OTHER = "K = 1.0\ndef helper(x): return x + K\ndef changed(x): return x - K\n"
+
+
+def module_of(source, name="study"):
+    made = types.ModuleType(name)
+    made.__dict__["__file__"] = f"{name}.py"
+    exec(compile(source, f"/somewhere/{name}.py", "exec"), made.__dict__)
+    return made
+
+
+@pytest.fixture
+def other(monkeypatch):
+    """Another module of the user, which f may import."""
+    monkeypatch.setitem(sys.modules, "other", module_of(OTHER, "other"))
+    return sys.modules["other"]
+
+
+def parts(source, name="study"):
+    return fingerprint.parts_of(module_of(source, name).f)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_function_is_another_by_anything_that_it_computes_with(kind, other):
+    source, before, after, told = KINDS[kind]
+    assert source.count(before) == 1 or kind == "module" or kind.startswith("imported inside")
+    changed = source.replace(before, after)
+    assert fingerprint.differing(parts(source), parts(changed)) != []
+    assert told in fingerprint.differing(parts(source), parts(changed))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_function_is_the_same_elsewhere_in_a_moved_file(kind, other):
+    source = KINDS[kind][0]
+    moved = "\n\n# a comment\nunused = 1\n" + source.replace("\n", "\n\n")
+    assert parts(source) == parts(moved, "moved") == parts(source, "__main__")
+
+
+TELL = """
+import json, sys, types
+sys.path.insert(0, "TESTS")
+import test_fingerprint as t
+sys.modules["other"] = t.module_of(t.OTHER, "other")
+print(json.dumps({kind: t.parts(values[0]) for kind, values in t.KINDS.items()}))
+"""
+
+
+def test_it_is_the_same_in_processes_that_hash_differently():
+    tests = os.path.dirname(__file__)
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", TELL.replace("TESTS", tests)],
+            env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
+        ).stdout
+        for seed in ("1", "2")
+    ]  # fmt: skip
+    assert json.loads(told[0]) == json.loads(told[1]) and len(json.loads(told[0])) == len(KINDS)
+
+
+@pytest.mark.parametrize("name", ["helper", "K"])
+@pytest.mark.parametrize(
+    "source",
+    [
+        "import other\ndef f(case): return other.helper(1)",
+        "from other import helper as g\ndef f(case): return g(1)",
+        "def f(case):\n    import other\n    return other.helper(1)",
+        KINDS["imported inside a long function"][0],
+        "def f(case):\n    from other import helper as g\n    return g(1)",
+    ],
+)
+def test_what_another_module_of_the_user_holds_belongs_to_f(source, name, other, monkeypatch):
+    before = parts(source)
+    text = OTHER.replace("x + K", "x + 2 * K") if name == "helper" else OTHER.replace("1.0", "1.5")
+    monkeypatch.setitem(sys.modules, "other", module_of(text, "other"))
+    assert fingerprint.differing(before, parts(source)) == [name]
+
+
+REFUSED = {
+    "file": ("H = __import__('sys').__stderr__\ndef f(case): return H", r"TextIOWrapper \(H in f\)"),
+    "lock": ("import threading\nL = threading.Lock()\ndef f(case): return L", r"lock \(L in f\)"),
+    "generator": ("G = (x for x in ())\ndef f(case): return G", r"generator \(G in f\)"),
+    "inside an object": (
+        "class C: pass\nO = C()\nO.log = __import__('sys').__stderr__\ndef f(case): return O",
+        r"TextIOWrapper \(\.log in O in f\)",
+    ),
+    "closed over": (
+        "def made(h):\n    def f(case): return h\n    return f\nf = made(__import__('sys').__stderr__)",
+        r"TextIOWrapper \(h in f\)",
+    ),
+    "in a default": ("def f(case, log=__import__('sys').__stderr__): pass", r"\(its defaults in f\)"),
+    "a whole module": ("import other\ndef f(case): return vars(other)", "the module other, used other than by an"),
+    "a module in a list": ("import other\nM = [other]\ndef f(case): return M", r"the module other.*\(M in f\)"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_has_no_content_to_compare_is_refused_by_its_name(kind, other, tmp_path):
+    source, told = REFUSED[kind]
+    f = module_of(source).f
+    with pytest.raises(ValueError, match=f'{told}.*; pass version="'):
+        jc.sweep(f, [], tmp_path)
+    assert len(jc.sweep(f, [], tmp_path, version="1")) == 0
+
+
+def test_a_module_that_cannot_be_imported_is_named(tmp_path):
+    f = module_of("def f(case):\n    import nowhere_at_all\n    return nowhere_at_all.x").f
+    with pytest.raises(
+        ValueError, match=r'imports nowhere_at_all, which cannot be imported here.*; pass version="'
+    ):
+        jc.sweep(f, [], tmp_path)
+
+
+def test_sources_that_changed_since_this_process_started_are_refused(tmp_path, monkeypatch):
+    """Results would be recorded as those of the new sources, which this process does not run."""
+    sources.identity.cache_clear()
+    monkeypatch.setattr(sources, "BEGAN", 0.0)
+    with pytest.raises(
+        ValueError, match=r"jaxcontact: its sources in .* have changed since this process started"
+    ):
+        jc.sweep(module_of("def f(case): return {}").f, [], tmp_path)
+
+
+def test_a_package_without_sources_is_known_by_its_compiled_files_or_its_archive(tmp_path, monkeypatch):
+    monkeypatch.setattr(sources, "BEGAN", 1e12)
+    monkeypatch.syspath_prepend(tmp_path)
+    told = []
+    for number, content in enumerate((b"one", b"two", b"one")):
+        folder = tmp_path / f"compiled_{number}"
+        folder.mkdir()
+        (folder / "__init__.pyc").write_bytes(content)
+        made = types.ModuleType(folder.name)
+        made.__file__ = str(folder / "__init__.pyc")
+        monkeypatch.setitem(sys.modules, folder.name, made)
+        told.append(sources.identity(folder.name))
+    assert told[0] == told[2] != told[1]
+    for number, text in enumerate(("a = 1", "a = 2")):
+        with zipfile.ZipFile(tmp_path / f"{number}.zip", "w") as archive:
+            archive.writestr(f"zipped_{number}/__init__.py", text)
+        monkeypatch.syspath_prepend(tmp_path / f"{number}.zip")
+        importlib.import_module(f"zipped_{number}")
+        told.append(sources.identity(f"zipped_{number}"))
+    assert len(set(told)) == 4
+
+
+def test_equal_values_are_equal_whichever_way_they_came_about():
+    one = fingerprint._Identity()
+    assert one.of(np.ones((2, 3))) == one.of(np.asfortranarray(np.ones((2, 3)))) == one.of(np.ones((3, 2)).T)
+    assert one.of({3, 1, 2}) == one.of({2, 3, 1}) != one.of(frozenset({1, 2, 3})) != one.of({1, 2})
+    assert one.of([1, [2]]) == one.of([1, [2]]) != one.of([[1], 2]) != one.of([1, 2])
+    inside = [1]
+    inside.append(inside)
+    other = [1]
+    other.append(other)
+    assert one.of(inside) == one.of(other) != one.of([1, [1]])
+    assert one.of([inside, inside]) != one.of(inside)

@@ -1,0 +1,81 @@
+"""What is shipped: wheel and sdist build, and the wheel works where there is no source."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CASE = """
+[substrate]
+material = "elastic"
+E = 210e9
+[indenter]
+shape = "sphere"
+radius = 9.5e-3
+[control]
+load = 10.0
+[times]
+values = [0.0]
+[grid]
+n = 32
+"""
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
+def call(*command, cwd):
+    done = subprocess.run(command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True)
+    assert done.returncode == 0, f"{command}: {done.stdout[-2000:]} {done.stderr[-2000:]}"
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_sdist_has_every_file_of_the_repository(tmp_path):
+    """So that its tests, documentation and notebooks run; built from a copy, since building leaves files."""
+    pytest.importorskip("build")
+    if not (ROOT / ".git").exists():
+        pytest.skip("the list of files is that of git")
+    files = call("git", "ls-files", cwd=ROOT).split()
+    for name in files:
+        (tmp_path / "copy" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / "copy" / name)
+    call(sys.executable, "-m", "build", "--sdist", "-o", tmp_path / "dist", tmp_path / "copy", cwd=tmp_path)
+    (sdist,) = (tmp_path / "dist").glob("*.tar.gz")
+    with tarfile.open(sdist) as file:
+        found = {name.partition("/")[2] for name in file.getnames()}
+    assert not set(files) - found
+
+
+@pytest.mark.slow
+def test_wheel_and_sdist_build_and_the_wheel_runs_a_case(tmp_path):
+    pytest.importorskip("build")
+    call(sys.executable, "-m", "build", "-o", tmp_path / "dist", ROOT, cwd=tmp_path)
+    (sdist,) = (tmp_path / "dist").glob("*.tar.gz")
+    (wheel,) = (tmp_path / "dist").glob("*.whl")
+    with tarfile.open(sdist) as file:
+        assert any(name.endswith("jaxcontact/cases/tribofilm_creep.toml") for name in file.getnames())
+    with zipfile.ZipFile(wheel) as file:
+        names = set(file.namelist())
+    ours = ("py.typed", "style.mplstyle", "cases/tribofilm_creep.toml")
+    wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]
+    assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)
+
+    venv.create(tmp_path / "clean", with_pip=True)
+    binaries = tmp_path / "clean" / ("Scripts" if os.name == "nt" else "bin")
+    call(binaries / "python", "-m", "pip", "install", "-q", wheel, cwd=tmp_path)
+    (tmp_path / "case.toml").write_text(CASE)
+    command = binaries / "jaxcontact"
+    assert "tribofilm_creep.toml" in call(command, "cases", cwd=tmp_path)
+    assert "can run" in call(command, "check", "case.toml", cwd=tmp_path)
+    assert "1 of 1 steps" in call(command, "run", "case.toml", "-o", "out", cwd=tmp_path)
+    assert (tmp_path / "out" / "history.png").stat().st_size > 5000
+    where = call(
+        binaries / "python", "-c", "import fitting, jaxcontact; print(jaxcontact.__file__)", cwd=tmp_path
+    )
+    assert str(tmp_path) in where

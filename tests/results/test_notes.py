@@ -1,0 +1,331 @@
+"""Notes on results: the words of a plain call's warnings, kept by every transformation, file and export."""
+
+import csv
+import dataclasses
+import pickle
+import re
+import threading
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from test_storage import made_up
+
+import jaxcontact as jc
+from jaxcontact.__main__ import main
+from jaxcontact._support.recorded_warnings import recorded_warnings
+from jaxcontact.files import storage
+from jaxcontact.results.notes import Diagnostics, Note
+
+RESULTS = {name: kind for name, kind in storage.KINDS.items() if kind is not jc.InteriorFields}
+GLASS = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+STEEL = jc.Elastic.from_young(210e9, nu=0.3)
+BALL = jc.Sphere(5e-3, STEEL)
+GRID = jc.Grid.square(n=16, width=300e-6)
+
+
+def troubled(kind):
+    """A result with one note of each kind, as numbers, and these notes, as words; cells are 2 um x 3 um."""
+    made, last = made_up(kind), "times" in {field.name for field in dataclasses.fields(kind)}
+    over_time = lambda values: np.array(values if last else values[-1])
+    area = 6e-12 * 25 * np.pi  # of 25 pi cells: 10 across
+    result = dataclasses.replace(
+        made,
+        status=over_time([0, 0, 2]),
+        film_strain=over_time([0.1, 0.2, 0.3125]),
+        contact_area=over_time([0.0, area, area / 4.0]),
+        diagnostics=Diagnostics(np.float64(0.07), np.float64(2e-4), np.bool_(True), np.int64(3)),
+        **({"times": np.array([0.0, 5.0, 7.5])} if last else {}),
+    )
+    first, at = (
+        (", the first is step 3 of 3 (t = 7.5 s)", ", at step 3 of 3 (t = 7.5 s)") if last else ("", "")
+    )
+    size = 3 if last else 1
+    return result, (
+        f"1 of {size} steps{first}: contact at the edge of the grid: a wider grid",
+        f"film strain reaches 0.31{at}: above 0.2 the linear theory is stretched",
+        "shared decay rates are off by up to 0.07: pass kernels with more nodes",
+        "the response on the grid is off by up to 0.0002: its images reach too little",
+        f"only 5.0 cells across the smallest contact{at}: below 10 it is coarse",
+        'grid="auto": widened 3 times, to 1.2e-05 m',
+    )
+
+
+@pytest.fixture(params=RESULTS.values(), ids=RESULTS)
+def told(request):
+    return troubled(request.param)
+
+
+WAYS = {
+    "plain": lambda result: result,
+    "jit": jax.jit(lambda result: result),
+    "vmap": lambda result: jax.tree.map(lambda a: a[1], jax.vmap(lambda i: result)(jnp.arange(2))),
+    "lax.map": lambda result: jax.tree.map(lambda a: a[1], jax.lax.map(lambda i: result, jnp.arange(2))),
+    "pickle": lambda result: pickle.loads(pickle.dumps(result)),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_result_keeps_its_notes_through_every_transformation(told, way):
+    result, expected = told
+    assert WAYS[way](result).notes == expected
+    assert all(f"note: {note}" in str(result) for note in expected)
+
+
+@pytest.mark.parametrize("ending", [".npz", ".nc"])
+def test_every_result_keeps_its_notes_in_files_and_exports(told, ending, tmp_path):
+    result, expected = told
+    xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
+    path = jc.save(result, tmp_path / f"result{ending}")
+    assert jc.load(path).notes == expected
+    assert result.to_xarray().attrs["notes"].split("\n") == list(expected)
+    if ending == ".npz":
+        with np.load(path) as arrays:
+            assert str(arrays["notes"]).split("\n") == list(expected)
+    else:
+        with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
+            assert file.attrs["notes"].split("\n") == list(expected)
+
+
+@pytest.mark.parametrize("ending", [".npz", ".nc"])
+def test_a_result_without_notes_has_none_in_its_file(ending, tmp_path):
+    pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
+    made = made_up(jc.SteadySliding)
+    fine = dataclasses.replace(made, status=np.asarray(0), film_strain=np.asarray(0.1))
+    assert fine.notes == jc.load(jc.save(fine, tmp_path / f"a{ending}")).notes == ()
+    assert "note" not in str(fine)
+
+
+def test_a_file_without_diagnostics_is_read(tmp_path):
+    """As earlier versions wrote it: what the fields tell is noted, the rest is not known."""
+    result, expected = troubled(jc.ContactHistory)
+    path = jc.save(result, tmp_path / "a.npz")
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **{k: v for k, v in arrays.items() if k not in (*storage.DIAGNOSTICS, "notes")})
+    assert jc.load(path).notes == expected[:2]
+
+
+def test_of_many_runs_the_worst_note_of_each_kind_is_shown_with_their_number():
+    """Five runs with strains of 0.1, 0.25, 0.4, 0.3 and nan; the one that is nan is out of range."""
+    result, _ = troubled(jc.SteadySliding)
+    each = lambda strain, status: dataclasses.replace(
+        result, film_strain=strain, status=status, diagnostics=Diagnostics()
+    )
+    many = jax.vmap(each)(jnp.array([0.1, 0.25, 0.4, 0.3, jnp.nan]), jnp.array([0, 0, 0, 0, 7]))
+    strain, range_ = sorted(many.notes, key=lambda note: "range" in note)
+    assert strain.startswith("3 of 5 runs, most in run 2: film strain reaches 0.4: above 0.2")
+    assert range_.startswith("1 of 5 runs, most in run 4: 1 of 1 steps: a value is outside its range")
+    assert [len(jax.tree.map(lambda a, i=i: a[i], many).notes) for i in range(5)] == [0, 1, 1, 1, 1]
+    grids = jax.vmap(jax.vmap(each))(jnp.array([[0.1, 0.1], [0.1, 0.5]]), jnp.zeros((2, 2), int))
+    assert grids.notes[0].startswith("1 of 4 runs, most in run (1, 1): film strain reaches 0.5")
+
+
+def test_inside_a_transformation_there_are_no_words_yet():
+    result, _ = troubled(jc.ContactHistory)
+    with pytest.raises(ValueError, match=r"notes: expected a result with numbers.*read them outside"):
+        jax.jit(lambda result: len(result.notes))(result)
+    with pytest.raises(ValueError, match="notes: expected"):
+        _ = jax.eval_shape(lambda: result).notes
+
+
+def said(call):
+    """What a call gives, and what it warns of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = call()
+    return result, tuple(str(one.message) for one in caught)
+
+
+def test_a_plain_call_warns_in_the_words_of_its_notes_and_names_the_line_of_its_caller():
+    """Hertz: a = (3 W R/(4 E*))^(1/3), 40 and 108 um under 1 and 20 N, on cells of 18.75 um."""
+    call = lambda: jc.indent(GLASS, BALL, jc.Load([20.0, 1.0]), [0.0, 1.0], grid=GRID)
+    history, (words,) = said(call)
+    assert history.notes == (words,)
+    few = re.fullmatch(
+        r"only ([\d.]+) cells across the smallest contact, at step 2 of 2 \(t = 1 s\): .*", words
+    )
+    modulus = 1.0 / (0.75 / (2.0 * 30e9) + 0.91 / 210e9)
+    hertz = (3.0 * 1.0 * 5e-3 / (4.0 * modulus)) ** (1.0 / 3.0)
+    assert float(few[1]) == pytest.approx(2.0 * hertz / 18.75e-6, rel=0.15)  # by whole cells
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    assert {one.filename for one in caught} == {__file__}
+
+
+COATED = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, nu=0.3), 1e-6)], substrate=STEEL)
+WIDE = jc.Grid.square(n=32, width=400e-6)
+
+
+def pressed(approach, kernels=None):
+    return jc.indent(COATED, BALL, jc.Approach(approach), [0.0], grid=WIDE, kernels=kernels)
+
+
+@pytest.mark.slow
+def test_a_design_under_jit_says_that_its_film_is_strained():
+    """Newton's method for an approach at which the load is 100 N; the film is 0.3 um shorter for each um of approach."""
+
+    @jax.jit
+    def newton(approach):
+        (load, history), slope = jax.value_and_grad(
+            lambda approach: ((history := pressed(approach)).load[0], history), has_aux=True
+        )(approach)
+        return approach - (load - 100.0) / slope, history
+
+    approach = 0.3e-6
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for _ in range(6):
+            approach, history = newton(approach)
+    assert float(history.load[0]) == pytest.approx(100.0, rel=1e-6)
+    (note,) = history.notes
+    strain = float(re.match(r"film strain reaches ([\d.]+): above 0.2", note)[1])
+    assert strain > 0.2 and strain == pytest.approx(float(history.film_strain[0]), rel=0.05)
+
+
+@pytest.mark.slow
+def test_errors_of_the_kernels_are_noted_where_they_are_given(tmp_path):
+    """Not the size of the errors is tested here but that they are told, also by jit and in files."""
+    ready = jc.kernels(COATED, BALL, WIDE)
+    worse = dataclasses.replace(
+        ready, separation_error=jnp.asarray(0.005), image_errors=jnp.array([[0.0, 3e-4]])
+    )
+    history, words = said(lambda: pressed(0.1e-6, worse))
+    assert words == history.notes and "off by up to 0.005" in words[0] and "off by up to 0.0003" in words[1]
+    assert jax.jit(lambda kernels: pressed(0.1e-6, kernels))(worse).notes == words
+    assert jc.load(jc.save(history, tmp_path / "a.npz")).notes == words
+
+
+@pytest.mark.slow
+def test_a_rough_surface_has_no_note_on_few_cells():
+    """Its patches are of all sizes; the ball on the same cells has one."""
+    x, y = GRID.coordinates()
+    heights = -(x**2 + y**2) / (2 * 5e-3)
+    rough = jax.jit(lambda: jc.indent(GLASS, jc.HeightField(heights), jc.Load(1.0), [0.0], grid=GRID))()
+    ball = jax.jit(lambda: jc.indent(GLASS, jc.Sphere(5e-3), jc.Load(1.0), [0.0], grid=GRID))()
+    np.testing.assert_allclose(rough.pressure, ball.pressure, rtol=1e-6)
+    assert rough.notes == () and "cells across" in ball.notes[0]
+
+
+PUSH = {"friction": 0.3, "grid": GRID}
+VERBS = {
+    "indent": lambda load: jc.indent(GLASS, BALL, jc.Load(load), [0.0], grid=GRID),
+    "slide": lambda load: jc.slide(GLASS, BALL, jc.Load(load), [0.0], velocity=1e-3, grid=GRID),
+    "slide_steady": lambda load: jc.slide_steady(GLASS, BALL, jc.Load(load), velocity=1e-3, grid=GRID),
+    "shear": lambda load: jc.shear(
+        GLASS, BALL, jc.Load(load), jc.TangentialLoad((0.1, 0.0)), [0.0], coupled=False, **PUSH
+    ),
+    "roll_steady": lambda load: jc.roll_steady(
+        GLASS, BALL, jc.Load(load), velocity=1.0, creepage=(1e-4, 0.0), coupled=False, **PUSH
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_tells_the_same_plainly_and_under_jit_and_vmap(verb, tmp_path):
+    call = VERBS[verb]
+    result, words = said(lambda: call(1.0))
+    assert words == result.notes and "cells across the smallest contact" in words[0]
+    compiled, silent = said(lambda: jax.jit(call)(1.0))
+    assert silent == () and compiled.notes == words
+    many, silent = said(lambda: jax.vmap(call)(jnp.array([1.0, 60.0])))
+    assert silent == () and jax.tree.map(lambda a: a[0], many).notes == words
+    assert f"run 0: {words[0]}" in many.notes[0]
+    assert jc.load(jc.save(compiled, tmp_path / "a.npz")).notes == words
+
+
+# studies
+
+
+def strained(case):
+    """As a function does that solves a contact and whose film strain is the case's."""
+    warnings.warn(f"tried {case['strain']:g}")
+    for _ in range(2 if case["strain"] > 0.2 else 0):
+        warnings.warn(Note(f"film strain reaches {case['strain']:g}", "film strain above 0.2"))
+    return {"strain": case["strain"]}
+
+
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(2)], ids=["processes", "threads"])
+def test_a_study_keeps_the_warnings_of_its_cases(executor, tmp_path):
+    """Each once, also where a case issues it again, and read from the folder as well."""
+    cases = [{"strain": strain} for strain in (0.1, 0.3, 0.4)]
+    for _ in range(2):
+        study = jc.sweep(strained, cases, tmp_path, executor=executor)
+        assert study.notes == {
+            0: ("tried 0.1",),
+            1: ("tried 0.3", "film strain reaches 0.3"),
+            2: ("tried 0.4", "film strain reaches 0.4"),
+        }
+        assert "\nnote: 2 of 3 cases: film strain above 0.2\n" in str(study)
+        assert list(study[0]) == ["strain"] and study.stacked("strain").tolist() == [0.1, 0.3, 0.4]
+
+
+def test_threads_that_record_warnings_at_once_each_have_their_own():
+    """They leave in the order in which they entered, which loses warnings for good with ``warnings.catch_warnings``."""
+    entered, left = threading.Event(), threading.Event()
+
+    def first():
+        with recorded_warnings() as caught:
+            warnings.warn("first")
+            entered.wait(10)
+        left.set()
+        return list(caught)
+
+    def second():
+        with recorded_warnings() as caught:
+            warnings.warn("second")
+            entered.set()
+            left.wait(10)
+            warnings.warn("second again")
+        return list(caught)
+
+    show = warnings.showwarning
+    with ThreadPoolExecutor(2) as pool:
+        found = [task.result() for task in (pool.submit(first), pool.submit(second))]
+    assert found == [["first"], ["second", "second again"]]
+    assert warnings.showwarning is show
+    with pytest.warns(UserWarning, match="third"):
+        warnings.warn("third")
+
+
+STUDY = """
+[sweep]
+"control.approach" = [0.1e-6, 0.5e-6, 0.6e-6]
+[[layer]]
+material = "elastic"
+G = 1e9
+nu = 0.3
+thickness = 1e-6
+[substrate]
+material = "elastic"
+E = 210e9
+nu = 0.3
+[indenter]
+shape = "sphere"
+radius = 5e-3
+[control]
+approach = 0.1e-6
+[times]
+values = [0.0]
+[grid]
+n = 32
+width = 400e-6
+"""
+
+
+@pytest.mark.slow
+def test_a_study_from_the_shell_ends_with_the_number_of_its_notes(tmp_path, capfd):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(STUDY)
+    assert main(["sweep", str(path), "-o", str(out), "--processes", "1"]) == 0
+    assert "note: 2 of 3 cases: film strain above 0.2\n" in capfd.readouterr().out
+    with (out / "study.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    notes = [row["notes"].split("; ") for row in rows]
+    assert [str(len(each)) for each in notes] == [row["warnings_count"] for row in rows]
+    assert ["film strain reaches 0." in row["notes"] for row in rows] == [False, True, True]

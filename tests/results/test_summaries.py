@@ -1,0 +1,222 @@
+"""What a result shows of itself, against what it holds."""
+
+import dataclasses
+import re
+import sys
+
+import jax
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from tolerances import PEAK_ON_FEW_CELLS
+
+import jaxcontact as jc
+from jaxcontact.results import labels
+from jaxcontact.results.picture_style import colours_of_time, time_axis
+from jaxcontact.results.plotting import pick
+from jaxcontact.results.summaries import component, prefixed
+
+GRID = jc.Grid.square(n=32, width=5e-4)
+RUBBER = jc.LayeredHalfSpace([], substrate=jc.Maxwell(G=1e6, eta=1e7, nu=0.4))
+BALL = jc.Sphere(1e-2)
+
+
+@pytest.fixture(scope="module")
+def history():
+    return jc.indent(RUBBER, BALL, jc.Load(5e-3), [0.0, 1.0, 2.0], grid=GRID)
+
+
+def test_a_history_shows_itself_in_ten_lines(history):
+    text = repr(history)
+    assert text == str(history) == history.summary() and len(text.splitlines()) <= 10
+    assert "array" not in text and "3 times from 0 to 2 s on 32 x 32 cells of 15.625 µm" in text
+    row = re.search(r"approach +([\d.]+) µm +([\d.]+) µm +([\d.]+) µm", text)
+    np.testing.assert_allclose(
+        [float(x) * 1e-6 for x in row.groups()], np.asarray(history.approach)[[0, 2, 2]], rtol=1e-4
+    )
+    assert re.search(r"load +5 mN +5 mN +5 mN", text) and "3 converged" in text
+
+
+def test_a_notebook_shows_text_and_a_picture(history):
+    html = history._repr_html_()
+    assert html.startswith("<pre>ContactHistory") and "data:image/png;base64,iVBOR" in html
+
+
+def test_what_is_sheared_shows_where_it_slips_and_its_loop(history):
+    """Traction along x alone; the half x < 0 of the contact slips back; the load in mN over the shift in µm is as given."""
+    p = np.asarray(history.pressure)
+    back = (p > 0.0) & (np.asarray(GRID.axes()[0]) < 0.0)[:, None]
+    none = np.zeros_like(p)
+    ways = np.array([[1.0, 0.0], [3.0, 0.0], [-4.0, 0.0]])
+    sheared = jc.ShearHistory(
+        **vars(history), traction=np.stack([0.5 * p, none], 1), slip=np.stack([-1e-6 * back, none], 1),
+        stick=(p > 0.0) & ~back, tangential_load=1e-3 * ways, tangential_displacement=1e-6 * ways,
+        dissipated=np.zeros(3), friction_work=none[-1],
+    )  # fmt: skip
+    assert re.search(r"tangential load x +1 mN +-4 mN +-4 mN\n", sheared.summary())
+    assert re.search(r"tangential shift x +1 µm +-4 µm +-4 µm\n", sheared.summary())
+    left, middle, right = sheared.plot().axes[:3]
+    drawn = left.collections[0].get_array().reshape(p.shape[1:]).T
+    np.testing.assert_array_equal(drawn, np.where(back[-1], 1, np.where(p[-1] > 0.0, 2, 0)))
+    arrows = left.collections[1]
+    assert arrows.U.size > 10 and np.all(arrows.U < 0.0) and np.all(arrows.X < 0.0)
+    pressed, along_x, along_y = (line.get_ydata() for line in middle.lines)
+    np.testing.assert_allclose(pressed, p[-1, :, 16] / 1e3)
+    np.testing.assert_allclose(along_x, pressed / 2)
+    np.testing.assert_array_equal(along_y, 0.0)
+    np.testing.assert_allclose(right.lines[0].get_xydata(), np.repeat(-ways[:, :1], 2, 1))
+
+
+def test_stresses_below_are_drawn_in_the_cut_through_their_peak():
+    """A single cell is pulled at 4 MPa, 2 um deep: von Mises stress of 4 MPa there and none elsewhere."""
+    stress = np.zeros((3, 3, 3, *GRID.shape))
+    stress[1, 0, 0, 20, 5] = 4e6
+    inside = jc.InteriorFields(GRID, np.array([1e-6, 2e-6, 5e-6]), stress, np.zeros((3, 3, *GRID.shape)))
+    cut, over_depth = inside.plot().axes[:2]
+    drawn = cut.collections[0].get_array().reshape(3, -1)
+    assert np.flatnonzero(drawn).tolist() == [GRID.shape[0] + 20] and drawn.max() == pytest.approx(4.0)
+    assert cut.yaxis_inverted() and over_depth.yaxis_inverted()
+    np.testing.assert_allclose(over_depth.lines[0].get_xydata(), [[0, 1], [4, 2], [0, 5]], atol=1e-12)
+
+
+def test_rounding_beside_a_load_is_shown_as_nothing():
+    """And a small component that is more than that is shown as it is."""
+    shown = component(np.array([[3.0, 2e-13], [1e-7, 0.0]]), "x"), component(np.array([[3.0, 2e-13]]), "y")
+    np.testing.assert_array_equal(shown[0], [3.0, 1e-7])
+    np.testing.assert_array_equal(shown[1], [0.0])
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.3554e-6, "m", "3.3554 µm"), (60.0, "N", "60 N"), (1e3, "Pa", "1 kPa"), (999.99e6, "Pa", "999.99 MPa"),
+        (0.0, "N", "0 N"), (-2e-3, "N", "-2 mN"), (float("nan"), "m", "nan m"), (0.25, "", "0.25"),
+        (5e-15, "m", "0.005 pm"), (2.5e13, "Pa", "25000 GPa"),
+    ],
+)  # fmt: skip
+def test_prefixes(value, unit, text):
+    assert prefixed(value, unit) == text
+
+
+def test_the_peak_of_each_time_is_that_of_its_map_or_absent(history):
+    """Hertz: under a held load the mean pressure is 2/3 of the peak, whatever the creep."""
+    mean = np.asarray(history.load / (np.pi * history.contact_radius**2))
+    np.testing.assert_allclose(history.peak_pressure, 1.5 * mean, rtol=PEAK_ON_FEW_CELLS)
+    many = jax.tree.map(lambda a: np.stack([a, 2 * a]), history)
+    np.testing.assert_allclose(many.peak_pressure[1], 2 * history.peak_pressure)
+    last = dataclasses.replace(history, pressure=history.pressure[-1], displacement=history.displacement[-1])
+    assert not hasattr(last, "peak_pressure")
+    with pytest.raises(AttributeError, match=r"those of the last alone.*save=lambda step: step.pressure.max"):
+        float(last.peak_pressure)
+
+
+def test_the_last_field_alone_and_steady_states_and_many_runs(history):
+    peak = float(np.max(history.pressure[-1]))
+    last = dataclasses.replace(history, pressure=history.pressure[-1], displacement=history.displacement[-1])
+    row = re.search(r"peak pressure +([\d.]+) kPa\n", last.summary())
+    assert float(row.group(1)) == pytest.approx(peak / 1e3, rel=1e-4)
+    steady = jc.SteadySliding(
+        **{name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
+        | {"grid": GRID, "pressure": np.full((2, 2), 3e6), "status": np.asarray(6)}
+    )
+    assert re.search(
+        r"tangential force +1.5 N\n", repr(steady)
+    ) and "peak pressure                3 MPa" in str(steady)
+    assert "1 no steady state" in str(steady)
+    many = jax.tree.map(lambda a: np.stack([a, a]), history)
+    assert repr(many) == "ContactHistory of status (2, 3): no single run"
+    assert repr(jax.tree.map(lambda a: a[0], many)).startswith("ContactHistory of 3 times")
+    with pytest.raises(ValueError, match=r"of one run, got a status of shape \(2, 3\)"):
+        many.to_xarray()
+
+
+def test_labelled_arrays_and_tables(history):
+    xarray = pytest.importorskip("xarray")
+    labelled = history.to_xarray()
+    assert isinstance(labelled, xarray.Dataset) and labelled.pressure.dims == ("time", "x", "y")
+    assert labelled.approach.attrs["units"] == "m"
+    np.testing.assert_array_equal(labelled.pressure, history.pressure)
+    frame = history.to_dataframe()
+    assert frame.index.name == "times [s]" and "pressure [Pa]" not in frame
+    np.testing.assert_array_equal(frame["approach [m]"], history.approach)
+
+
+def test_labelled_arrays_have_the_gap_and_name_their_directions(history):
+    """The gap is profile + displacement - approach, of the last time alone where the fields are."""
+    pytest.importorskip("xarray")
+    labelled = history.to_xarray()
+    assert labelled.gap.dims == ("time", "x", "y") and labelled.gap.attrs["units"] == "m"
+    expected = labelled.profile + labelled.displacement - labelled.approach
+    np.testing.assert_array_equal(labelled.gap, expected.transpose("time", "x", "y"))
+    assert "direction" not in labelled.coords
+    last = {"pressure": history.pressure[-1], "displacement": history.displacement[-1]}
+    alone = dataclasses.replace(history, **last).to_xarray()
+    assert alone.gap.dims == ("x", "y")
+    np.testing.assert_array_equal(alone.gap, labelled.gap[-1])
+    fields = {name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
+    maps = dict.fromkeys(("pressure", "displacement", "profile"), np.ones(GRID.shape))
+    vectors = dict.fromkeys(("velocity", "lateral_force", "pressure_centre"), np.array([1.0, 2.0]))
+    sliding = jc.SteadySliding(**fields | maps | vectors | {"grid": GRID, "status": np.asarray(0)})
+    assert float(sliding.to_xarray().velocity.sel(direction="y")) == 2.0
+
+
+def test_statistics_are_shown_in_words_and_units_with_prefixes():
+    """No prefix before the power of a unit, which would be raised with it; an array by its ends."""
+    numbers = dict(mean_pressure=np.array([2e3, 3e6]), area_fraction=0.25, corrected_fraction=0.125)
+    shown = str(jc.ContactStatistics(**numbers, perimeter=4e-6, mean_gap=5e-9))
+    for words in (
+        "mean pressure +2 from 2 kPa to 3 MPa",
+        "area fraction +0.25",
+        "perimeter +4 µm",
+        "gap +5 nm",
+    ):
+        assert re.search(words, shown)
+    waves = dict(wavenumber=np.array([1e3, 2e3]), spectrum=np.array([1e-30, 3e-30]))
+    shown = repr(jc.SurfaceStatistics(rms_height=6e-9, rms_slope=0.1, rms_curvature=7e3, **waves))
+    for words in ("rms height +6 nm", "curvature +7000 1/m", "spectrum +2 from 1e-30 m.4 to 3e-30 m.4"):
+        assert re.search(words, shown)
+    assert "no numbers" in str(jax.eval_shape(lambda: jc.ContactStatistics(*[np.zeros(2)] * 5)))
+
+
+def test_without_the_extra_the_words_say_what_to_install(history, monkeypatch):
+    for name, call in (("xarray", history.to_xarray), ("pandas", history.to_dataframe)):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ImportError, match=r"pip install 'jaxcontact\[io\]'"):
+            call()
+
+
+@pytest.mark.parametrize("count", [1, 2, 40, 41, 79, 151, 2000])
+def test_lines_of_a_picture_are_in_equal_steps(count):
+    """A step that differs looks like an event: of 41 lines one was left out. The last line is always there."""
+    shown = pick(count)
+    assert shown[0] == 0 and shown[-1] == count - 1 and len(shown) <= 41
+    assert len(set(np.diff(shown)[:-1])) <= 1
+
+
+@pytest.mark.parametrize(
+    ("times", "scale"),
+    [
+        (np.linspace(0.0, 7200.0, 151), "linear"),
+        (7200.0 * np.linspace(0.0, 1.0, 31) ** 2, "linear"),
+        (np.append(0.0, np.geomspace(1.0, 3600.0, 12)), "symlog"),
+        (np.geomspace(1e-3, 1e3, 60), "symlog"),
+        (np.array([0.0]), "linear"),
+    ],
+)
+def test_time_is_logarithmic_where_decades_are_shown(times, scale):
+    """Equal steps and those of a square root are not; all times stay on the axis, zero among them."""
+    ax = Figure().add_subplot()
+    ax.plot(times, times)
+    time_axis(ax, times)
+    assert ax.get_xscale() == scale and ax.get_xlim()[0] <= times[0] <= times[-1] <= ax.get_xlim()[1]
+    assert isinstance(colours_of_time(times).norm, LogNorm) == (scale == "symlog")
+
+
+def test_the_common_style_leaves_no_trace(history):
+    figure = history.plot()
+    assert not figure.axes[0].spines["right"].get_visible()
+    assert matplotlib.rcParams["axes.spines.right"] and matplotlib.rcParams["legend.frameon"]
+    with matplotlib.style.context("jaxcontact.style"):  # as users would
+        assert not matplotlib.rcParams["axes.spines.right"]

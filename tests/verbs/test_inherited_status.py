@@ -1,0 +1,126 @@
+"""A step that builds on a failed one is never reported as fine.
+
+The failure is forced: after a time without load comes a contact that needs more iterations than there are. Under a load that
+stays, the next steps go on from there until they converge, each by itself.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact._support.status import inherited, passed_on, to_next_row
+from jaxcontact.history.march import solved
+from jaxcontact.history.observables import SlidingStep
+from jaxcontact.verbs.simulation import _begun, prepare, run_block
+from jaxcontact.verbs.slide import with_returns
+
+FINE, FAILED, INHERITED = jc.Status.FINE, jc.Status.NOT_CONVERGED, jc.Status.INHERITED
+MATERIALS = {
+    "elastic": jc.Elastic(1e9, 0.3),
+    "creeping": jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=1e9, nu=0.3),
+}
+BALL, GRID, TIMES = jc.Sphere(10e-3), jc.Grid.square(16, 9e-4), np.arange(10.0)
+LOAD = np.append(0.0, 5.0 * np.ones(9))
+FEW = 3  # iterations
+
+
+def indent(body, load, times, **options):
+    return jc.indent(body, BALL, load, times, **options)
+
+
+def slide(body, load, times, **options):
+    return jc.slide(body, BALL, load, times, velocity=1e-6, **options)
+
+
+def shear(body, load, times, **options):
+    to = jc.TangentialDisplacement((1e-8, 0.0))
+    return jc.shear(body, BALL, load, to, times, friction=0.3, coupled=False, **options)
+
+
+CASES = [  # verb, material, whether later steps inherit anything
+    pytest.param(indent, "elastic", False, marks=pytest.mark.slow),
+    pytest.param(indent, "creeping", True),
+    pytest.param(shear, "elastic", True),
+    pytest.param(shear, "creeping", True, marks=pytest.mark.slow),
+    pytest.param(slide, "elastic", False, marks=pytest.mark.slow),
+    pytest.param(slide, "creeping", True, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(("verb", "material", "inherits"), CASES)
+def test_steps_after_a_failed_one(verb, material, inherits):
+    """Neither the same steps, nor, with substeps, a row in which an inner step failed, though its last one converged."""
+    body, given = jc.LayeredHalfSpace([], MATERIALS[material]), {"grid": GRID, "max_iterations": FEW}
+    status = np.asarray(verb(body, jc.Load(LOAD), TIMES, **given).status)
+    last = int(np.max(np.flatnonzero(status == FAILED)))
+    assert status[0] == FINE and status[1] == FAILED and last < 9, status
+    assert np.all(status[last + 1 :] == (INHERITED if inherits else FINE)), status
+
+    rows = verb(body, jc.Load(5.0), [0.0, 1e-6], substeps=9, **given)
+    assert [*np.asarray(rows.status)] == ([FAILED, INHERITED] if inherits else [FINE, FINE])
+    assert np.all(np.asarray(rows.converged) == (np.asarray(rows.status) == FINE))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_steps_after_a_load_that_friction_cannot_hold():
+    """The load before and after it is the same; what it moved and cost is not known."""
+    body = jc.LayeredHalfSpace([], MATERIALS["elastic"])
+    push = jc.TangentialLoad([[0.0, 0.0], [2.0, 0.0], [0.5, 0.0], [0.5, 0.0]])
+    history = jc.shear(body, BALL, jc.Load(5.0), push, TIMES[:4], friction=0.3, coupled=False, grid=GRID)
+    assert [*np.asarray(history.status)] == [FINE, jc.Status.SLIDES, INHERITED, INHERITED]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
+    """In two blocks of five steps; the first step fails by itself, all others have a contact that moves little."""
+    body, load = jc.LayeredHalfSpace([], MATERIALS["creeping"]), jc.Load(5.0)
+    simulation = prepare(body, BALL, load, 1e-6 * TIMES, grid=GRID, max_iterations=FEW)
+    state, blocks, padding = _begun(simulation.plan)
+    assert int(padding) == 0 and len(blocks.dt) == 2
+    found = []
+    for index in range(2):
+        state = jax.tree.unflatten(jax.tree.structure(state), jax.device_get(jax.tree.leaves(state)))
+        steps = jax.tree.map(lambda a, i=index: a[i], blocks)
+        state, outcomes = run_block(simulation.plan.setup, state, steps)
+        found += np.asarray(outcomes.status).tolist()
+    assert found[0] == FAILED and found[4:] == 6 * [INHERITED]
+    given = {"grid": GRID, "max_iterations": FEW}
+    np.testing.assert_array_equal(jc.indent(body, BALL, load, 1e-6 * TIMES, **given).status, found)
+
+
+def test_history_that_came_back_within_a_row():
+    """An inner step between two times counts, through the largest bound so far; what follows inherits it."""
+    of = lambda *values: jnp.asarray(values)
+    step = SlidingStep(
+        *7 * (jnp.zeros(5),),
+        dropped=of(0.0, 0.0, 0.0, 3.0, 0.1),
+        overlaps=of(False, False, False, True, True),
+        returned=of(0.0, 0.0, 2.0, 3.0, 3.0),
+    )
+    back = jc.Status.CAME_BACK
+    status = with_returns(of(0, 0, 0, 0, 0), step, jnp.asarray(100.0))
+    assert status.tolist() == [FINE, FINE, back, back, INHERITED]
+    assert with_returns(of(0, 0, 0, 1, 0), step, jnp.asarray(100.0)).tolist() == [0, 0, back, 1, INHERITED]
+    assert with_returns(of(0, 0, 0, 0, 0), step, jnp.asarray(1000.0)).tolist() == 5 * [FINE]
+
+
+def test_what_is_passed_on():
+    """A failure of the step itself comes first; few cells are reported, but are no failure that is passed on."""
+    own = lambda status, earlier: int(inherited(jnp.asarray(int(status)), jnp.asarray(int(earlier))))
+    assert own(FINE, FINE) == FINE and own(jc.Status.TOO_COARSE, FINE) == jc.Status.TOO_COARSE
+    assert own(FINE, INHERITED) == own(jc.Status.TOO_COARSE, INHERITED) == INHERITED
+    assert own(FAILED, INHERITED) == FAILED and own(FINE, jc.Status.AT_EDGE) == jc.Status.AT_EDGE
+    assert int(passed_on(jnp.asarray(int(jc.Status.TOO_COARSE)))) == FINE
+    assert [int(to_next_row(jnp.asarray(int(s)))) for s in (FINE, FAILED, INHERITED)] == [0, 9, 9]
+
+
+@pytest.mark.parametrize("error", [np.nan, np.inf, 1.0])
+def test_an_error_that_is_no_number_is_a_failure(error):
+    assert not solved(jnp.asarray(error), jnp.asarray(1e-8), jnp.zeros(3))
+    assert not solved(jnp.asarray(0.0), jnp.asarray(1e-8), jnp.array([0.0, np.nan]))
+    assert solved(jnp.asarray(0.0), jnp.asarray(1e-8), jnp.zeros(3))
