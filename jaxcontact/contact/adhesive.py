@@ -59,7 +59,6 @@ CLOSE = (
 SHORTER, LEAST_PART = 0.3, 1e-6  # of a step
 SMALL_PART = 0.2  # below it the next model is the upper bound
 ROUNDING = 1e-14  # of the energies, up to which a rise is none
-COLD = 50  # iterations of the contact without adhesion that a search begins with
 BESIDE = (
     1e-6  # of the gap that the largest traction closes, up to which the extended operator is the operator
 )
@@ -83,7 +82,7 @@ class Move(NamedTuple):
 
 
 @pytree
-class Faces:
+class HeldCells:
     """The space in which displacements change while some cells are held at the wall.
 
     held: (mx, my) bool. Under a load the held cells move together, with the approach; under an approach on a periodic grid
@@ -126,7 +125,7 @@ class Model:
     inverse: Linear
     attraction: Attraction
     stiffness: Array
-    faces: Faces
+    faces: HeldCells
 
     def __call__(self, change: Array) -> Array:
         """Return the change of the tractions for a displacement of the space, projected; symmetric."""
@@ -229,10 +228,10 @@ def tools_of(problem: Problem) -> _Tools:
     return _Tools(*problem.operator.extended(problem.gap.shape), problem.operator.cell_compliance())
 
 
-def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> Faces:
+def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> HeldCells:
     """Return the space of displacements in which the given cells (nx, ny) are held."""
     of_zero_mean = all(problem.operator.periodic) and not problem.load_controlled
-    return Faces(_pasted(held, padded), problem.load_controlled, of_zero_mean)
+    return HeldCells(_pasted(held, padded), problem.load_controlled, of_zero_mean)
 
 
 def _pasted(field: Array, padded: tuple[int, ...]) -> Array:
@@ -293,19 +292,23 @@ def _iterate(problem: Problem, tools: _Tools, s: _State) -> _State:
 def _bounded(problem: Problem, tools: _Tools, s: _State) -> _State:
     """Return the contact without adhesion under the attraction that the state has, which has no more energy.
 
-    Under a load less than what the attraction takes away there is none.
+    Under a tensile load greater than the attraction there is none. The first state of all, without a start, is that under a
+    load of the same size at least.
     """
     gap = _look(problem, tools, s).gap
     attraction = problem.law.traction(jnp.maximum(gap, 0.0))
-    target = problem.target + jnp.sum(attraction) if problem.load_controlled else problem.target
+    target = problem.target
+    if problem.load_controlled:
+        target = target + jnp.sum(attraction)
+        target = jnp.where(s.iterations > 0, target, jnp.maximum(target, jnp.abs(problem.target)))
     surface = problem.gap - problem.operator(attraction)
     hard = replace(problem, law=UNILATERAL, gap=surface, target=target)
     nx, ny = gap.shape
     start = jnp.maximum(s.pressure[:nx, :ny] + attraction, 0.0)
-    found = normal.solve(hard, start, jnp.asarray(BOUND), jnp.asarray(MOST_DIRECTIONS))
-    new = _first(problem, tools, Start(found.pressure - attraction, found.pressure > 0.0, jnp.asarray(False)))
+    contact, taken = normal.solve_on_grid(hard, start, jnp.asarray(BOUND), jnp.asarray(MOST_DIRECTIONS))
+    new = _first(problem, tools, Start(contact - attraction, contact > 0.0, jnp.asarray(False)))
     lost = jnp.where(problem.load_controlled & (target <= 0.0), LOST, 0)
-    return new._replace(lost=lost, bent=s.bent, iterations=s.iterations + found.iterations)
+    return new._replace(lost=lost, bent=s.bent, iterations=s.iterations + taken + 1)
 
 
 def _newton(problem: Problem, tools: _Tools, s: _State) -> _State:
@@ -426,7 +429,8 @@ def _first(problem: Problem, tools: _Tools, start: Start) -> _State:
         gap = gap * (jnp.mean(problem.gap) - approach) / jnp.mean(gap)
     displacement = displacement.at[:nx, :ny].set(gap + approach - problem.gap)
     one, none = jnp.ones(()), jnp.zeros((), int)
-    s = _State(displacement, tools.inverse(displacement), approach, one, one, none, jnp.asarray(False), none)
+    part = jnp.where(start.none & problem.load_controlled, 0.0, 1.0)  # the bound comes first
+    s = _State(displacement, tools.inverse(displacement), approach, one, part, none, jnp.asarray(False), none)
     return s._replace(error=_error(problem, tools, _look(problem, tools, s)))
 
 
@@ -438,7 +442,6 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     """
     tools = tools_of(problem)
     load = problem.load_controlled
-    start = jax.lax.cond(start.none, lambda: _cold(problem, tolerance), lambda: start)
     apart = load and ((problem.target <= 0.0) & ~(start.none | jnp.any(start.contact)))
     s = _search(problem, tools, start, tolerance, jnp.where(apart, 0, max_iterations))
     s = s._replace(pressure=tools.inverse(s.displacement))
@@ -473,18 +476,8 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     return jax.tree.map(lambda a, b: jnp.where(separated, a, b), nothing, found)
 
 
-def _cold(problem: Problem, tolerance: Array) -> Start:
-    """Return where to begin without a similar state: the contact without adhesion, under a load of the same size."""
-    if not problem.load_controlled:
-        zero = jnp.zeros_like(problem.gap)
-        return Start(zero, zero > 0.0, jnp.asarray(True))
-    hard = replace(problem, law=UNILATERAL, target=jnp.abs(problem.target))
-    found = normal.solve(hard, jnp.zeros_like(problem.gap), jnp.maximum(tolerance, 1e-4), jnp.asarray(COLD))
-    return Start(found.pressure, found.pressure > 0.0, jnp.asarray(True))
-
-
 @pytree
-class Tangent:
+class AdhesiveTangent:
     """The problem linearised at a solution, for ``contact.implicit``; gap: of the solution, (nx, ny)."""
 
     model: Model
@@ -492,7 +485,7 @@ class Tangent:
     gap: Array
 
     @classmethod
-    def of(cls, problem: Problem, found: Solution) -> Tangent:
+    def of(cls, problem: Problem, found: Solution) -> AdhesiveTangent:
         """Linearise at a solution."""
         tools = tools_of(problem)
         gap = jnp.where(found.carried > 0.0, 0.0, found.displacement + problem.gap - found.approach)

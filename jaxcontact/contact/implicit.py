@@ -193,7 +193,7 @@ def _solve_adhesive_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = solve_adhesive(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
-    tangent = adhesive.Tangent.of(problem, found)
+    tangent = adhesive.AdhesiveTangent.of(problem, found)
     held, nowhere = found.contact_pressure > 0.0, jnp.zeros_like(found.pressure)
     forcing = problem.operator.tangent(change.operator, found.pressure) + change.gap
     explicit = problem.law.explicit(change.law.law, tangent.gap)

@@ -285,6 +285,14 @@ def _search_in_window(
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 
+def solve_on_grid(
+    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
+) -> tuple[Array, Array]:
+    """Return the pressure and the iterations taken, without a search in a window first, from any start."""
+    found = _search(problem, usable_start(problem, start), tolerance, max_iterations)
+    return found.pressure, found.iterations
+
+
 def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve from a start pressure (nx, ny); the iterations stop at the tolerance or the maximum.
 
