@@ -3,7 +3,9 @@
 import math
 import re
 
-PREFIX = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "G": 1e9, "p": 1e-12, "h": 1e2}
+from jaxcontact._support.prefixes import PREFIXES
+
+PREFIX = {prefix: float(f"1e{power}") for prefix, power in PREFIXES.items()} | {"h": 1e2}
 POUND = 0.45359237 * 9.80665  # of force [N]
 KILOPOND = 9.80665  # [N]
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))  # fmt: skip
+from jaxcontact._support.prefixes import fitting_prefix
 
 
 def label(axis: Any, name: str, unit: str, values: np.ndarray) -> None:
@@ -22,7 +22,5 @@ def multiple(unit: str, largest: float) -> tuple[float, str]:
         return 1.0 / factor, f"1/{prefixed}"
     if unit not in ("Pa", "N", "m"):
         return 1.0, unit
-    for factor, prefix in PREFIXES:
-        if largest >= factor:
-            return factor, prefix + unit
-    return 1.0, unit
+    factor, prefix = fitting_prefix(largest)
+    return factor, prefix + unit

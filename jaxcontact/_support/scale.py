@@ -7,24 +7,18 @@ that coefficients, pressures and gaps are of order one whatever the user's units
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.pytree import pytree
 
-# powers of length, 1/compliance and the cell's area in each unit of the result's fields
-LENGTH, PRESSURE, AREA, FORCE, NONE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (0, 0, 0)
-ENERGY, ENERGY_PER_AREA = (1, 1, 1), (1, 1, 0)
-DIMENSIONS = {
-    **dict.fromkeys(("profile", "displacement", "gap", "approach", "approach_drift"), LENGTH),
-    **dict.fromkeys(("pressure_centre", "dropped", "slip", "tangential_displacement"), LENGTH),
-    **dict.fromkeys(("pressure", "leading_peak", "traction"), PRESSURE),
-    **dict.fromkeys(("contact_area", "smooth_area"), AREA),
-    **dict.fromkeys(("load", "lateral_force", "hysteresis_force", "coulomb_force", "tangential_load"), FORCE),
-    **dict.fromkeys(("stored_energy", "hysteresis_power", "friction_power", "power", "dissipated"), ENERGY),
-    "friction_work": ENERGY_PER_AREA,
-    "jump_energy": ENERGY,
-    **dict.fromkeys(("jumps", "cohesive_cells"), NONE),
-    **dict.fromkeys(
-        ("film_strain", "iterations", "error", "status", "stick", "slip_ratio", "creepage"), NONE
-    ),
+# powers of length, 1/compliance and the cell's area, by unit; fields of other units are not scaled
+POWERS = {
+    "m": (1, 0, 0),
+    "Pa": (0, 1, 0),
+    "m2": (0, 0, 1),
+    "N": (0, 1, 1),
+    "J": (1, 1, 1),
+    "W": (1, 1, 1),
+    "J m-2": (1, 1, 0),
 }
 
 
@@ -40,14 +34,14 @@ class Scale:
     cell_area: Array
 
     def unit(self, name: str) -> Array:
-        """What one inside is, in SI, for a field of a result."""
-        length, pressure, area = DIMENSIONS[name]
+        """Return the SI value of one inside, for a field of a result."""
+        length, pressure, area = POWERS[FIELDS[name].unit]
         return self.length**length * self.compliance ** (-pressure) * self.cell_area**area
 
     def to_si(self, **fields: Array) -> dict[str, Array]:
         """Scaled fields by name, in SI; a field that has no unit as it is."""
         return {
-            name: value if DIMENSIONS[name] == NONE else value * self.unit(name)
+            name: value * self.unit(name) if FIELDS[name].unit in POWERS else value
             for name, value in fields.items()
         }
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from jaxcontact._support.fields import FIELDS
+from jaxcontact._support.prefixes import prefixed
 from jaxcontact.files.case_file import Case, layer_tables
 from jaxcontact.files.case_schema import KINDS
-from jaxcontact.results.summaries import prefixed
 
-UNITS = {"load": "N", "approach": "m", "tangential_load": "N", "tangential_displacement": "m"}
+CONTROLS = ("load", "approach", "tangential_load", "tangential_displacement")
 LETTERS = 17.0  # that one inch holds, at the size below
 SIZE, SHADE = 7.0, "0.45"  # of the letters in points, and their grey: legible on paper and on a dark page
 
@@ -22,8 +23,8 @@ def caption_of(case: Case) -> str:
     layers = [f"{table['material']}, {_amount(table['thickness'], 'm')}" for _, table in layer_tables(tables)]
     body = ", on ".join([*layers, tables["substrate"]["material"]])
     pushed = [
-        f"{name.replace('_', ' ')} {_amount(tables['control'][name], unit)}"
-        for name, unit in UNITS.items()
+        f"{name.replace('_', ' ')} {_amount(tables['control'][name], FIELDS[name].unit)}"
+        for name in CONTROLS
         if name in tables["control"]
     ]
     velocity = tables.get("experiment", {}).get("velocity")

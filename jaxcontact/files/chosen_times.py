@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact.results.labels import FIELDS, TIME
+from jaxcontact._support.fields import FIELDS, TIME
 
 FEW, ALL, LAST = "few", "all", "last"  # what "save" of a case file and of the command line may be
 MOST = 9  # times of maps with "few"
@@ -37,7 +37,7 @@ def kept_unless_said(fields: Iterable[str], shape: tuple[int, int], count: int) 
 
 def maps_of(fields: Iterable[str], count: int) -> int:
     """How many maps, of one number a cell, those fields are at ``count`` times; a vector has two."""
-    dims = [FIELDS[name][0] for name in fields]
+    dims = [FIELDS[name].dimensions for name in fields]
     return sum((1 + ("direction" in dim)) * (count if "time" in dim else 1) for dim in dims if "x" in dim)
 
 
@@ -57,11 +57,11 @@ def course_of(arrays: Mapping[str, Any]) -> dict[str, Any]:
     return {
         name: values
         for name, values in arrays.items()
-        if name == "x" or (_over_time(name, values) and "x" not in FIELDS.get(name, (TIME,))[0])
+        if name == "x" or (_over_time(name, values) and "y" not in FIELDS[name].dimensions)
     }
 
 
 def _over_time(name: str, values: Any) -> bool:
-    """Whether an array has a value for each time; what is no field of a result is a line, which has."""
-    dims = FIELDS.get(name, (TIME,))[0]
-    return name not in ("x", "y") and dims[:1] == TIME and len(values.shape) >= len(dims)
+    """Whether an array, a field or an axis of a result, has a value for each time."""
+    dims = FIELDS[name].dimensions if name in FIELDS else ()
+    return dims[:1] == TIME and len(values.shape) >= len(dims)

@@ -13,8 +13,9 @@ from xml.etree.ElementTree import Element, ElementTree, SubElement
 
 import numpy as np
 
+from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import write_whole
-from jaxcontact.results.labels import arrays_of, derived_of, dimensions, fields_of
+from jaxcontact.results.labels import arrays_of, derived_of
 
 AXES = ("depth", "y", "x")  # of the points, the last the fastest, as VTK counts them
 Field = tuple[str, np.ndarray, tuple[str, ...]]  # name with unit, values, names of its dimensions
@@ -42,8 +43,8 @@ def _fields(result: Any, arrays: dict[str, np.ndarray]) -> Iterator[Field]:
     known, values = fields_of(arrays), arrays | derived_of(result)
     for name in known:
         if name in values:
-            spec, unit, _ = known[name]
-            yield f"{name} [{unit}]", values[name], dimensions(spec, values[name].ndim)
+            field = known[name]
+            yield f"{name} [{field.symbol}]", values[name], field.dimensions_of(values[name].ndim)
 
 
 def _times(arrays: dict[str, np.ndarray]) -> dict[int, float]:

@@ -7,7 +7,8 @@ import math
 import re
 from decimal import Decimal
 
-PREFIXES = {"": 0, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "M": 6, "G": 9}
+from jaxcontact._support.prefixes import PREFIXES
+
 MICRO = str.maketrans("µμ", "uu")
 
 

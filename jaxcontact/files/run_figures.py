@@ -4,37 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from jaxcontact._support.fields import shown
 from jaxcontact.results.summaries import component
-
-FIGURES = {  # where a result has them: name, unit
-    "approach": "m",
-    "load": "N",
-    "peak_pressure": "Pa",
-    "contact_radius": "m",
-    "contact_area": "m2",
-    "film_strain": "m_per_m",
-    "tangential_force": "N",
-    "hysteresis_force": "N",
-    "coulomb_force": "N",
-    "friction_coefficient": "N_per_N",
-    "tangential_load_x": "N",
-    "tangential_load_y": "N",
-    "tangential_displacement_x": "m",
-    "tangential_displacement_y": "m",
-    "creepage_x": "m_per_m",
-    "creepage_y": "m_per_m",
-    "sticking_share": "m2_per_m2",
-    "power": "W",
-    "hysteresis_power": "W",
-    "friction_power": "W",
-    "dissipated": "J",
-}
 
 
 def values_of(result: Any) -> dict[str, np.ndarray]:
-    """Those of ``FIGURES`` that a result has."""
+    """Return those fields of a result that summaries show, by name; of a vector by component."""
     values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
-    for name in FIGURES:
+    for name in shown():
         vector, _, axis = name.rpartition("_")
         if hasattr(result, name):
             values[name] = np.asarray(getattr(result, name))
@@ -44,12 +21,12 @@ def values_of(result: Any) -> dict[str, np.ndarray]:
 
 
 def figures_in(values: dict[str, np.ndarray], over_time: bool) -> dict[str, float]:
-    """Values of ``FIGURES`` by name and unit: over time the first, last and largest."""
+    """Return the shown values by name and unit: over time the first, last and largest."""
     figures: dict[str, float] = {}
-    for name, unit in FIGURES.items():
+    for name, field in shown().items():
         if name not in values:
             continue
-        course = values[name]
+        course, unit = values[name], field.in_key
         if not over_time:
             figures[f"{name}_{unit}"] = float(course)
         elif course.ndim == 0:  # save = "last"
@@ -63,13 +40,14 @@ def figures_in(values: dict[str, np.ndarray], over_time: bool) -> dict[str, floa
 def lines_of(summary: dict[str, Any]) -> list[str]:
     """The figures of a summary as lines of text."""
     lines = []
-    for name, unit in FIGURES.items():
-        shown = "" if "_per_" in unit else unit
+    for name, field in shown().items():
+        unit = field.in_key
+        symbol = "" if "/" in field.unit else unit
         values = [summary.get(f"{name}{when}_{unit}") for when in ("_start", "_end", "_largest", "")]
         start, end, largest, held = ("" if value is None else f"{value:.6g}" for value in values)
-        course = f"{start} -> {end} {shown}".strip() + (
-            f", largest {largest} {shown}".rstrip() if largest else ""
+        course = f"{start} -> {end} {symbol}".strip() + (
+            f", largest {largest} {symbol}".rstrip() if largest else ""
         )
         if end or held:
-            lines.append(f"  {name.replace('_', ' '):25s} {course if end else f'{held} {shown}'}".rstrip())
+            lines.append(f"  {name.replace('_', ' '):25s} {course if end else f'{held} {symbol}'}".rstrip())
     return lines

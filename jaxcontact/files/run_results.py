@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.npz import Stacked, write_npz, write_whole
 from jaxcontact._support.version import __version__
 from jaxcontact.files import storage
@@ -20,10 +21,6 @@ from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.results import figures, labels, plotting
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
-BESIDE = {
-    "pressure_line": "(nt, nx) pressure at the row of cells nearest to y = 0 [Pa]",
-    "displacement_line": "(nt, nx) displacement of both surfaces at that row [m]",
-}  # in an indentation, beside fields and derived quantities
 TOLD = {
     "notes": "what a user should know of the result, a line each",
     "separation_error": "relative error of the decay rates shared by all wavenumbers [1]",
@@ -38,7 +35,7 @@ class Report:
     """What is to be written of a run.
 
     result: its kind and its grid count; arrays: those of result.npz; course: those of course.npz, none where result.npz
-    has all; values: of ``FIGURES``, (nt,) each, or () where there is one alone; pictures: by file name.
+    has all; values: of the fields that summaries show, (nt,) each, or () where there is one alone; pictures: by file name.
     """
 
     result: Any
@@ -97,7 +94,7 @@ def write_picture(path: Path, figure: Any) -> None:
 
 
 def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
-    """Return the arrays of ``BESIDE`` and the peak pressure, which a history with only its last map does not have."""
+    """Return lines and peaks of the pressure, which a history with only its last map does not have."""
     return {
         "peak_pressure": run.peak_pressure,
         "pressure_line": run.pressure_line,
@@ -108,13 +105,12 @@ def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
 def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
     """Shape, unit and meaning of each array in a file."""
     fields = {
-        name: f"({', '.join(labels.dimensions(spec, len(values.shape)))}) {meaning} [{unit}]"
+        name: f"({', '.join(field.dimensions_of(len(values.shape)))}) {field.meaning} [{field.symbol}]"
         for name, values in all_arrays.items()
-        if name in labels.FIELDS
-        for spec, unit, meaning in [labels.FIELDS[name]]
+        if (field := FIELDS.get(name))
     }
     axes = {name: text for name, text in AXES.items() if name in all_arrays}
-    return axes | fields | {name: text for name, text in BESIDE.items() if name in all_arrays}
+    return axes | fields
 
 
 def _extent(result: Any, case: Case) -> dict[str, Any]:

@@ -13,13 +13,14 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.interior import InteriorFields
-from jaxcontact.results.labels import arrays_of, dataset, fields_of, numbers_of, status_names, stored_fields
+from jaxcontact.results.labels import arrays_of, dataset, numbers_of, status_names, stored_fields
 from jaxcontact.results.notes import Diagnostics
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 
@@ -149,7 +150,7 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     if cls not in TIMELESS:
         sizes["time"] = _count_of_times(arrays["times"])
     for name in names:
-        accepted = _shapes(fields_of(names)[name][0], sizes)
+        accepted = _shapes(fields_of(names)[name].dimensions, sizes)
         if arrays[name].shape not in accepted:
             raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} as its axes")
 

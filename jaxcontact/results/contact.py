@@ -1,7 +1,7 @@
 """What a simulation gives back."""
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -42,6 +42,7 @@ class Readable:
     diagnostics: the numbers that ``notes`` depend on beside the fields, ``notes.Diagnostics``.
     """
 
+    view: ClassVar[str] = "contact"  # which figure ``plot`` draws
     diagnostics: Diagnostics = dataclasses.field(kw_only=True, default=Diagnostics())
 
     @property

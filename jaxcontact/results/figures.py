@@ -1,4 +1,7 @@
-"""What ``plot`` of a result shows, and the pictures that a run leaves: one figure for each kind of result."""
+"""The figure that ``plot`` of a result shows, and the pictures that a run leaves.
+
+A result names its figure by its attribute ``view``; it is read by its fields alone, so that results may import this module.
+"""
 
 from typing import Any
 
@@ -6,43 +9,29 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxcontact.results import plotting
-from jaxcontact.results.contact import ContactHistory
-from jaxcontact.results.friction import ShearHistory, SteadyRolling
-from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.picture_style import styled
 from jaxcontact.results.rough_figures import is_round, rough_figure
-from jaxcontact.results.sliding import SteadySliding
 
 WIDE, HIGH = 4.4, 3.8  # of a panel [inches]
 
 
 @styled
 def figure_of(result: Any) -> Figure:
-    """The one figure of a result."""
-    if isinstance(result, ShearHistory):
-        return shear_figure(result)
-    if isinstance(result, SteadyRolling):
-        return rolling_figure(result)
-    if isinstance(result, SteadySliding):
-        return steady_sliding_figure(result)
-    if isinstance(result, InteriorFields):
-        return interior_figure(result)
-    if result.grid.plane_strain or is_round(result):
-        return plotting.overview(result)
-    return rough_figure(result)
+    """Return the one figure of a result."""
+    return FIGURES[result.view](result)
 
 
 @styled
 def pictures_of(result: Any) -> dict[str, Figure]:
     """The pictures of a run, by file name: its figure, and of a history its course in time."""
-    if not isinstance(result, ContactHistory):
+    if not hasattr(result, "times"):
         return {"contact.png": figure_of(result)}
     return {"overview.png": figure_of(result), "pressure_map.png": map_figure(result)} | (
-        {"history.png": plotting.history_figure(result)} if isinstance(result, ShearHistory) else {}
+        {"history.png": plotting.history_figure(result)} if result.view == "shear" else {}
     )
 
 
-def map_figure(history: ContactHistory) -> Figure:
+def map_figure(history: Any) -> Figure:
     """Pressure of the first and the last time, or of the last alone with ``save="last"``; in plane strain a line."""
     pressure, times = np.asarray(history.pressure), np.asarray(history.times)
     if history.grid.plane_strain:
@@ -50,10 +39,18 @@ def map_figure(history: ContactHistory) -> Figure:
         return plotting.profiles_figure(history.grid.axes()[0], lines, times[-len(lines) :])
     fields = [pressure] if pressure.ndim == 2 else [pressure[0], pressure[-1]]
     titles = [f"t = {time:g} s" for time in (times[0], times[-1])][-len(fields) :]
-    return plotting.maps_figure(*history.grid.axes(), fields, titles)
+    x, y = history.grid.axes()
+    return plotting.maps_figure(x, y, fields, titles)
 
 
-def shear_figure(history: ShearHistory) -> Figure:
+def contact_figure(history: Any) -> Figure:
+    """Profiles of the pressure over its course in time; of a contact that is not round, maps and statistics."""
+    if history.grid.plane_strain or is_round(history):
+        return plotting.overview(history)
+    return rough_figure(history)
+
+
+def shear_figure(history: Any) -> Figure:
     """Stick and slip, tractions along the axis, and the loop of load and displacement."""
     figure = Figure(figsize=(3.0 * WIDE, HIGH), layout="constrained")
     axes = figure.subplots(1, 3)
@@ -64,7 +61,7 @@ def shear_figure(history: ShearHistory) -> Figure:
     return figure
 
 
-def rolling_figure(state: SteadyRolling) -> Figure:
+def rolling_figure(state: Any) -> Figure:
     """Stick and slip, and tractions along the axis."""
     figure = Figure(figsize=(2.2 * WIDE, HIGH), layout="constrained")
     axes = figure.subplots(1, 2)
@@ -74,7 +71,7 @@ def rolling_figure(state: SteadyRolling) -> Figure:
     return figure
 
 
-def steady_sliding_figure(state: SteadySliding) -> Figure:
+def steady_sliding_figure(state: Any) -> Figure:
     """The pressure over the plane, and along x at y = 0; in plane strain along x alone."""
     x, y = state.grid.axes()
     pressure = np.asarray(state.pressure)
@@ -91,7 +88,7 @@ def steady_sliding_figure(state: SteadySliding) -> Figure:
     return figure
 
 
-def interior_figure(inside: InteriorFields) -> Figure:
+def interior_figure(inside: Any) -> Figure:
     """Von Mises stress in the vertical cut along x through its largest value, and over the depth there."""
     _, place = inside.peak
     x, y = (np.asarray(axis) for axis in inside.grid.axes())
@@ -102,3 +99,12 @@ def interior_figure(inside: InteriorFields) -> Figure:
     plotting.vertical_cut(axes[0], x, depths, stress[:, :, j])
     plotting.over_depth(axes[1], depths, stress[:, i, j])
     return figure
+
+
+FIGURES = {  # by the attribute ``view`` of a result
+    "contact": contact_figure,
+    "shear": shear_figure,
+    "rolling": rolling_figure,
+    "steady sliding": steady_sliding_figure,
+    "interior": interior_figure,
+}

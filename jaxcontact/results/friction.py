@@ -1,5 +1,7 @@
 """What a contact with friction gives back."""
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 from jax import Array
 
@@ -29,6 +31,7 @@ class ShearHistory(ContactHistory):
     9: an earlier step failed, whose tractions, displacements and work this one inherits.
     """
 
+    view: ClassVar[str] = "shear"
     traction: Array
     slip: Array
     stick: Array
@@ -60,6 +63,7 @@ class SteadyRolling(SteadyContact):
     last step.
     """
 
+    view: ClassVar[str] = "rolling"
     grid: Grid
     velocity: Array
     profile: Array

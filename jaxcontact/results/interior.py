@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -24,6 +24,7 @@ class InteriorFields:
     (nz, 3, nx, ny) [m], z into the body.
     """
 
+    view: ClassVar[str] = "interior"
     grid: Grid
     depths: Array
     stress: Array

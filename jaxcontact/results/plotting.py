@@ -14,28 +14,18 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from jaxcontact.results.contact import ContactHistory
-from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact._support.prefixes import fitting_prefix
 from jaxcontact.results.picture_style import COLOURS, colours_of_time, styled, time_axis
-from jaxcontact.results.sliding import SlidingHistory
 
 MOST_LINES, MOST_ARROWS = 40, 24
-GPA, MICROMETRE, NANOMETRE, SECOND = (1e9, "GPa"), (1e-6, "µm"), (1e-9, "nm"), (1.0, "s")
-LENGTHS = ((1.0, "m"), (1e-3, "mm"), MICROMETRE, NANOMETRE, (1e-12, "pm"))
-PRESSURES = (GPA, (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
-ENERGIES = ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"))
-LOADS = ((1e3, "kN"), (1.0, "N"), (1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
-
-
 HELD = 1e-6  # change over the value below which it is noise
-Scales = tuple[tuple[float, str], ...]
 
 
-def scale_of(values: Any, scales: Scales) -> tuple[float, str]:
-    """The largest unit of which the values have at least one; the smallest for none."""
+def scale_of(values: Any, unit: str) -> tuple[float, str]:
+    """Return the factor and the name of the multiple of an SI unit in which the largest value is 1 to 1000."""
     finite = np.abs(np.asarray(values, dtype=float))
-    size = float(np.max(finite)) if finite.size else 0.0
-    return next((scale for scale in scales if size >= scale[0] * (1.0 - 1e-9)), scales[-1])
+    factor, prefix = fitting_prefix(float(np.max(finite)) if finite.size else 0.0)
+    return factor, prefix + unit
 
 
 def pick(count: int) -> np.ndarray:
@@ -61,7 +51,7 @@ def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
 
 def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
     """Pressure [Pa] along x [m] at each of the times [s]; pressure (nt, nx). As the paper's Fig. 9."""
-    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, "Pa"), scale_of(x, "m")
     time_lines(ax, np.asarray(x) / x_unit, np.asarray(pressure) / p_unit, times)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]")
     ax.set_xlim(*_around_contact(np.asarray(x) / x_unit, pressure))
@@ -83,7 +73,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     x, profile (nx,), displacement (nt, nx) [m]; approach (nt,) [m]. As the paper's Fig. 11; u is that of both
     surfaces, so that surface and outline coincide in contact.
     """
-    (z_unit, z_name), (x_unit, x_name) = scale_of(displacement, LENGTHS), scale_of(x, LENGTHS)
+    (z_unit, z_name), (x_unit, x_name) = scale_of(displacement, "m"), scale_of(x, "m")
     x, surface = np.asarray(x) / x_unit, -np.asarray(displacement) / z_unit
     time_lines(ax, x, surface, times)
     for index, style in ((0, ":"), (-1, "--")):
@@ -100,7 +90,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
     """A map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
     highest = np.max(pressure) if highest is None else highest
-    (p_unit, p_name), (x_unit, x_name) = scale_of(highest, PRESSURES), scale_of(x, LENGTHS)
+    (p_unit, p_name), (x_unit, x_name) = scale_of(highest, "Pa"), scale_of(x, "m")
     x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
     values, top = np.asarray(pressure).T / p_unit, float(highest) / p_unit
     mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, vmax=top, shading="nearest", rasterized=True)
@@ -109,14 +99,14 @@ def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highe
     return ax
 
 
-def against_time(ax: Axes, times: Any, values: Any, name: str, scales: Scales) -> Axes:
+def against_time(ax: Axes, times: Any, values: Any, name: str, unit: str) -> Axes:
     """One figure of the history against time [s]."""
-    values, (unit, symbol) = np.asarray(values), scale_of(values, scales)
-    ax.plot(times, values / unit, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
+    values, (factor, symbol) = np.asarray(values), scale_of(values, unit)
+    ax.plot(times, values / factor, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
     ax.set_ylabel(f"{name} [{symbol}]")
     time_axis(ax, times)
     ax.ticklabel_format(axis="y", useOffset=False)
-    low, high = float(np.min(values)) / unit, float(np.max(values)) / unit
+    low, high = float(np.min(values)) / factor, float(np.max(values)) / factor
     if high - low <= HELD * max(
         abs(low), abs(high)
     ):  # nothing changes: no noise blown up to the whole height
@@ -153,27 +143,27 @@ def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
 class _Course(NamedTuple):
     name: str
     values: Any
-    scales: Scales
+    unit: str
 
 
-def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
+def _courses(history: Any) -> tuple[list[_Course], str]:
     """Approach, load and contact radius, and the friction of what slides, those that change if any do, and a line on the
     others."""
     courses = [
-        _Course("approach", history.approach, LENGTHS),
-        _Course("load", history.load, LOADS),
-        _Course("contact radius", history.contact_radius, LENGTHS),
+        _Course("approach", history.approach, "m"),
+        _Course("load", history.load, "N"),
+        _Course("contact radius", history.contact_radius, "m"),
     ]
-    if isinstance(history, SlidingHistory):
-        courses.append(_Course("force against the motion", history.tangential_force, LOADS))
-    if isinstance(history, ShearHistory):
-        courses.append(_Course("tangential load", _along_the_largest(history)[1], LOADS))
-        courses.append(_Course("lost to friction", history.dissipated, ENERGIES))
+    if hasattr(history, "tangential_force"):
+        courses.append(_Course("force against the motion", history.tangential_force, "N"))
+    if hasattr(history, "dissipated"):
+        courses.append(_Course("tangential load", _along_the_largest(history)[1], "N"))
+        courses.append(_Course("lost to friction", history.dissipated, "J"))
     changes = [bool(np.ptp(course.values) > HELD * np.max(np.abs(course.values))) for course in courses]
     if not any(changes):
         return courses, ""
     held = [course for course, change in zip(courses, changes, strict=True) if not change]
-    units = [scale_of(course.values, course.scales) for course in held]
+    units = [scale_of(course.values, course.unit) for course in held]
     texts = [
         f"{course.name} {float(np.max(course.values)) / unit:.4g} {symbol}"
         for course, (unit, symbol) in zip(held, units, strict=True)
@@ -182,18 +172,18 @@ def _courses(history: ContactHistory) -> tuple[list[_Course], str]:
 
 
 @styled
-def history_figure(history: ContactHistory) -> Figure:
+def history_figure(history: Any) -> Figure:
     """Approach, load and contact radius against time: a panel for each that changes, the others in the title."""
     courses, held = _courses(history)
     figure = Figure(figsize=(3.6 * len(courses), 3.4), layout="constrained")
     for ax, course in zip(np.atleast_1d(figure.subplots(1, len(courses))), courses, strict=True):
-        against_time(ax, history.times, course.values, course.name, course.scales)
+        against_time(ax, history.times, course.values, course.name, course.unit)
     figure.suptitle(held, fontsize="medium")
     return figure
 
 
 @styled
-def overview(history: ContactHistory) -> Figure:
+def overview(history: Any) -> Figure:
     """Pressure profiles over the panels of ``history_figure``.
 
     Without the fields of all times (``save="last"``) there is one profile, that of the last.
@@ -208,17 +198,17 @@ def overview(history: ContactHistory) -> Figure:
     pressure_profiles(figure.add_subplot(panels[0, :]), history.grid.axes()[0], pressure[:, :, middle], times)
     for i, course in enumerate(courses):
         ax = figure.add_subplot(panels[1, i])
-        against_time(ax, history.times, course.values, course.name, course.scales)
+        against_time(ax, history.times, course.values, course.name, course.unit)
     figure.suptitle(held, fontsize="medium")
     return figure
 
 
-def stick_and_slip(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
+def stick_and_slip(ax: Axes, result: Any) -> Axes:
     """A map of where the contact sticks and slips, of a history at the last time, with arrows of the slip of the body."""
     x, y = (np.asarray(axis) for axis in result.grid.axes())
-    unit, name = scale_of(x, LENGTHS)
+    unit, name = scale_of(x, "m")
     last = lambda field, ndim: np.asarray(field)[-1] if np.ndim(field) > ndim else np.asarray(field)
-    slipped = result.slip if isinstance(result, ShearHistory) else result.slip_ratio
+    slipped = result.slip if hasattr(result, "slip") else result.slip_ratio
     touching, stick, slip = last(result.pressure, 2) > 0.0, last(result.stick, 2) > 0.0, last(slipped, 3)
     state = np.where(touching, np.where(stick, 2.0, 1.0), 0.0)
     colours = ListedColormap(["white", colormaps[COLOURS](0.75), colormaps[COLOURS](0.2)])
@@ -234,12 +224,12 @@ def stick_and_slip(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
     return ax
 
 
-def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axes:
+def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
     """Pressure and tangential tractions, of a history at the last time, along x on the row of cells nearest to y = 0."""
     x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
     pressure = np.asarray(result.pressure)[..., middle].reshape(-1, x.size)[-1]
     traction = np.asarray(result.traction)[..., middle].reshape(-1, 2, x.size)[-1]
-    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, "Pa"), scale_of(x, "m")
     lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
     for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
         ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
@@ -249,7 +239,7 @@ def tractions_on_the_axis(ax: Axes, result: ShearHistory | SteadyRolling) -> Axe
     return ax
 
 
-def _along_the_largest(history: ShearHistory) -> tuple[np.ndarray, np.ndarray]:
+def _along_the_largest(history: Any) -> tuple[np.ndarray, np.ndarray]:
     """Tangential displacement and load along the direction in which the load was largest, (nt,) each."""
     load, place = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
     largest = load[np.argmax(np.sum(load**2, 1))]
@@ -257,10 +247,10 @@ def _along_the_largest(history: ShearHistory) -> tuple[np.ndarray, np.ndarray]:
     return place @ along, load @ along
 
 
-def tangential_loop(ax: Axes, history: ShearHistory) -> Axes:
+def tangential_loop(ax: Axes, history: Any) -> Axes:
     """Tangential load against displacement, along the direction in which the load was largest."""
     place, load = _along_the_largest(history)
-    (f_unit, f_name), (x_unit, x_name) = scale_of(load, LOADS), scale_of(place, LENGTHS)
+    (f_unit, f_name), (x_unit, x_name) = scale_of(load, "N"), scale_of(place, "m")
     ax.plot(place / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
     ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
     return ax
@@ -280,7 +270,7 @@ def way_of(ax: Axes, velocity: Any) -> Axes:
 
 def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
     """Pressure (nx,) [Pa] along x [m]."""
-    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, PRESSURES), scale_of(x, LENGTHS)
+    (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, "Pa"), scale_of(x, "m")
     x = np.asarray(x) / x_unit
     ax.plot(x, np.asarray(pressure) / p_unit, color=colormaps[COLOURS](0.3), lw=1.6)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]", xlim=_around_contact(x, [pressure]))
@@ -290,8 +280,8 @@ def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
 
 def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
     """A map of the von Mises stress (nz, nx) [Pa] over x and depth [m], the surface above; one depth is a line."""
-    (s_unit, s_name), (x_unit, x_name) = scale_of(stress, PRESSURES), scale_of(x, LENGTHS)
-    z_unit, z_name = scale_of(depths, LENGTHS)
+    (s_unit, s_name), (x_unit, x_name) = scale_of(stress, "Pa"), scale_of(x, "m")
+    z_unit, z_name = scale_of(depths, "m")
     x, z, values = np.asarray(x) / x_unit, np.asarray(depths) / z_unit, np.asarray(stress) / s_unit
     ax.set_xlabel(f"x [{x_name}]")
     if z.size == 1:
@@ -306,7 +296,7 @@ def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
 
 def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
     """The von Mises stress (nz,) [Pa] against depth [m], the surface above."""
-    (s_unit, s_name), (z_unit, z_name) = scale_of(stress, PRESSURES), scale_of(depths, LENGTHS)
+    (s_unit, s_name), (z_unit, z_name) = scale_of(stress, "Pa"), scale_of(depths, "m")
     z = np.asarray(depths) / z_unit
     ax.plot(np.asarray(stress) / s_unit, z, marker=".", ms=4, color=colormaps[COLOURS](0.3), lw=1.6)
     ax.set(xlabel=f"von Mises stress [{s_name}]", ylabel=f"depth [{z_name}]", xlim=(0.0, None))

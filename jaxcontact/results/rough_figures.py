@@ -8,16 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.picture_style import COLOURS, time_axis
-from jaxcontact.results.plotting import HELD, LENGTHS, PRESSURES, pressure_map, scale_of
+from jaxcontact.results.plotting import HELD, pressure_map, scale_of
 from jaxcontact.results.rough_contact import contact_clusters, contact_statistics, pressure_histogram
 
 SLENDER = 4.0  # ratio of the grid's sides from which on a map fills its panel
 BINS = 40
 
 
-def is_round(history: ContactHistory) -> bool:
+def is_round(history: Any) -> bool:
     """Whether the profile rises with the distance from the middle of the grid alone, as that of a ball or a punch."""
     x, y = (np.asarray(axis) for axis in history.grid.axes())
     profile = np.asarray(history.profile).ravel()
@@ -25,7 +24,7 @@ def is_round(history: ContactHistory) -> bool:
     return bool(np.min(np.diff(outwards)) >= -1e-6 * np.max(outwards))
 
 
-def rough_figure(history: ContactHistory) -> Figure:
+def rough_figure(history: Any) -> Figure:
     """Maps of pressure, gap and contact at the last time, over area against load and the spread of the pressures."""
     figure = Figure(figsize=(12.0, 6.2), layout="constrained")
     # a grid for each row: in one with spanning columns matplotlib below 3.11 leaves no room to some maps
@@ -48,7 +47,7 @@ def rough_figure(history: ContactHistory) -> Figure:
 
 def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
     """A map of the gap (nx, ny) [m] over x and y [m]; the narrowest is darkest."""
-    (unit, name), (x_unit, x_name) = scale_of(gap, LENGTHS), scale_of(x, LENGTHS)
+    (unit, name), (x_unit, x_name) = scale_of(gap, "m"), scale_of(x, "m")
     x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
     values = np.maximum(np.asarray(gap).T, 0.0) / unit
     mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, shading="nearest", rasterized=True)
@@ -57,11 +56,11 @@ def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
     return ax
 
 
-def contact_map(ax: Axes, history: ContactHistory) -> Axes:
+def contact_map(ax: Axes, history: Any) -> Axes:
     """Where the last time touches; the largest patch apart from the others."""
     clusters = contact_clusters(history)
     x, y = (np.asarray(axis) for axis in history.grid.axes())
-    unit, name = scale_of(x, LENGTHS)
+    unit, name = scale_of(x, "m")
     kind = np.where(clusters.labels == 1, 2, np.minimum(clusters.labels, 1))
     colours = ListedColormap(["0.94", colormaps[COLOURS](0.55), colormaps[COLOURS](0.1)])
     mesh = ax.pcolormesh(x / unit, y / unit, kind.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
@@ -74,13 +73,13 @@ def contact_map(ax: Axes, history: ContactHistory) -> Axes:
     return ax
 
 
-def _fit(ax: Axes, history: ContactHistory) -> None:
+def _fit(ax: Axes, history: Any) -> None:
     """Equal lengths look equal, unless the grid is slender."""
     sides = sorted(float(width) for width in history.grid.width)
     ax.set_aspect("equal" if sides[1] < SLENDER * sides[0] else "auto")
 
 
-def area_against_load(ax: Axes, history: ContactHistory) -> Axes:
+def area_against_load(ax: Axes, history: Any) -> Axes:
     """Contact area over nominal area: against the mean pressure, or against time where the load is held.
 
     Counted, and less the error at the rim where the fields of all times are there.
@@ -88,7 +87,7 @@ def area_against_load(ax: Axes, history: ContactHistory) -> Axes:
     nominal = float(history.grid.width[0] * history.grid.width[1])
     mean = np.asarray(history.load) / nominal
     held = np.ptp(mean) <= HELD * np.max(mean)
-    unit, name = scale_of(mean, PRESSURES)
+    unit, name = scale_of(mean, "Pa")
     along = np.asarray(history.times) if held else mean / unit
     shares = {"cells in contact": np.asarray(history.contact_area) / nominal}
     if np.ndim(history.pressure) == 3:
@@ -104,11 +103,11 @@ def area_against_load(ax: Axes, history: ContactHistory) -> Axes:
     return ax
 
 
-def spread_of_pressure(ax: Axes, history: ContactHistory) -> Axes:
+def spread_of_pressure(ax: Axes, history: Any) -> Axes:
     """How much of the nominal area bears which pressure: at the first time with contact and at the last."""
     histogram = pressure_histogram(history, BINS)
     edges, density = np.asarray(histogram.edges), np.atleast_2d(histogram.density)
-    unit, name = scale_of(edges, PRESSURES)
+    unit, name = scale_of(edges, "Pa")
     touching = np.flatnonzero(np.any(density > 0.0, 1))
     times = np.asarray(history.times)[-len(density) :]
     for shade, i in zip((0.75, 0.2), touching[[0, -1]] if len(touching) > 1 else touching, strict=False):

@@ -1,6 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
+from typing import ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -118,6 +119,7 @@ class SteadySliding(_RenamedTotal, SteadyContact):
     Zero otherwise.
     """
 
+    view: ClassVar[str] = "steady sliding"
     grid: Grid
     velocity: Array
     profile: Array

@@ -10,33 +10,12 @@ from typing import Any
 import jax
 import numpy as np
 
+from jaxcontact._support.fields import shown
+from jaxcontact._support.prefixes import prefixed
 from jaxcontact._support.pytree import is_concrete
 from jaxcontact.results.notes import brief, has_numbers, message_of
 
-PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 NOISE = 1e-9
-ROWS = {  # what a summary shows of a result that has it: name of the field, or of its component, unit
-    "approach": "m",
-    "load": "N",
-    "peak_pressure": "Pa",
-    "contact_radius": "m",
-    "film_strain": "",
-    "tangential_force": "N",
-    "friction_coefficient": "",
-    "hysteresis_force": "N",
-    "coulomb_force": "N",
-    "tangential_load_x": "N",
-    "tangential_load_y": "N",
-    "tangential_displacement_x": "m",
-    "tangential_displacement_y": "m",
-    "creepage_x": "",
-    "creepage_y": "",
-    "power": "W",
-    "hysteresis_power": "W",
-    "friction_power": "W",
-    "dissipated": "J",
-    "jump_energy": "J",
-}
 STATISTICS = {  # of a contact, and of a surface: name of the field, unit
     "mean_pressure": "Pa",
     "area_fraction": "",
@@ -54,14 +33,6 @@ STATISTICS = {  # of a contact, and of a surface: name of the field, unit
     "areas": "m^2",
     "heights": "m",
 }
-
-
-def prefixed(value: float, unit: str) -> str:
-    """A number with five digits and the unit's prefix: 3.3554 µm."""
-    if not unit or not np.isfinite(value) or value == 0.0:
-        return f"{value:.5g} {unit}".rstrip()
-    power = int(np.clip(3 * np.floor(np.log10(abs(value)) / 3 + 1e-9), min(PREFIXES), max(PREFIXES)))
-    return f"{value / 10.0**power:.5g} {PREFIXES[power]}{unit}"
 
 
 class InWords:
@@ -109,7 +80,7 @@ def summary(result: Any) -> str:
 def _lines(result: Any, name: str) -> str:
     columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
     lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
-    lines += [row for field, unit in ROWS.items() for row in _row(result, field, unit)]
+    lines += [row for name, field in shown().items() for row in _row(result, name, field.unit)]
     return "\n".join(line.rstrip() for line in [*lines, _trust(result), *_notes(result)] if line.strip())
 
 
@@ -159,6 +130,7 @@ def _cells(grid: Any) -> str:
 
 
 def _row(result: Any, field: str, unit: str) -> list[str]:
+    unit = "" if "/" in unit else unit
     values = _values(result, field)
     if values is None:
         return []

@@ -8,6 +8,7 @@ import pytest
 from test_storage import made_up
 
 import jaxcontact as jc
+from jaxcontact._support import fields
 from jaxcontact.files import storage
 from jaxcontact.results import labels
 
@@ -32,7 +33,7 @@ KINDS = pytest.mark.parametrize("kind", storage.KINDS.values(), ids=storage.KIND
 
 @KINDS
 def test_every_property_has_a_unit_and_a_meaning(kind):
-    assert derived(kind) <= set(labels.fields_of(labels.stored_fields(kind)))
+    assert derived(kind) <= set(fields.fields_of(labels.stored_fields(kind)))
     assert derived(kind) == set(labels.derived_of(made_up(kind)))
 
 

@@ -14,6 +14,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from jaxcontact._support import fields
 from jaxcontact.files import storage
 from jaxcontact.results import labels
 
@@ -27,11 +28,11 @@ GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))
 def made_up(kind, last=False, grid=GRID):
     """A result with every field a different number, as ``save="last"`` has them when last."""
     values, sizes = {}, SIZES | dict(zip("xy", grid.shape, strict=True))
-    known = labels.fields_of(labels.stored_fields(kind))
+    known = fields.fields_of(labels.stored_fields(kind))
     for i, field in enumerate(dataclasses.fields(kind)):
         if field.name in labels.NOT_STORED:
             continue
-        dims = known[field.name][0]
+        dims = known[field.name].dimensions
         if kind in storage.TIMELESS or (last and "x" in dims):
             dims = tuple(name for name in dims if name != "time")
         shape = tuple(sizes[name] for name in dims)
@@ -65,7 +66,7 @@ def test_what_is_saved_comes_back(kind, ending, tmp_path):
 def test_every_field_of_every_result_can_be_stored():
     for kind in storage.KINDS.values():
         names = {field.name for field in dataclasses.fields(kind)}
-        assert names <= set(labels.fields_of(names)) | set(labels.NOT_STORED), kind
+        assert names <= set(fields.fields_of(names)) | set(labels.NOT_STORED), kind
 
 
 def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
