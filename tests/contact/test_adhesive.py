@@ -169,7 +169,9 @@ def test_a_rough_periodic_contact_is_that_of_an_independent_minimisation():
     ours = np.asarray(problem.gap + found.displacement - found.approach)
     start = np.maximum(ours + 0.02 * np.random.RandomState(0).rand(n, n), 0.0)  # not our own state
     options = {"maxiter": 20000, "maxfun": 40000, "ftol": 1e-16, "gtol": 1e-10, "maxcor": 30}
-    best = minimize(energy, start.ravel(), jac=True, method="L-BFGS-B", bounds=[(0, None)] * n**2, options=options)
+    best = minimize(
+        energy, start.ravel(), jac=True, method="L-BFGS-B", bounds=[(0, None)] * n**2, options=options
+    )
     g = best.x.reshape(n, n)
     assert energy(ours.ravel())[0] == pytest.approx(best.fun, rel=1e-6)
     assert energy(ours.ravel())[0] <= best.fun + 1e-9 * abs(best.fun)
