@@ -177,11 +177,11 @@ class _Inner(NamedTuple):
 
 
 def minimised(
-    model: Model, preconditioner: Linear, start: Move, residual: Array, reduction: Array
+    model: Model, preconditioner: Linear, start: Move, residual: Array, reduction: Array, reach: Array
 ) -> tuple[Move, Array, Array]:
     """Return the minimum of the model, the iterations taken and whether it has none, from a start that leaves ``residual`` of the tractions.
 
-    They end at a direction of negative curvature; if it is the first, it is the step.
+    They end at a direction of negative curvature, which is followed as far as the attraction reaches.
     """
     faces = model.faces
     inverse = lambda r: faces(preconditioner(r))
@@ -193,7 +193,8 @@ def minimised(
         tangent = model.tractions(s.direction, lifted, faces.approach(s.direction))
         curvature = jnp.sum(s.direction * tangent)
         bent = curvature <= 0.0
-        size = jnp.where(bent, jnp.where(s.count == 0, 1.0, 0.0), s.descent / jnp.where(bent, 1.0, curvature))
+        far = reach / jnp.max(jnp.abs(s.direction))
+        size = jnp.where(bent, far, s.descent / jnp.where(bent, 1.0, curvature))
         change, total = s.change + size * s.direction, s.lifted + size * lifted
         left = s.residual - size * tangent
         z = inverse(left)
@@ -351,12 +352,13 @@ def _newton_move(
     stiffness = problem.law.stiffness(jnp.maximum(gap, 0.0))
     tiny = 1e-10 * tools.cell * problem.law.law.largest_traction
     reduction = jnp.minimum(COARSEST, jnp.sqrt(error))
+    reach = problem.law.law.work / problem.law.law.largest_traction
 
     def minimise(held: Array, move: Move) -> tuple[Move, Array, Array]:
         model = Model(tools.inverse, problem.law, stiffness, faces_of(problem, held, pressure.shape))
         load = problem.target if problem.load_controlled else 0.0
         unbalanced = model.balanced(pressure, attraction, load) + model.tractions(*move)
-        return minimised(model, tools.operator, move, -unbalanced, reduction)
+        return minimised(model, tools.operator, move, -unbalanced, reduction, reach)
 
     def at_wall(held: Array, move: Move) -> Move:
         """Return the move with held cells at the wall."""
