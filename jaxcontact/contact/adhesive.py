@@ -16,12 +16,12 @@ others minimises the quadratic model of the energy, by conjugate gradients preco
 that would penetrate are held and the model is minimised again, up to ``ROUNDS`` times. Of the step as much is taken as
 lowers the energy, which needs no convolution. The model may have directions of negative curvature, which the conjugate
 gradients follow or stop at. Where little of a step was usable, the next one holds the attraction as it is and solves the
-contact without adhesion under it (``contact.normal``). Since the attraction falls with the gap, the energy with its linear part
-alone bounds the energy from above, so that this cannot raise it.
+contact without adhesion under it (``contact.normal``). Since the attraction falls with the gap, the energy with its
+linear part alone bounds the energy from above, so that this cannot raise it.
 
-Under a given load the cells that are held move with the indenter, as one unknown. On a grid periodic along both axes the mean
-displacement is zero: under a given approach steps have zero mean, under a given load it is subtracted from displacement
-and approach in the end.
+Under a given load the cells that are held move with the indenter, as one unknown. On a grid periodic along both axes
+the mean displacement is zero: under a given approach steps have zero mean, under a given load it is subtracted from
+displacement and approach in the end.
 
 The stopping error is the largest of the traction that is left over on cells that do not touch (and in the padding), over the
 largest traction; of the gaps of held cells over the displacement of a cell under it; and of what the load is missed by. To
@@ -29,8 +29,8 @@ it is added by how much K on the padded grid is not that on the grid, where laye
 
 Under a tensile load without any cell in contact there is no stable state: the surfaces have separated.
 
-Sources: projected Newton and conjugate gradients: J. Nocedal, S. J. Wright, Numerical Optimization, 2006, sec. 7.1 and 16.7; the
-bound from above, whose minimisation lowers the energy: D. R. Hunter, K. Lange, Am. Stat. 58 (2004) 30.
+Sources: projected Newton and conjugate gradients: J. Nocedal, S. J. Wright, Numerical Optimization, 2006, sec. 7.1
+and 16.7; the bound from above, whose minimisation lowers the energy: D. R. Hunter, K. Lange, Am. Stat. 58 (2004) 30.
 """
 
 from __future__ import annotations
@@ -179,7 +179,8 @@ class _Inner(NamedTuple):
 def minimised(
     model: Model, preconditioner: Linear, start: Move, residual: Array, reduction: Array, reach: Array
 ) -> tuple[Move, Array, Array]:
-    """Return the minimum of the model, the iterations taken and whether it has none, from a start that leaves ``residual`` of the tractions.
+    """Return the minimum of the model, the iterations taken and whether it has none, from a start that leaves
+    ``residual`` of the tractions.
 
     They end at a direction of negative curvature, which is followed as far as the attraction reaches.
     """

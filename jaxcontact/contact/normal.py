@@ -56,8 +56,9 @@ class Problem:
 class Solution:
     """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ().
 
-    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries; separated (): whether there is
-    no contact because none could carry the load; and unstable (): whether the search passed states without stability.
+    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries; separated (): whether
+    there is no contact because none could carry the load; and unstable (): whether the search passed states without
+    stability.
     """
 
     pressure: Array

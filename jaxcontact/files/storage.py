@@ -46,7 +46,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file; an existing one is replaced, whole or not at all (ParaView's files each by itself).
 
     Args:
-        result: ``ContactHistory``, ``AdhesiveHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
+        result: ``ContactHistory``, ``AdhesiveHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``,
+        ``SteadyRolling`` or
             ``InteriorFields``; what a ``save`` function kept is left out.
         path: with the ending ``.npz`` or ``.nc``, or ``.pvd`` for ParaView: a film of all times, in files of their own
             in a folder of the same name beside it, to look at and not to load again.

@@ -63,8 +63,9 @@ class Carry(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """One step, scaled: fields (nx, ny) and scalars by the names of a result; more: of the memory's own; adhesion: scalars of
-    a contact with adhesion by the names of its result, None without."""
+    """One step, scaled: fields (nx, ny) and scalars by the names of a result; more: of the memory's own; adhesion:
+    scalars of a contact with adhesion by the names of its result, None without.
+    """
 
     pressure: Any
     displacement: Any

@@ -113,8 +113,8 @@ class ExponentialAdhesion(Adhesion):
 
 @pytree
 class DugdaleAdhesion(Adhesion):
-    """Uniform attraction up to a gap: s = strength for g < work/strength, zero beyond (D. Maugis, J. Colloid Interface Sci. 150
-    (1992) 243).
+    """Uniform attraction up to a gap: s = strength for g < work/strength, zero beyond (D. Maugis, J. Colloid
+    Interface Sci. 150 (1992) 243).
 
     The solver replaces the jump to zero by a linear ramp of the same work, as steep as the cells of the grid can follow:
     its half-width is 1.2 times the displacement of a cell under the strength.

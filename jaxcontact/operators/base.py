@@ -68,7 +68,9 @@ class Operator(abc.ABC):
 
 
 class Extended(NamedTuple):
-    """An operator on a larger grid of ``shape``, whose first cells are those of the grid, and its inverse; symmetric, positive."""
+    """An operator on a larger grid of ``shape``, whose first cells are those of the grid, and its inverse; symmetric,
+    positive.
+    """
 
     operator: Linear
     inverse: Linear

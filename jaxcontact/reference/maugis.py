@@ -7,8 +7,8 @@ radius m a:
     lambda a^2/2 [sqrt(m^2 - 1) + (m^2 - 2) t] + 4 lambda^2 a/3 [sqrt(m^2 - 1) t - m + 1] = 1,     t = arctan sqrt(m^2 - 1),
     P = a^3 - lambda a^2 [sqrt(m^2 - 1) + m^2 t],     approach = a^2 - 4/3 lambda a sqrt(m^2 - 1).
 
-Source: D. Maugis, J. Colloid Interface Sci. 150 (1992) 243. Short range (lambda -> infinity): K. L. Johnson, K. Kendall, A. D.
-Roberts, Proc. R. Soc. Lond. A 324 (1971) 301: P = a^3 - a sqrt(6 a), approach = a^2 - 2/3 sqrt(6 a).
+Source: D. Maugis, J. Colloid Interface Sci. 150 (1992) 243. Short range (lambda -> infinity): K. L. Johnson, K.
+Kendall, A. D. Roberts, Proc. R. Soc. Lond. A 324 (1971) 301: P = a^3 - a sqrt(6 a), approach = a^2 - 2/3 sqrt(6 a).
 """
 
 from typing import NamedTuple

@@ -54,8 +54,8 @@ class Diagnostics:
 
 
 class _Run(NamedTuple):
-    """The numbers of one run that notes depend on: status, film_strain, contact_area, times, jumps, cohesive_cells (nt,); others
-    ().
+    """The numbers of one run that notes depend on: status, film_strain, contact_area, times, jumps, cohesive_cells
+    (nt,); others ().
     """
 
     status: np.ndarray

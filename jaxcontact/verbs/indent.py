@@ -85,9 +85,10 @@ def indent(
             tolerance is then the largest traction out of balance over the largest traction.
 
     Returns:
-        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failure to converge is data: ``status`` and ``converged``. Its ``notes`` tell of film strain
-        above 0.2, of fewer than 10 cells across the contact, of shared decay rates off by more than 1e-3, and of a
-        response that is off on the grid by more than 1e-4; outside of jit, vmap and grad they are warnings as well.
+        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failure to converge is data: ``status`` and
+        ``converged``. Its ``notes`` tell of film strain above 0.2, of fewer than 10 cells across the contact, of
+        shared decay rates off by more than 1e-3, and of a response that is off on the grid by more than 1e-4; outside
+        of jit, vmap and grad they are warnings as well.
 
     Raises:
         ValueError: what cannot be computed, before anything is; on a periodic grid, an approach beyond the mean gap at

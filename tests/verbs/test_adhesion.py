@@ -46,7 +46,7 @@ def test_the_closed_forms_have_the_published_pull_off_loads():
     a = np.linspace(0.5, 2.0, 4)
     np.testing.assert_allclose(maugis.maugis(200.0, a), maugis.jkr(a), atol=2e-2)
     load, approach = maugis.jkr(np.cbrt(1.5))
-    assert (float(load), float(approach)) == pytest.approx((-1.5, 1.5 ** (2 / 3) - 2.0))
+    assert (float(load), float(approach)) == pytest.approx((-1.5, -(1.5 ** (2 / 3)) / 3.0))
     assert law_in_units(1.0) == pytest.approx(1.0)
 
 
@@ -65,7 +65,7 @@ def test_the_edge_term_of_the_layered_reference_is_that_of_johnson_kendall_and_r
         assert found.approach / UNITS.approach == pytest.approx(float(wanted[1]), abs=1e-12)
 
 
-CASES = {0.1: (5.0, 2), 0.5: (4.6, 3), 1.0: (4.9, 3), 2.0: (4.9, 3)}
+CASES = {0.1: (9.0, 2), 0.5: (5.6, 3), 1.0: (4.9, 3), 2.0: (4.9, 3)}
 
 
 @pytest.mark.slow
@@ -101,9 +101,11 @@ def test_the_branch_and_the_pull_off_load_are_those_of_maugis(parameter):
     "tabor, lowest, tolerance", [(0.1, -2.0, 0.02), (5.0, -1.5, 0.02)], ids=["DMT", "JKR"]
 )
 def test_the_limits_of_long_and_short_range(tabor, lowest, tolerance):
-    law, fine = exponential(tabor), np.linspace(-0.25, -0.75, 9) * (1.0 if tabor > 1 else 0.0)
-    approaches = np.concatenate([[1.0, 0.3], fine]) if tabor > 1 else np.linspace(0.3, -0.3, 7)
-    found = along(approaches, law, n=128, width=4.2 if tabor > 1 else 26.0)
+    if tabor < 1.0:
+        found = along(np.linspace(0.0, -0.6, 7), exponential(tabor), n=64, width=26.0)
+    else:
+        approaches = np.concatenate([[1.0, 0.3], np.linspace(-0.25, -0.75, 9)])
+        found = along(approaches, exponential(tabor), n=128, width=4.2)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=tolerance)
 
 
@@ -121,6 +123,7 @@ def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
         [jc.Layer(jc.Elastic(G, NU), thickness * UNITS.radius)], jc.Elastic(G / ratio, 0.3)
     )
     approaches = at + reach * np.array([1.0, 0.6, 0.3, 0.1, 0.05, 0.0, -0.05])
+    approaches = np.concatenate([[max(approaches[0], 1.0)], approaches])  # begin in contact
     found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.03)
 
@@ -146,18 +149,19 @@ def solid(stiffening):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stiffening", [3.0, 10.0])
-def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening):
+@pytest.mark.parametrize("stiffening, tabor", [(3.0, 5.0), (10.0, 8.0)])
+def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening, tabor):
     dwell = 2.0
     a1 = brentq(lambda a: float(maugis.jkr(a)[1]) - dwell, 0.9, 4.0) * UNITS.radius
     lowest, at = unloaded_at_once(a1, stiffening)
     retraction = dwell + (at - dwell) * np.array([0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1])
     approaches = np.concatenate([[dwell, dwell], retraction])
     times = np.concatenate([[0.0, 1e6], 1e6 + 1e-7 * np.arange(1, 10)])
-    grid = jc.Grid.square(n=96, width=2.6 * a1)
-    law = exponential(5.0 if stiffening < 5 else 3.0, stiffening * E)
+    grid = jc.Grid.square(n=128, width=2.6 * a1)
+    law = exponential(tabor, stiffening * E)
     control = jc.Approach(approaches * UNITS.approach)
-    found = quietly(solid(stiffening), BALL, control, times, grid=grid, adhesion=law, save="last")
+    options = {"grid": grid, "adhesion": law, "save": "last", "max_iterations": 5000}
+    found = quietly(solid(stiffening), BALL, control, times, **options)
     assert np.all(found.status == jc.Status.FINE)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.05)
 
