@@ -198,18 +198,15 @@ def _of_adhesion(run: _Run) -> Iterator[Note]:
     """Return notes on jumps, and on a grid that does not resolve the attraction at the edge of contact."""
     steps = np.flatnonzero(np.diff(run.jumps, prepend=0) > 0)
     if steps.size:
-        text = f"the contact jumps in {steps.size} of {run.status.size} steps, first{_at(run, int(steps[0])).lstrip(',')}"
-        yield Note(
-            f"{text}: a branch of solutions ends there, and derivatives do not see that the jump moves",
-            "the contact jumps",
-            float(steps.size),
-        )
+        first = _at(run, int(steps[0])).replace(", at", ", first at")
+        text = f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives do not see the jump move"
+        yield Note(text, "the contact jumps", float(steps.size))
     cells = float(np.min(run.cohesive_cells))
     if cells < FEW_COHESIVE:
-        worse = " and the edge of contact may stick to rows of cells" if cells < TRAPPING else ""
+        worse = ", and the edge may stick to rows of cells" if cells < TRAPPING else ""
         yield Note(
-            f"{cells:.2g} cells across the zone of attraction at the edge of contact: below {FEW_COHESIVE} the pull-off load"
-            f" depends on the grid{worse}: a finer grid, or a longer range of the attraction",
+            f"{cells:.2g} cells across the zone of attraction at the edge of contact: below {FEW_COHESIVE} pull-off depends"
+            f" on the grid{worse}",
             f"fewer than {FEW_COHESIVE} cells across the zone of attraction",
             -cells,
         )

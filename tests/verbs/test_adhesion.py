@@ -98,11 +98,11 @@ def test_the_branch_and_the_pull_off_load_are_those_of_maugis(parameter):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "tabor, lowest, tolerance", [(0.1, -2.0, 0.02), (5.0, -1.5, 0.02)], ids=["DMT", "JKR"]
+    "tabor, lowest, tolerance", [(0.05, -2.0, 0.02), (5.0, -1.5, 0.02)], ids=["DMT", "JKR"]
 )
 def test_the_limits_of_long_and_short_range(tabor, lowest, tolerance):
     if tabor < 1.0:
-        found = along(np.linspace(0.0, -0.6, 7), exponential(tabor), n=64, width=26.0)
+        found = along(np.linspace(0.0, -0.6, 7), exponential(tabor), n=64, width=36.0)
     else:
         approaches = np.concatenate([[1.0, 0.3], np.linspace(-0.25, -0.75, 9)])
         found = along(approaches, exponential(tabor), n=128, width=4.2)
@@ -124,7 +124,8 @@ def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
     )
     approaches = at + reach * np.array([1.0, 0.6, 0.3, 0.1, 0.05, 0.0, -0.05])
     approaches = np.concatenate([[max(approaches[0], 1.0)], approaches])  # begin in contact
-    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a)
+    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a, max_iterations=5000)
+    assert np.all(found.status == jc.Status.FINE)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.03)
 
 
