@@ -52,6 +52,7 @@ from jaxcontact.operators.base import Linear
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
 MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
 COARSEST = 0.1  # reduction of the residual by a minimisation
+BOUND_ITERATIONS = 100  # after which it is only taken if it has lowered the energy
 BOUND = 1e-4  # error of the contact without adhesion that bounds the energy
 CLOSE = (
     1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
@@ -307,10 +308,21 @@ def _bounded(problem: Problem, tools: _Tools, s: _State) -> _State:
     hard = replace(problem, law=UNILATERAL, gap=surface, target=target)
     nx, ny = gap.shape
     start = jnp.maximum(s.pressure[:nx, :ny] + attraction, 0.0)
-    contact, taken = normal.solve_on_grid(hard, start, jnp.asarray(BOUND), jnp.asarray(MOST_DIRECTIONS))
+    contact, taken = normal.solve_on_grid(hard, start, jnp.asarray(BOUND), jnp.asarray(BOUND_ITERATIONS))
     new = _first(problem, tools, Start(contact - attraction, contact > 0.0, jnp.asarray(False)))
     lost = jnp.where(problem.load_controlled & (target <= 0.0), LOST, 0)
-    return new._replace(lost=lost, bent=s.bent, iterations=s.iterations + taken + 1)
+    new = new._replace(lost=lost, bent=s.bent)
+    lower = (_energy(problem, new) <= _energy(problem, s)) | (s.iterations == 0) | (lost > 0)
+    kept = jax.tree.map(lambda a, b: jnp.where(lower, a, b), new, s._replace(part=jnp.ones(())))
+    return kept._replace(iterations=s.iterations + taken + 1)
+
+
+def _energy(problem: Problem, s: _State) -> Array:
+    """Return the energy of a state, ()."""
+    nx, ny = problem.gap.shape
+    gap = jnp.maximum(s.displacement[:nx, :ny] + problem.gap - s.approach, 0.0)
+    stored = 0.5 * jnp.sum(s.displacement * s.pressure) - problem.law.energy(gap)
+    return stored - problem.target * s.approach if problem.load_controlled else stored
 
 
 def _newton(problem: Problem, tools: _Tools, s: _State) -> _State:
