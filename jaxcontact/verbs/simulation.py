@@ -16,7 +16,7 @@ import numpy as np
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history import march as marching
-from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.verbs.experiment import Experiment, Plan, doubted
 from jaxcontact.verbs.indent import planned
 
@@ -75,7 +75,8 @@ class Simulation:
         fine = jax.tree.map(lambda a: a[:count], outcomes)
         times = self.experiment.times[first : first + count]
         history = self.plan.history(self.experiment.grid, times, fine, fine)
-        in_numpy = jax.tree.map(np.asarray, ContactHistory(**history))
+        kind = ContactHistory if self.experiment.adhesion is None else AdhesiveHistory
+        in_numpy = jax.tree.map(np.asarray, kind(**history))
         return FinishedBlock(in_numpy, int(outcomes.status[bad[0]]) if bad.size else 0, carry)
 
 
