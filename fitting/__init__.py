@@ -8,7 +8,7 @@ from fitting.after.planning import design as design
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
-from fitting.data.curves import IndentationData as IndentationData
+from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
 from fitting.data.moduli import RelaxationData as RelaxationData
 from fitting.fits.batch import BatchFit as BatchFit

@@ -79,16 +79,16 @@ def conventions(ax: Axes) -> None:
 
 
 def memory(axes: np.ndarray) -> None:
-    """A load in two steps, and the creep that each has started."""
+    """Pressure in two steps, the creep due to each, and their sum."""
     t = np.linspace(0.0, 10.0, 600)
     creep = lambda s: np.where(s >= 0.0, 0.35 + 0.65 * (1.0 - np.exp(-s / 2.2)), 0.0)
     load = 0.6 * (t >= 1.0) + 0.4 * (t >= 5.0)
     axes[0].plot(t, load, color=INK)
     axes[0].set(ylabel="pressure p")
     parts = [0.6 * creep(t - 1.0), 0.4 * creep(t - 5.0)]
-    axes[1].plot(t, sum(parts), color=INK, label="u: the sum")
-    axes[1].plot(t, parts[0], color=GLASSY, ls="--", label="of the first step")
-    axes[1].plot(t, parts[1], color=MEMORY, ls=":", lw=2.0, label="of the second")
+    axes[1].plot(t, sum(parts), color=INK, label="u, sum")
+    axes[1].plot(t, parts[0], color=GLASSY, ls="--", label="first step")
+    axes[1].plot(t, parts[1], color=MEMORY, ls=":", lw=2.0, label="second step")
     axes[1].set(ylabel="displacement u")
     axes[1].legend(frameon=False, loc="upper left", fontsize=9)
     step = np.array(
@@ -124,9 +124,9 @@ def moving(ax: Axes) -> None:
     ax.plot(s, -0.35 + pressure, color=MARK, lw=1.6)
     ax.text(0.25, 0.3, "p", color=MARK)
     arrow(ax, (2.9, 1.35), (4.3, 1.35))
-    ax.text(4.4, 1.27, "v, the indenter's")
-    ax.text(-5.9, -1.55, "what has been passed\nstill recovers: η(x − v s)")
-    ax.text(2.3, -0.95, "leading edge:\nfresh material")
+    ax.text(4.4, 1.27, "velocity v")
+    ax.text(-5.9, -1.55, "recovery behind\nthe contact: η(x − v s)")
+    ax.text(2.3, -0.95, "leading edge:\nundeformed material")
     arrow(ax, (2.25, -0.55), (1.6, -0.25))
     plain(ax, (-6.0, 6.6), (-2.2, 1.7))
 
@@ -139,8 +139,8 @@ def slipping(axes: np.ndarray) -> None:
     axes[0].axvspan(-stick, stick, color=FILM, alpha=0.35, lw=0)
     axes[0].plot(x, bound, color=INK, ls="--", label="μ p")
     axes[0].plot(x, traction, color=GLASSY, label="traction q")
-    axes[0].text(0.0, 0.08, "sticks", ha="center")
-    axes[0].text(0.8, 0.08, "slips", ha="center")
+    axes[0].text(0.0, 0.08, "stick", ha="center")
+    axes[0].text(0.8, 0.08, "slip", ha="center")
     axes[0].legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.98), ncols=2)
     axes[0].set(xlabel="x / a", ylabel="traction", xticks=[-1, 0, 1], yticks=[])
     load, most = np.linspace(-0.8, 0.8, 200), 0.8
@@ -157,7 +157,7 @@ def slipping(axes: np.ndarray) -> None:
     axes[1].plot(turn(load), load, color=GLASSY)
     axes[1].plot(-turn(-load), load, color=GLASSY)
     axes[1].fill_betweenx(load, turn(load), -turn(-load), color=FILM, alpha=0.35, lw=0)
-    axes[1].text(0.05, -0.6, "area: lost to friction")
+    axes[1].text(0.05, -0.6, "area: dissipation")
     axes[1].set(
         xlabel="tangential displacement", ylabel="tangential load", xticks=[], yticks=[]
     )

@@ -80,71 +80,59 @@ def fit_creep_batch(
     p = sum(low < high for low, high in table.values())
     evidence.check(level, curves[0].t.size, p)
     samples = [
-        Sample.of(curve.t, curve.response, *choose_weights(curve.t, curve.response, weights, None))
-        for curve in curves
+        Sample.of(curve.curve, *choose_weights(curve.t, curve.response, weights, None)) for curve in curves
     ]
     scaled = [
         creep_search.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)
     ]
     problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
-    samples, problems, best = _settled(samples, problems, p)
+    if intervals or samples[0].adjustable:
+        solve = lambda weights: _solve(samples, problems, weights)
+        found = evidence.settled(samples, solve([one.weights for one in samples]), solve, p)
+        problems, best = found[0].whole
+    else:  # no residual is looked at
+        best = _minimise_all(problems)
     unit = np.array([structure.units(s.compliance, s.time) for s in scaled])
     rows = [structure.parameters(row) for row in np.asarray(best.parts)[:, own] * unit]
     values = {name: np.array([row[name] for row in rows]) for name in structure.where}
     if not intervals:
         return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool), notes)
-    judged = [
-        evidence.judge(sample, one.residual, one.jacobian, one.inside, p, level)
-        for sample, one in zip(samples, _solved(samples, problems, best), strict=True)
-    ]
+    judged = [sample.judge(one, p, level) for sample, one in zip(samples, found, strict=True)]
     ends = np.asarray(_profile_all(problems, best, _levels(judged, problems)))
     spans = ends[:, own] * unit[:, :, None]
-    found = [structure.intervals(row, table) for row in spans]
-    gathered = {name: np.array([row[name] for row in found]) for name in structure.where}
+    rows = [structure.intervals(row, table) for row in spans]
+    gathered = {name: np.array([row[name] for row in rows]) for name in structure.where}
     lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in judged), strict=True)
     return BatchFit(values, gathered, np.array(lag1), np.array(refused), notes)
 
 
-def _settled(
-    samples: list[Sample], problems: varpro.TauSearch, p: int
-) -> tuple[list[Sample], varpro.TauSearch, Optimum]:
-    """The optima, with estimated weights that agree with their residuals; the same turns as ``evidence.settled``."""
+def _solve(samples: list[Sample], problems: varpro.TauSearch, weights: list[np.ndarray]) -> list[Solved]:
+    """Return the optimum of each curve with weights (n,) [1/Pa]."""
+    n, free = samples[0].t.size, _free(problems)
+    sizes = [float(np.max(np.abs(sample.measured))) for sample in samples]
+    rows = [padding.without_weight(own * size) for own, size in zip(weights, sizes, strict=True)]
+    problems = problems._replace(weights=np.stack(rows))
     best = _minimise_all(problems)
-    for turn in range(evidence.TURNS if samples[0].label == "estimated" else 0):
-        found = zip(samples, _solved(samples, problems, best), strict=True)
-        weights = [sample.reweighed(one, p) for sample, one in found]
-        if turn and all(evidence.close(w, s.weights) for w, s in zip(weights, samples, strict=True)):
-            break
-        samples = [sample._replace(weights=w) for sample, w in zip(samples, weights, strict=True)]
-        rows = [padding.without_weight(s.weights * float(np.max(np.abs(s.measured)))) for s in samples]
-        problems = problems._replace(weights=np.stack(rows))
-        best = _minimise_all(problems)
-    return samples, problems, best
-
-
-def _solved(samples: list[Sample], problems: varpro.TauSearch, best: Optimum) -> list[Solved]:
-    """The solution of each curve."""
-    n = samples[0].t.size
-    lower, upper = (np.asarray(side) for side in _limits_all(problems))
-    J, parts, residual = (np.asarray(a) for a in (_jacobian_all(problems, best), best.parts, best.residual))
-    inside, free = (
-        np.asarray(creep_search.strictly_inside(parts, lower, upper)),
-        np.flatnonzero(lower[0] < upper[0]),
-    )
+    parts, residual, J = (np.asarray(a) for a in (best.parts, best.residual, _jacobian_all(problems, best)))
+    inside = np.asarray(creep_search.strictly_inside(parts, *_limits_all(problems)))
+    every, whole = np.ones(n, dtype=bool), (problems, best)
     return [
-        Solved(
-            residual[k, :n], J[k, :n][:, free], inside[k, free], np.ones(n, dtype=bool), sample.weights, None
-        )
-        for k, sample in enumerate(samples)
+        Solved(parts[k], residual[k, :n], J[k, :n][:, free], inside[k, free], every, own, whole=whole)
+        for k, own in enumerate(weights)
     ]
+
+
+def _free(problems: varpro.TauSearch) -> np.ndarray:
+    """Places of the compliances that are fitted, which are those of every curve."""
+    lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
+    return np.flatnonzero(lower < upper)
 
 
 def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
     """Return the RSS allowed for each curve (m,), or for each of its extents (m, 5) where they differ; slope0 has the
     greatest."""
-    lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
     levels = np.zeros((len(judged), 5))
-    levels[:, np.flatnonzero(lower < upper)] = [one.levels() for one in judged]
+    levels[:, _free(problems)] = [one.levels() for one in judged]
     levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
     same = np.all(np.ptp(levels, axis=1) <= 1e-12 * levels[:, 0])
     return levels[:, 0] if same else levels

@@ -4,28 +4,22 @@ The fit is deterministic and needs no start: ``creep_search.py``.
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
-from fitting.fits import fractional
-from fitting.fits.fractional import Law, creep_structure
-from fitting.inference import evidence
-from fitting.inference.estimating import off_bounds, settled
-from fitting.inference.evidence import Judged, Sample, Solved
-from fitting.inference.result import Estimate, Fit, Landscape, findings, linear_band, plain
-from fitting.inference.unsupported import Supported, keep_all, leave_out
-from fitting.models.structure import Structure, Volume, limits
-from fitting.search import creep_search, nonlinear, padding, profiles
-from fitting.search.creep_search import Optimum, Scaled
-from fitting.search.uncertainty import covariance, linear_sd, log_covariance
-from fitting.search.varpro import PLACES, TauSearch
+from fitting.fits.creep_solution import CreepSearch
+from fitting.fits.fractional import Crept, Law, creep_structure
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.evidence import Sample, settled
+from fitting.inference.result import Fit, linear_band, plain
+from fitting.models.structure import Sought, Structure
 from fitting.views import report
 
 
@@ -81,12 +75,6 @@ class CreepFit(Fit):
         ]
 
 
-def measured_curve(data: CreepData) -> tuple[str, str, np.ndarray, np.ndarray]:
-    """(name, unit, times, values) of a creep curve."""
-    name, unit = ("J", "1/Pa") if data.J is not None else ("strain", "-")
-    return name, unit, data.t, data.response
-
-
 def fit_creep(
     data: CreepData,
     model: type | str = jc.Burgers,
@@ -137,177 +125,64 @@ def fit_creep(
 
 def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
     """As ``fit_creep``; given (n,): estimated weights to take as they are, without leaving a point out."""
-    weight, label = fit_weights(data, options["weights"], options["sigma"])
-    name, unit, t, measured = measured_curve(data)
-    sample = Sample.of(t, measured, weight if given is None else given, label)
-    if isinstance(structure, Law):
-        return _fit_law(data, sample, structure, options, given is not None)
-    table, level = limits(structure, options["fixed"], options["bounds"]), options["level"]
-    p = sum(low < high for low, high in table.values())
-    evidence.check(level, data.t.size, p)
-    scaled = creep_search.scale(data, sample.weights, structure, table)
-    choose = leave_out if label == "estimated" and given is None else keep_all
-    solve = lambda weights: _solve(_with_weights(scaled, weights, data), weights, choose)
-    solved = solve(sample.weights)
-    if given is None:
-        solved = evidence.settled(sample, solved, solve, p)
-    on, (problem, best) = solved.kept, solved.whole
-    sample, scaled = sample._replace(weights=solved.weights).some(on), scaled._replace(problem=problem)
-    judged = evidence.judge(sample, solved.residual[on], solved.jacobian[on], solved.inside, p, level)
-    profile, free = _profile(problem, best, judged, scaled.time), _free(problem)
-    ends = profile(data.t[-1:])
-    found = _estimate(structure, scaled, best, ends, judged.slopes)
-    names = {PLACES[structure.size][place]: name for name, place in structure.where.items()}
-    fields = findings(
-        structure,
-        table,
-        level,
-        Volume.of(options["nu"], None),
-        judged,
-        found,
-        [names.get(int(i), "") for i in free],
-    )
-    said = _said(data, solved.kept, label, solved.weights, judged.evidence.noise)
-    return CreepFit(
-        **fields | {"notes": (*data.notes, *said, *fields["notes"])}, data=data, weights=label, duration=scaled.time,
-        curve=(name, unit, sample.t, sample.measured), options=options, kept=on, point_weights=solved.weights,
-        combinations=_combinations(scaled, best, ends, judged.slopes),
-        profile=lambda t: profile(t)[5:].T * scaled.compliance,
+    sample = creep_sample(data, options["weights"], options["sigma"])
+    if given is not None:
+        sample = sample._replace(weights=given, final=True)
+    sought = Sought.of(structure, options["fixed"], options["bounds"], options["nu"])
+    fit = _fit_law if isinstance(structure, Law) else _fit_classical
+    return fit(data, sought, sample, options)
+
+
+def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
+    """As ``fit_creep``, of a material with at most one retardation time."""
+    search = CreepSearch.of(data, sought, sample)
+    problem = FitProblem(data, sought, search.space, sample, search.scaled.time, options["level"])
+    first, again = search.solve(sample.weights), lambda weights: [search.solve(weights[0])]
+    (solved,) = settled([sample], [first], again, problem.p)
+    extents, kept = solved.whole, solved.kept
+    landscape = extents.landscape(search.space)
+    found = conclude(problem, solved._replace(notes=_left_out(data, kept), landscape=landscape))
+    return found.fit(
+        CreepFit, options=options, kept=kept, point_weights=solved.weights,
+        combinations=extents.combinations(found.ends, found.judged.slopes),
+        profile=functools.partial(extents.creep, found.judged),
     )  # fmt: skip
 
 
-def _with_weights(scaled: Scaled, weights: np.ndarray, data: CreepData) -> TauSearch:
-    """The problem with weights (n,) [1/unit of the response]."""
-    padded = padding.without_weight(weights * float(np.max(np.abs(data.response))))
-    return scaled.problem._replace(weights=padded)
-
-
-def _solve(problem: TauSearch, weights: np.ndarray, choose: Callable[..., Supported]) -> Solved:
-    """The optimum of the points that ``choose`` leaves, with residuals and slopes of all."""
-    (kept, fewer, best), n, free = choose(problem, weights.size), weights.size, _free(problem)
-    residual, J = (
-        np.asarray(creep_search.residuals(problem, best)),
-        np.asarray(creep_search.jacobian(problem, best)),
-    )
-    inside = np.asarray(creep_search.strictly_inside(best.parts, *problem.limits))
-    return Solved(residual[:n], J[:n, free], inside[free], kept, weights, (fewer, best))
-
-
-def _free(problem: TauSearch) -> np.ndarray:
-    """Places of the compliances that are fitted, among (j0, j2, f, j2/tau)."""
-    lower, upper = (np.asarray(side) for side in problem.limits)
-    return np.flatnonzero(lower < upper)
-
-
-def _fit_law(data: CreepData, sample: Sample, law: Law, options: dict, given: bool) -> CreepFit:
+def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
     """As ``fit_creep``, of a fractional law."""
-    table, level = fractional.orders(limits(law, options["fixed"], options["bounds"])), options["level"]
-    p = sum(low < high for low, high in table.values())
-    evidence.check(level, data.t.size, p)
-    curve = fractional.Crept.of(data, sample.weights)
-    law = dataclasses.replace(law, span=curve.span)
-    of = lambda weights: fractional.Crept.of(data, weights).objective(law, table)
-    best = nonlinear.minimise_from(of(sample.weights), curve.starts(law))
-    if not given:
-        sample, best, _ = settled(sample, of, best)
-    objective = of(sample.weights)
-    judged = evidence.judge(sample, best.residual, best.jacobian, off_bounds(objective, best), p, level)
-    ends = profiles.profile(objective, best, judged.levels())
-    found = fractional.estimate(curve, law, table, best, ends, judged.slopes)
-    kept = np.ones(sample.t.size, dtype=bool)
-    names = np.array(list(law.where))[objective.free]
-    fields = findings(law, table, level, Volume.of(options["nu"], None), judged, found, names)
-    said = _said(data, kept, sample.label, sample.weights, judged.evidence.noise)
-    return CreepFit(
-        **fields | {"notes": (*data.notes, *said, *law.notes, *fields["notes"])}, data=data, weights=sample.label,
-        duration=curve.duration, curve=measured_curve(data), options=options, kept=kept, combinations={},
-        point_weights=sample.weights, profile=lambda t: np.stack(linear_band(law, found, level, t)),
+    curve = Crept.of(data, sample.weights)
+    sought = curve.bounded(sought)
+    law, space = sought.structure, curve.space(sought)
+    assert isinstance(law, Law)
+    problem = FitProblem(data, sought, space, sample, curve.duration, options["level"])
+    solved = least_squares(
+        problem, lambda weights: Crept.of(data, weights).objective(space), curve.starts(law)
+    )
+    landscape = Crept.of(data, solved.weights).landscape(space, solved.theta)
+    found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
+    band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
+    return found.fit(
+        CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
+        profile=lambda t: np.stack(band(t)),
     )  # fmt: skip
 
 
-def fit_weights(data: CreepData, weights: str | None, sigma: Any) -> tuple[np.ndarray, str]:
-    """Weights (n,) and their label: those that were asked for, else by the errors that the data have, else estimated."""
-    if weights is None and sigma is None:
-        sigma = data.error
-        weights = "estimated" if sigma is None and data.scatter is None else None
-    return choose_weights(data.t, data.response, weights, sigma, data.scatter)
-
-
-def _profile(problem: TauSearch, best: Optimum, judged: Judged, unit: float) -> Callable[[Any], np.ndarray]:
-    """Extents (m, 2) at times (k,) [s] as ``creep_search.profile`` has them, compiled for a few k."""
-    free = _free(problem)
-
-    def at(t: np.ndarray) -> np.ndarray:
-        times = padding.repeated(t / unit) if t.size > 1 else t / unit
-        levels = judged.levels(_gradients(best, times)[free])
-        same = np.ptp(levels) <= 1e-12 * levels[0]
-        some = creep_search.profile(problem, best, levels[0] if same else levels, times)
-        return np.asarray(some)[: 5 + t.size]
-
-    return at
-
-
-def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
-    """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) by (j0, j2, f, j2/tau), (4, m), scaled."""
-    (_, j2, _, _), tau = np.asarray(best.parts), float(best.tau)
-    decay, one = np.exp(-times / tau), np.ones(times.size)
-    # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
-    turn = -decay * times / tau if j2 > 0 else 0.0 * times
-    creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
-    return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
-
-
-def _said(data: CreepData, kept: np.ndarray, label: str, weight: np.ndarray, noise: float) -> list[str]:
-    """Notes on an estimated error and on points that were left out."""
-    if label != "estimated":
-        return []
-    floor = math.sqrt(max(float(np.min(weight**-2 - data.response**2)), 0.0))
-    unit = "1/Pa" if data.J is not None else "of strain"
-    notes = [
-        f"standard deviation of a point, estimated: {100 * noise:.2g} % of it and {noise * floor:.2g} {unit}"
-    ]
+def _left_out(data: CreepData, kept: np.ndarray) -> list[str]:
+    """Notes on points that were left out, those not kept (n,) bool."""
     times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
     left = (
         f"{np.sum(~kept)} of {kept.size} points left out, which nothing beside them supports: t = {times} s"
     )
-    return notes if kept.all() else [*notes, left]
+    return [] if kept.all() else [left]
 
 
-def _estimate(
-    structure: Structure, scaled: Scaled, best: Optimum, ends: np.ndarray, slopes: np.ndarray
-) -> Estimate:
-    """The scaling undone, for the compliances that the material has; slopes (m, k) of those that are fitted."""
-    own, unit = PLACES[structure.size], structure.units(scaled.compliance, scaled.time)
-    parts, J = np.asarray(best.parts)[own], _whole(slopes, scaled.problem)[:, own]
-    lower, upper = (np.asarray(side)[own] for side in scaled.problem.limits)
-    inside = creep_search.strictly_inside(parts, lower, upper)
-    return Estimate(
-        parts * unit, parts * unit, ends[own] * unit[:, None],
-        covariance(J, lower < upper) * np.outer(unit, unit),
-        log_covariance(J * parts, inside), lambda name: np.zeros(parts.size),
-        Landscape(
-            Partial(creep_search.residuals_at, scaled.problem), parts, np.stack([lower, upper], -1), unit
-        ),
-    )  # fmt: skip
-
-
-def _whole(slopes: np.ndarray, problem: TauSearch) -> np.ndarray:
-    """Slopes (m, 4) from those of the compliances that are fitted (m, k)."""
-    whole = np.zeros((len(slopes), 4))
-    whole[:, _free(problem)] = slopes
-    return whole
-
-
-def _combinations(scaled: Scaled, best: Optimum, ends: np.ndarray, slopes: np.ndarray) -> dict:
-    """J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa]: (value, sd, low, high)."""
-    (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
-    lower, upper = scaled.problem.limits
-    gradients = _gradients(best, np.ones(1))[:, [0, 4, 5]].T
-    sd = linear_sd(_whole(slopes, scaled.problem), gradients, np.asarray(lower < upper))
-    values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
-    units = scaled.compliance * np.array([1.0, 1.0 / scaled.time, 1.0])
-    rows = zip(("J0", "slope0", "J(T)"), values, sd, ends[[0, 4, 5]], units, strict=True)
-    return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
+def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
+    """Return the curve with the weights that were asked for, else by the errors that the data have, else estimated."""
+    if weights is None and sigma is None:
+        sigma = data.error
+        weights = "estimated" if sigma is None and data.scatter is None else None
+    return Sample.of(data.curve, *choose_weights(data.t, data.response, weights, sigma, data.scatter))
 
 
 def _r2(fit: Fit) -> str:

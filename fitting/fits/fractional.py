@@ -25,12 +25,11 @@ from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
-from fitting.inference.result import Estimate, Landscape
 from fitting.models import history
-from fitting.models.structure import Structure, Volume, by_name, resolve
+from fitting.models.search_space import Landscape, ParameterSpace
+from fitting.models.structure import ParameterList, Sought, Structure, by_name, resolve
 from fitting.search import creep_search, padding
-from fitting.search.nonlinear import Best, Objective
-from fitting.search.uncertainty import covariance, log_covariance
+from fitting.search.nonlinear import Objective
 
 LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
 EXACT = 1e-8  # of the cut that is fitted
@@ -43,38 +42,20 @@ FAST = 40.0  # rate of the modes that no gap of the data resolves, times the sho
 STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, share of the spring
 
 
+UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
-class Law(Structure):
+class Law(ParameterList):
     """A fractional material as the list of its own parameters; its material is cut between the times ``span`` [s]."""
 
     span: tuple[float, float] = (1.0, 1.0)
-
-    @property
-    def size(self) -> int:
-        """Length of the list."""
-        return len(self.where)
-
-    def unit(self, name: str) -> str:
-        """Of a parameter."""
-        return {"V": "Pa s^alpha", "alpha": ""}.get(name, "Pa")
-
-    def key(self, name: str) -> str:
-        """G_Pa, V_Pa_s^alpha, alpha."""
-        return f"{name}_{self.unit(name).replace(' ', '_')}".rstrip("_")
-
-    def parameters(self, compliances: Any) -> dict[str, Any]:
-        """{parameter: value} of the list."""
-        return {name: compliances[place] for name, place in self.where.items()}
 
     def compliances(self, values: Array) -> Any:
         """The law itself, which has ``creep``."""
         return self.model(**self.parameters(values))
 
-    def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
-        """The list as it is: the search keeps it off zero."""
-        return values
-
-    def material(self, values: dict[str, Any], volume: Volume) -> jc.Prony:
+    def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
         """Its cut, for the solver."""
         law = self.model(**values, **volume.keyword)
         if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
@@ -94,11 +75,12 @@ class Law(Structure):
         return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
 
     @property
-    def notes(self) -> list[str]:
+    def notes(self) -> tuple[str, ...]:
         """What the material is good for."""
-        return [
-            f"material: the law cut to retardation times, J(t) to {CUT:g} from {self.span[0]:.4g} to {self.span[1]:.4g} s"
-        ]
+        low, high = self.span
+        return (
+            f"material: the law cut to retardation times, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
+        )
 
 
 def creep_structure(model: type | str) -> Structure:
@@ -107,16 +89,36 @@ def creep_structure(model: type | str) -> Structure:
     if law not in LAWS.values():
         return resolve(model, also=tuple(LAWS))
     assert isinstance(law, type)
-    names = [field.name for field in dataclasses.fields(law) if field.name in ("G", "V", "alpha")]
-    return Law(law, {name: place for place, name in enumerate(names)}, 0)
+    own = [field.name for field in dataclasses.fields(law)]
+    return Law.of(law, {name: UNITS[name] for name in own if name in UNITS})
 
 
-def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+def _orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """Bounds of the parameters with those of alpha below 1; ValueError where nothing is left."""
     low, high = table["alpha"]
     if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
         raise ValueError(f"alpha: expected between 0 and 1, and {ORDERS[0]} to 1 if fixed, got {low:g}")
     return table | {"alpha": (low, min(high, 1.0))}
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class LawSpace(ParameterSpace):
+    """Coordinates log G, log V and alpha."""
+
+    def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """As of any law, and open for what the edge of alpha keeps from being known."""
+        hidden = self._hidden(theta, ends)[:, None] & (self.lower < self.upper)[:, None]
+        return super().spans(theta, np.where(hidden, np.stack(self.bounds, -1), ends))
+
+    def _hidden(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Parameters (m,) that the edge of alpha, where a law is all but a spring or a dashpot, keeps from being known:
+        V where the interval of alpha ends there, G too where its best does."""
+        alpha = self.structure.where["alpha"]
+        found = bool(
+            np.isin(theta[alpha], ORDERS)
+        )  # at alpha = 1 a law is a classical one, with a viscosity V
+        reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
+        return np.array([{"V": reached, "G": found, "alpha": False}[name] for name in self.structure.where])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -153,25 +155,39 @@ class Crept:
         """What a residual takes."""
         return self.basis, self.y, self.weight, self.compliance, math.log(self.duration)
 
-    def objective(self, law: Law, table: dict) -> Objective:
-        """Of coordinates (m,)."""
-        kind = {"model": law.model, "decades": self.decades}
-        lower, upper = self.box(law, table).T
+    def bounded(self, sought: Sought) -> Sought:
+        """Return what is sought with bounds of alpha, its material cut to the times of the data."""
+        assert isinstance(sought.structure, Law)
+        law = dataclasses.replace(sought.structure, span=self.span)
+        return sought._replace(structure=law, table=_orders(sought.table))
+
+    def space(self, sought: Sought) -> LawSpace:
+        """Return the box of the search."""
+        size, lapse = -math.log(self.compliance), math.log(self.duration)
+        V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
+        highest = self.highest(sought.structure.model)
+        whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], highest)}
+        names = sought.structure.where
+        rows = [_within(whole[name], name, sought.table[name]) for name in names]
+        return LawSpace.of(sought.structure, np.array(rows), np.array([name != "alpha" for name in names]))
+
+    def objective(self, space: LawSpace) -> Objective:
+        """Return the least squares over the coordinates (m,)."""
+        kind = {"model": space.structure.model, "decades": self.decades}
         return Objective(
             lambda theta: np.asarray(_residual(theta, *self.arrays, **kind))[: self.n],
             lambda theta, free: np.asarray(_slopes(theta, *self.arrays, **kind))[: self.n, free],
-            lower,
-            upper,
+            *space.bounds,
             floor=1e-26 * float(np.sum((self.weight * self.y) ** 2)),
         )
 
-    def box(self, law: Law, table: dict) -> np.ndarray:
-        """Of the coordinates (m, 2)."""
-        size, lapse = -math.log(self.compliance), math.log(self.duration)
-        V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
-        whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], self.highest(law.model))}
-        rows = [_within(whole[name], name, table[name]) for name in law.where]
-        return np.array(rows)
+    def landscape(self, space: LawSpace, theta: np.ndarray) -> Landscape:
+        """Return the residuals over the parameters about theta (m,), in parts of their best values."""
+        values = space.values(theta)
+        box = np.stack([space.values(end) for end in space.bounds], -1) / values[:, None]
+        logs = tuple(space.logarithmic.tolist())
+        kind = functools.partial(_at_values, space.structure.model, self.decades, logs)
+        return Landscape(Partial(kind, values, *self.arrays), np.ones(values.size), box, values)
 
     def highest(self, model: type) -> float:
         """Order at which the search for alpha ends."""
@@ -200,50 +216,14 @@ def _within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) 
     return (low, high) if low == high else (max(whole[0], low), min(whole[1], high))
 
 
-def values_of(law: Law, theta: Array) -> Array:
-    """Parameters (m,) from coordinates."""
-    by_log = np.array([name != "alpha" for name in law.where])
-    return jnp.where(by_log, jnp.exp(jnp.where(by_log, theta, 0.0)), theta)
-
-
-def estimate(
-    curve: Crept, law: Law, table: dict, best: Best, ends: np.ndarray, slopes: np.ndarray
-) -> Estimate:
-    """From the optimum and the ends (m, 2) of its profiles: the coordinates undone; slopes (n, k) of the free ones."""
-    low, high = curve.box(law, table).T
-    values, free = np.asarray(values_of(law, best.theta)), high > low
-    J = np.zeros((len(slopes), values.size))
-    J[:, free] = slopes
-    by_log = np.array([1.0 if name != "alpha" else values[place] for name, place in law.where.items()])
-    slope = values / by_log
-    spans = np.stack([np.asarray(values_of(law, end)) for end in ends.T], -1)
-    spans[free & ((ends[:, 0] <= low) | _hidden(law, best.theta, ends)), 0] = 0.0
-    spans[free & ((ends[:, 1] >= high) | _hidden(law, best.theta, ends)), 1] = np.inf
-    inside = (best.theta > low) & (best.theta < high)
-    kind = functools.partial(_at_values, law, curve.decades)
-    box = np.stack([np.asarray(values_of(law, end)) for end in (low, high)], -1) / values[:, None]
-    return Estimate(
-        values, values, spans, covariance(J, free) * np.outer(slope, slope),
-        log_covariance(J * by_log, inside), lambda name: np.zeros(values.size),
-        Landscape(Partial(kind, values, *curve.arrays), np.ones(values.size), box, values),
-    )  # fmt: skip
-
-
-def _hidden(law: Law, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Parameters (m,) that the edge of alpha, where a law is all but a spring or a dashpot, keeps from being known:
-    V where the interval of alpha ends there, G too where its best does."""
-    alpha = law.where["alpha"]
-    found = bool(np.isin(theta[alpha], ORDERS))  # at alpha = 1 a law is a classical one, with a viscosity V
-    reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
-    return np.array([{"V": reached, "G": found, "alpha": False}[name] for name in law.where])
-
-
-def _at_values(law: Law, decades: int, unit: Array, *arrays_and_values: Any) -> Array:
-    """Weighted residuals at parameters in parts of ``unit``, which come last."""
+def _at_values(
+    model: type, decades: int, logs: tuple[bool, ...], unit: Array, *arrays_and_values: Any
+) -> Array:
+    """Weighted residuals at parameters in parts of ``unit``, which come last; logs: those searched by logarithms."""
     *arrays, values = arrays_and_values
-    by_log = np.array([name != "alpha" for name in law.where])
+    by_log = np.array(logs)
     theta = jnp.where(by_log, jnp.log(values * unit), values * unit)
-    return _residual(theta, *arrays, model=law.model, decades=decades)
+    return _residual(theta, *arrays, model=model, decades=decades)
 
 
 @functools.partial(jax.jit, static_argnames=("model", "decades"))

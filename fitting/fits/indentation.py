@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.curves import IndentationData
+from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
-from fitting.inference import evidence
-from fitting.inference.estimating import conclude
+from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit, plain
 from fitting.models.coordinates import NUISANCES, Space
-from fitting.models.structure import Volume, limits, structure_of
+from fitting.models.structure import Sought, Volume, structure_of
 from fitting.search import half_space_search, layered_search
 from fitting.search.layered import Coating
-from fitting.search.press import Found, Medium, Press, prepare
+from fitting.search.press import Found, Instrument, Medium, Press, Pressing, prepare
 from fitting.views import report
 
 
@@ -183,49 +182,52 @@ def fit_indentation(
     """
     started = time.perf_counter()
     structure = structure_of(model, tau)
-    table = limits(structure, fixed, bounds)
-    nuisances = {"contact_point": contact_point, "drift": drift, "machine_compliance": machine_compliance}
-    volume = Volume.of(nu, bulk_modulus)
+    sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control
     film = any(given is not None for given in (layer, layers, substrate, grid))
-    press = prepare(
-        data, structure, table, indenter, volume, control, weights, sigma, nuisances, rise, adhesion, film
-    )
-    evidence.check(level, int(press.kept.sum()), press.space.free.size)
-    if not film:
-        return _gather(half_space_search.search(press, rise), level, started)
-    _check_layered(press, rise)
-    return _gather(layered_search.search(press, Coating.of(layer, layers, substrate), grid), level, started)
+    pressing = Pressing(indenter, control, rise, adhesion, film)
+    instrument = Instrument(contact_point, drift, machine_compliance)
+    press = prepare(data, sought, pressing, instrument, weights, sigma)
+    problem = FitProblem(data, sought, press.space, _sample(press), press.units.duration, level)
+    if film:
+        _check_layered(press.pressing)
+        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid)
+    else:
+        found = half_space_search.search(press)
+    return _concluded(problem, found, started)
 
 
-def _check_layered(press: Press, rise: float | None) -> None:
-    if rise is not None:
-        raise ValueError(f"rise: expected None with a layer, got {rise!r}")
-    if press.adhesion:
-        raise ValueError(f"adhesion: expected none with a layer, got {press.adhesion:g} J/m2")
+def _check_layered(pressing: Pressing) -> None:
+    if pressing.rise is not None:
+        raise ValueError(f"rise: expected None with a layer, got {pressing.rise!r}")
+    if pressing.adhesion:
+        raise ValueError(f"adhesion: expected none with a layer, got {pressing.adhesion:g} J/m2")
 
 
-def _gather(found: Found, level: float, started: float) -> IndentationFit:
-    """Profile, undo the scaling, and say what there is to say."""
+def _concluded(problem: FitProblem, found: Found, started: float) -> IndentationFit:
+    """Return the fit from the optimum."""
     press, best, objective = found.press, found.best, found.objective
-    space, on, unit = press.space, press.kept, press.response_unit
-    t, measured = press.data.t[on], press.measured[on] * unit
+    problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
+    solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
+        notes=found.notes, moves=found.moves, left=found.medium.left, against=found.against,
+        landscape=found.residual and press.space.landscape(best.theta, found.residual),
+    )  # fmt: skip
+    concluded, pressing = conclude(problem, solved), press.pressing
+    return concluded.fit(
+        IndentationFit, indenter=pressing.indenter, **press.sought.volume.keyword, control=pressing.control,
+        film=found.medium, nuisances=_nuisances(press.space, best.theta, concluded.ends), kept=press.kept,
+        adhesion=pressing.adhesion, slow_edge=_slow(found), starts=(best.starts, best.agreed),
+        runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
+    )  # fmt: skip
+
+
+def _sample(press: Press) -> Sample:
+    """What is fitted, in SI; the segments of the curve are series of their own."""
+    unit = press.units.depth if press.pressing.control == "load" else press.units.load
     marks = press.data.segments
-    parts = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
-    sample = Sample.of(t, measured, press.weights[on] / unit, press.label, parts[on])
-    fields, ends = conclude(
-        space, press.table, press.volume, sample, best, objective, level, found.moves, found.residual, on,
-        found.medium.left, found.against,
-    )  # fmt: skip
-    fields["notes"] = (*press.data.notes, *found.notes, *fields["notes"])
-    return IndentationFit(
-        **fields, data=press.data, weights=press.label, duration=press.duration,
-        indenter=press.indenter, **press.volume.keyword, control=press.control, film=found.medium,
-        nuisances=_nuisances(space, best.theta, ends), kept=on, adhesion=press.adhesion, slow_edge=_slow(found),
-        runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
-        curve=(*press.response, press.data.t[on], measured),
-        seconds=time.perf_counter() - started,
-    )  # fmt: skip
+    series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
+    curve = (*press.pressing.response, press.data.t, press.measured * unit)
+    return Sample.of(curve, press.weights / unit, press.label, series)
 
 
 def _slow(found: Found) -> dict[str, float]:

@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -22,14 +22,13 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.inference import evidence
-from fitting.inference.estimating import conclude, settled
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
 from fitting.models.coordinates import NUISANCES, Coordinates, Space
 from fitting.models.halfspace import relaxation_modes
-from fitting.models.structure import Structure, Volume, limits, structure_of
-from fitting.search import nonlinear, padding
+from fitting.models.structure import Sought, Structure, structure_of
+from fitting.search import padding
 from fitting.search.nonlinear import Objective
 
 STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  # tau over the duration, share
@@ -108,7 +107,7 @@ def fit_relaxation(
     structure = structure_of(model, tau)
     check_relaxes(structure)
     weights = "estimated" if weights is None and sigma is None else weights
-    return _fit(data, weigh(data, weights, sigma), structure, limits(structure, fixed, bounds), nu, level)
+    return _fit(data, weigh(data, weights, sigma), Sought.of(structure, fixed, bounds, nu), level)
 
 
 def fit_oscillation(
@@ -147,7 +146,7 @@ def fit_oscillation(
     if weights not in (None, "relative", "absolute"):
         raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
     weighed = weigh(data, None if sigma is not None else weights, sigma)
-    return _fit(data, weighed, structure, limits(structure, fixed, bounds), nu, level)
+    return _fit(data, weighed, Sought.of(structure, fixed, bounds, nu), level)
 
 
 def check_relaxes(structure: Structure) -> None:
@@ -158,59 +157,43 @@ def check_relaxes(structure: Structure) -> None:
         )
 
 
-class Weighed(NamedTuple):
-    """kind: "relaxation" or "oscillation"; curve: as of a ``Fit``, G' and then G'' of an oscillation; weight (n,)
-    [1/Pa] and its label; duration [s]."""
-
-    kind: str
-    curve: tuple[str, str, np.ndarray, np.ndarray]
-    weight: np.ndarray
-    label: str
-    duration: float
-
-
-def weigh(data: RelaxationData | OscillationData, weights: str | None, sigma: Any) -> Weighed:
-    """What is fitted, in shear, and how much each point counts; ValueError unless one choice is made."""
+def weigh(
+    data: RelaxationData | OscillationData, weights: str | None, sigma: Any
+) -> tuple[str, Sample, float]:
+    """Return the kind of test, what is fitted, in shear, G(t) or G' and then G'', and the duration [s]; ValueError unless
+    one choice of weights is made."""
     if isinstance(data, RelaxationData):
-        curve = ("G", "Pa", data.t, data.shear)
         weight, label = choose_weights(data.t, data.shear, weights, sigma)
-        return Weighed("relaxation", curve, weight, label, float(data.t[-1]))
+        sample = Sample.of(("G", "Pa", data.t, data.shear), weight, label)
+        return "relaxation", sample, float(data.t[-1])
     sigma = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
     both = np.append(data.omega, data.omega)
     weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
     curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))
-    return Weighed("oscillation", curve, weight, label, 1.0 / float(data.omega[0]))
+    second = np.cumsum(np.diff(both, prepend=both[0]) < 0)  # G'' begins where the frequencies begin again
+    return "oscillation", Sample.of(curve, weight, label, second), 1.0 / float(data.omega[0])
 
 
-def _fit(
-    data: Any, weighed: Weighed, structure: Structure, table: dict, nu: float, level: float
-) -> ModulusFit:
-    """Scale, search, and say what there is to say."""
-    kind, curve, weight, label, duration = weighed
-    *_, x, measured = curve
-    unit = 1.0 / float(np.max(np.abs(measured)))
-    space = material_space(structure, table, unit, duration)
-    evidence.check(level, measured.size, space.free.size)
-    scaled = x / duration if kind == "relaxation" else x * duration
-    of = lambda weights: _objective(kind, space, scaled, measured * unit, weights / unit)
-    best = nonlinear.minimise_from(of(weight), starts(space, STARTS))
-    second = np.cumsum(np.diff(x, prepend=x[0]) < 0)  # G'' begins where the frequencies begin again
-    sample = Sample.of(x, measured, weight, label, second)
-    sample, best, objective = settled(sample, of, best)
-    fields, _ = conclude(
-        space, table, Volume.of(nu, None), sample, best, objective, level, residual=objective.residual
-    )
-    fields["notes"] = (*data.notes, *fields["notes"])
-    return ModulusFit(
-        **fields, data=data, weights=label, curve=curve, duration=duration, starts=(best.starts, best.agreed)
-    )
+def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
+    """Scale, search and conclude."""
+    kind, sample, duration = weighed
+    unit = 1.0 / float(np.max(np.abs(sample.measured)))
+    space = material_space(sought, unit, duration)
+    problem = FitProblem(data, sought, space, sample, duration, level)
+    scaled = sample.t / duration if kind == "relaxation" else sample.t * duration
+    of = lambda weights: _objective(kind, space, scaled, sample.measured * unit, weights / unit)
+    solved = least_squares(problem, of, starts(space, STARTS))
+    best, objective = solved.whole
+    landscape = space.landscape(best.theta, objective.residual)
+    found = conclude(problem, solved._replace(landscape=landscape))
+    return found.fit(ModulusFit, starts=(best.starts, best.agreed))
 
 
-def material_space(structure: Structure, table: dict, unit: float, duration: float) -> Space:
-    """Of a search over a material alone, in units of compliance [1/Pa] and time [s]."""
-    units = structure.units(unit, duration)
-    box = np.concatenate([structure.box(table) / units[:, None], np.zeros((len(NUISANCES), 2))])
-    return Space(structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
+def material_space(sought: Sought, unit: float, duration: float) -> Space:
+    """Return the space of a search over a material alone, in units of compliance [1/Pa] and time [s]."""
+    units = sought.structure.units(unit, duration)
+    box = np.concatenate([sought.structure.box(sought.table) / units[:, None], np.zeros((len(NUISANCES), 2))])
+    return Space.of(sought.structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
 
 
 def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:

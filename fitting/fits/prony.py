@@ -15,15 +15,14 @@ from jax import Array
 from jax.tree_util import Partial
 
 from fitting.data.curves import CreepData
-from fitting.fits.creep import fit_weights, measured_curve
-from fitting.inference import evidence
-from fitting.inference.estimating import off_bounds, settled
-from fitting.inference.evidence import Sample
-from fitting.inference.result import Estimate, Fit, Landscape, findings
+from fitting.fits.creep import creep_sample
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.evidence import Sample, Solved
+from fitting.inference.result import Fit
 from fitting.models import history
-from fitting.models.structure import Volume, limits, series
-from fitting.search import nonlinear, profiles
-from fitting.search.uncertainty import covariance, log_covariance
+from fitting.models.search_space import Landscape, SearchSpace
+from fitting.models.structure import Sought, Structure, series
+from fitting.search.nonlinear import Objective
 
 PER_DECADE = 3  # retardation times at most, where they are chosen
 
@@ -67,62 +66,61 @@ def fit_prony(
         >>> [f"{fit.values[name]:.3g}" for name in ("J0", "J2")]
         ['1e-06', '1e-06']
     """
-    weight, label = fit_weights(data, weights, sigma)
-    notes = data.notes
+    sample, notes = creep_sample(data, weights, sigma), []
     if tau is None:
-        tau = _chosen(data, weight, label == "sigma", instantaneous, flow)
-        notes = (*notes, f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s")
-    structure = series(tau, instantaneous, flow)
-    table, places = limits(structure, None, None), sorted(structure.where.values())
-    p = len(places)
-    evidence.check(level, data.t.size, p)
-    assert structure.tau is not None
-    bare = _columns(data, np.ones(data.t.size), structure.tau)[:, places]
-    scale = 1.0 / np.linalg.norm(weight[:, None] * bare, axis=0)
-    of = lambda weights: _objective(weights[:, None] * bare * scale, weights * data.response)
-    y, A = weight * data.response, weight[:, None] * bare * scale
-    best = nonlinear.minimise(of(weight), np.maximum(np.linalg.lstsq(A, y, rcond=None)[0], 0.0))
-    sample, best, objective = settled(Sample.of(data.t, data.response, weight, label), of, best)
-    judged = evidence.judge(sample, best.residual, best.jacobian, off_bounds(objective, best), p, level)
-    ends = profiles.profile(objective, best, judged.levels()) * scale[:, None]
-    y, A = sample.weights * data.response, sample.weights[:, None] * bare
-    found = _estimate(structure.size, places, best.theta * scale, ends, A, y, judged.slopes / scale)
-    names = {place: name for name, place in structure.where.items()}
-    fields = findings(structure, table, level, Volume.of(nu, None), judged, found, [names[i] for i in places])
-    return PronyFit(
-        **fields | {"notes": (*notes, *fields["notes"])}, data=data, weights=label, duration=float(data.t[-1]),
-        curve=measured_curve(data),
-    )  # fmt: skip
+        tau = _chosen(data, sample, instantaneous, flow)
+        notes = [f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s"]
+    sought = Sought.of(series(tau, instantaneous, flow), None, None, nu)
+    A = _sought_columns(data, sought.structure)
+    space = _space(sought, sample.weights[:, None] * A)
+    problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
+    of = lambda weights: _objective(weights[:, None] * A * space.unit, weights * data.response, space)
+    solved = least_squares(problem, of, [np.zeros(space.unit.size)])
+    landscape = _landscape(space, solved, A, data.response)
+    return conclude(problem, solved._replace(notes=notes, landscape=landscape)).fit(PronyFit)
 
 
-def _objective(A: np.ndarray, y: np.ndarray) -> nonlinear.Objective:
+def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
+    """Response (n, m) to a compliance of one, zero for those that are not sought."""
+    sought = np.isin(np.arange(structure.size), list(structure.where.values()))
+    return np.where(sought, _columns(data, structure.tau), 0.0)
+
+
+def _space(sought: Sought, columns: np.ndarray) -> SearchSpace:
+    """Return the space of the compliances, each over that whose weighted response has a norm of one."""
+    norms = np.linalg.norm(columns, axis=0)
+    unit = 1.0 / np.where(norms > 0.0, norms, 1.0)
+    box = sought.structure.box(sought.table) / unit[:, None]
+    return SearchSpace.linear(sought.structure, box, unit, np.ones(unit.size, dtype=bool))
+
+
+def _objective(A: np.ndarray, y: np.ndarray, space: SearchSpace) -> Objective:
     """|A x - y|^2 for x >= 0."""
-    p = A.shape[1]
-    return nonlinear.Objective(
-        lambda x: A @ x - y, lambda x, free: A[:, free], np.zeros(p), np.full(p, np.inf),
-        floor=1e-26 * float(y @ y),
-    )  # fmt: skip
+    return Objective(
+        lambda x: A @ x - y, lambda x, free: A[:, free], *space.bounds, floor=1e-26 * float(y @ y)
+    )
 
 
-def _chosen(data: CreepData, weight: np.ndarray, known: bool, instantaneous: bool, flow: bool) -> np.ndarray:
+def _chosen(data: CreepData, sample: Sample, instantaneous: bool, flow: bool) -> np.ndarray:
     """Retardation times (k,) [s] of lowest BIC, of the compliances that are not zero: of k = 1, 2, ..."""
     first, last = float(np.min(data.t[data.t > 0.0])), float(data.t[-1])
     most = int(np.clip(PER_DECADE * np.log10(last / first), 1, data.t.size // 4))
-    y, found = weight * data.response, []
+    weight, found = sample.weights, []
+    y = weight * data.response
     for k in range(1, most + 1):
         tau = first * (last / first) ** ((np.arange(k) + 0.5) / k)
         taken = [0] * instantaneous + list(range(1, k + 1)) + [k + 1] * flow
-        columns = _columns(data, weight, tau)[:, taken]
+        columns = weight[:, None] * _columns(data, tau)[:, taken]
         size = np.linalg.norm(columns, axis=0)
         x, residual = scipy.optimize.nnls(columns / size, y)
-        misfit = residual**2 if known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
+        misfit = residual**2 if sample.known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
         found.append((misfit + np.sum(x > 0) * np.log(y.size), tau))
     return min(found, key=lambda one: one[0])[1]
 
 
-def _columns(data: CreepData, weight: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """Weighted, of J0, of each time, and of the fluidity, (n, k + 2)."""
-    return weight[:, None] * np.asarray(history.columns(_basis(data), 1.0 / tau))
+def _columns(data: CreepData, tau: Any) -> np.ndarray:
+    """Response to a compliance of one at once, at each time, and to a fluidity of one, (n, k + 2)."""
+    return np.asarray(history.columns(_basis(data), 1.0 / tau))
 
 
 def _basis(data: CreepData) -> history.Step | history.History:
@@ -130,25 +128,12 @@ def _basis(data: CreepData) -> history.Step | history.History:
     return history.Step(data.t) if data.J is not None else history.merge(data.t, *data.stress)
 
 
-def _estimate(
-    size: int, places: list[int], x: np.ndarray, ends: np.ndarray, A: np.ndarray, y: np.ndarray,
-    slopes: np.ndarray,
-) -> Estimate:  # fmt: skip
-    """From the compliances sought, at ``places``, their columns A (n, p) and slopes (m, p); the others are zero."""
-    best, spans, J, whitened = (
-        np.zeros(size),
-        np.zeros((size, 2)),
-        np.zeros((len(A), size)),
-        np.zeros((len(slopes), size)),
-    )
-    best[places], spans[places], J[:, places], whitened[:, places] = x, ends, A, slopes
-    free = np.isin(np.arange(size), places)
-    log = log_covariance(whitened * best, best > 0)
-    unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))  # alone is all
+def _landscape(space: SearchSpace, solved: Solved, A: np.ndarray, y: np.ndarray) -> Landscape:
+    """Return the residuals over compliances, each in parts of that which alone has all of the response y (n,)."""
+    free, y, J = space.upper > space.lower, solved.weights * y, solved.weights[:, None] * A
+    unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))
     box = np.where(free[:, None], [0.0, np.inf], 0.0)
-    land = Landscape(Partial(_residual, J * unit, y), best / unit, box, unit)
-    still = lambda name: np.zeros(size)
-    return Estimate(best, best, spans, covariance(whitened, free), log, still, land)
+    return Landscape(Partial(_residual, J * unit, y), solved.theta * space.unit / unit, box, unit)
 
 
 def _residual(A: Array, y: Array, values: Array) -> Array:

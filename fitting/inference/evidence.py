@@ -7,8 +7,9 @@ correlated, or its dependence on the values was estimated, each coordinate has a
 ``verdict.py`` refuses a wrong model.
 """
 
+import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from fitting.inference import noise, student
 from fitting.inference.correlation import BEYOND_CHANCE
 from fitting.inference.noise import Noise
 from fitting.inference.verdict import reasons
+from fitting.models.search_space import Landscape
 
 NOT_DETERMINED = 0.5  # sd of a log parameter above which its value says nothing
 ROUNDING = 1e-13  # share of the data's sum of squares below which a rise of RSS cannot be told
@@ -25,28 +27,30 @@ EXACT = 1e-20  # share of the data's sum of squares below which residuals are ro
 FLAT = 1e-9  # range of the data over their size below which R2 is not defined
 TURNS, SAME = 4, 0.05  # of estimating the weights, and the relative change of them that is none
 
+Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
+
 
 class Sample(NamedTuple):
-    """The data of a fit: t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,) [1/unit of measured]
-    and their label; blocks (n,): integers, equal for points that are neighbours in one series."""
+    """The data of a fit as a curve, and their weights.
 
+    name, unit: of what is measured; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,) [1/unit of
+    measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points that are
+    neighbours in one series; final: whether estimated weights are taken as they are.
+    """
+
+    name: str
+    unit: str
     t: np.ndarray
     measured: np.ndarray
     weights: np.ndarray
     label: str
     blocks: np.ndarray
+    final: bool = False
 
     @classmethod
-    def of(
-        cls,
-        t: np.ndarray,
-        measured: np.ndarray,
-        weights: np.ndarray,
-        label: str,
-        blocks: np.ndarray | None = None,
-    ) -> "Sample":
-        """One series unless blocks are given."""
-        return cls(t, measured, weights, label, np.zeros(t.size, dtype=int) if blocks is None else blocks)
+    def of(cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None) -> "Sample":
+        """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
+        return cls(*curve, weights, label, np.zeros(weights.size, dtype=int) if blocks is None else blocks)
 
     @property
     def known(self) -> bool:
@@ -54,41 +58,51 @@ class Sample(NamedTuple):
         return self.label == "sigma"
 
     @property
+    def adjustable(self) -> bool:
+        """Whether the weights follow from the residuals of the fit."""
+        return self.label == "estimated" and not self.final
+
+    @property
+    def least_count(self) -> int:
+        """Number of points that are fitted."""
+        return int(np.count_nonzero(self.weights))
+
+    @property
     def size(self) -> float:
         """Weighted sum of squares of the data."""
         return float(np.sum((self.weights * self.measured) ** 2))
 
-    def some(self, kept: np.ndarray) -> "Sample":
-        """The points kept (n,) bool."""
-        return self._replace(
-            **{name: getattr(self, name)[kept] for name in ("t", "measured", "weights", "blocks")}
-        )
+    def curve(self, kept: np.ndarray) -> Curve:
+        """Return (name, unit, t, measured) of the points kept (n,) bool."""
+        return self.name, self.unit, self.t[kept], self.measured[kept]
 
-    def noise(self, residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, p: int) -> Noise:
-        """The noise of weighted residuals (n,), from the Jacobian (n, k) of the free coordinates, of which some are
-        ``inside`` (k,) their bounds; p: parameters."""
-        fitted, shapes, floors = (
-            self.measured + residual / self.weights,
-            np.ones((1, self.t.size)),
-            np.zeros(1),
-        )
+    def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
+        """Return the points that count, with the weights of a solution, and its residuals there."""
+        on = solved.kept
+        some = {name: getattr(self, name)[on] for name in ("t", "measured", "blocks")}
+        return self._replace(weights=solved.weights[on], **some), solved.some(on)
+
+    def noise(self, solved: "Solved", p: int) -> Noise:
+        """Return the noise of the residuals of a fit of p parameters to all these points."""
+        residual, shapes, floors = solved.residual, np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
+            fitted = self.measured + residual / self.weights
             floors = noise.floors_for(fitted)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
-        slopes, real = self.smooth(residual, jacobian), self.real(residual, p)
-        return noise.judge(residual, slopes, inside, self.blocks, shapes, floors, p, self.known, real)
+        slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
+        return noise.judge(residual, slopes, solved.inside, self.blocks, shapes, floors, p, self.known, real)
+
+    def judge(self, solved: "Solved", p: int, level: float) -> "Judged":
+        """Judge the residuals of a fit of p parameters, for intervals at a level."""
+        some, left = self.of_solution(solved)
+        return judged(some, left, some.noise(left, p), p, level)
 
     def reweighed(self, found: "Solved", p: int) -> np.ndarray:
-        """Estimated weights (n,) from a solution with the sample's weights."""
-        on = found.kept
-        some, residual, fitted = (
-            self.some(on),
-            found.residual[on],
-            self.measured + found.residual / self.weights,
-        )
-        if not some.real(residual, p):
-            return self.weights
-        return 1.0 / np.hypot(some.noise(residual, found.jacobian[on], found.inside, p).floor, fitted)
+        """Return the weights (n,) that the residuals of a solution make likely."""
+        some, left = self.of_solution(found)
+        if not some.real(left.residual, p):
+            return found.weights
+        return 1.0 / np.hypot(some.noise(left, p).floor, self.measured + found.residual / found.weights)
 
     def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
         """A Jacobian (n, k) as with the relative weights of fitted values: those of noisy data put noise into it."""
@@ -102,11 +116,27 @@ class Sample(NamedTuple):
         rss = float(residual @ residual)
         return rss > (0.5 * (residual.size - p) if self.known else EXACT * self.size)
 
+    def error(self, solved: "Solved", deviation: float) -> tuple[str, ...]:
+        """Return a note on the error that was estimated; deviation: standard deviation of the weighted residuals."""
+        if self.label != "estimated":
+            return ()
+        some, _ = self.of_solution(solved)
+        floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
+        unit = "of strain" if self.unit == "-" else self.unit
+        return (
+            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of it and {deviation * floor:.2g} {unit}",
+        )
 
-class Evidence(NamedTuple):
-    """fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation;
-    lag1; misfit: lag1 is beyond chance; widening of the intervals; refused: why the fit does not stand, () if
-    it does; r2 (unweighted), nan for constant data; aic, bic; p: free parameters."""
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """How well a model describes the data of its fit.
+
+    fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation (share of the
+    data for relative weights); lag1: correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of
+    the intervals, for what correlation the noise may have; refused: why the fit does not stand, () if it does. r2
+    (unweighted), nan for constant data; aic, bic; p: free parameters.
+    """
 
     fitted: np.ndarray
     residuals: np.ndarray
@@ -133,15 +163,39 @@ class Judged(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """A least squares solution: weighted residual (n,), jacobian (n, k) of the free coordinates, of which some are
-    ``inside`` (k,) their bounds; kept (n,) bool: the points that count; weights (n,); whole: what the search returned."""
+    """A least squares solution, and what its search has to say.
 
+    theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates, of which some are
+    ``inside`` (k,) bool their bounds; kept (n,) bool: the points that count; weights (n,); profile(judged) (m, 2): ends
+    of the intervals of the coordinates, and further rows as the search has them; whole: what the search returned.
+
+    notes; moves(name) (m,): change of the coordinates with a quantity that was held; landscape: of the residuals, None
+    where they are dear; left (m,): a bias of the coordinates that the intervals have to hold; against: reasons to refuse
+    the fit beyond those of its residuals.
+    """
+
+    theta: np.ndarray
     residual: np.ndarray
     jacobian: np.ndarray
     inside: np.ndarray
     kept: np.ndarray
     weights: np.ndarray
-    whole: Any
+    profile: Callable[[Judged], np.ndarray] | None = None
+    whole: Any = None
+    notes: Sequence[str] = ()
+    moves: Callable[[str], np.ndarray] | None = None
+    landscape: Landscape | None = None
+    left: np.ndarray | None = None
+    against: tuple[str, ...] = ()
+
+    def some(self, on: np.ndarray) -> "Solved":
+        """Return the points ``on`` (n,) bool alone."""
+        return self._replace(
+            residual=self.residual[on],
+            jacobian=self.jacobian[on],
+            kept=self.kept[on],
+            weights=self.weights[on],
+        )
 
 
 def check(level: float, n: int, p: int) -> None:
@@ -152,42 +206,32 @@ def check(level: float, n: int, p: int) -> None:
         raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
 
 
-def judge(
-    sample: Sample, residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, p: int, level: float
-) -> Judged:
-    """Judge weighted residuals (n,) of p parameters; jacobian (n, k): of the free coordinates, of which some are
-    ``inside`` (k,) their bounds; level: of the intervals."""
-    return judged(sample, residual, jacobian, inside, sample.noise(residual, jacobian, inside, p), p, level)
-
-
-def judged(
-    sample: Sample,
-    residual: np.ndarray,
-    jacobian: np.ndarray,
-    inside: np.ndarray,
-    found: Noise,
-    p: int,
-    level: float,
-) -> Judged:
-    """As ``judge``, with the noise that was found."""
+def judged(sample: Sample, solved: Solved, found: Noise, p: int, level: float) -> Judged:
+    """Judge a fit of p parameters to all points of a sample, with the noise that was found."""
+    residual, jacobian = solved.residual, solved.jacobian
     rss, least = float(residual @ residual), ROUNDING * sample.size
 
     def levels(gradients: np.ndarray | None = None) -> np.ndarray:
         some = np.eye(jacobian.shape[1]) if gradients is None else gradients
         return rss + np.maximum(found.rises(some, level), least)
 
-    quality = _weigh(sample, residual, sample.smooth(residual, jacobian[:, inside]), found, p, level)
+    quality = _weigh(sample, residual, sample.smooth(residual, jacobian[:, solved.inside]), found, p, level)
     spread = (1.0 if sample.known else quality.noise) * quality.widening
     return Judged(quality, found.whitened(jacobian, spread), levels)
 
 
-def settled(sample: Sample, first: Solved, solve: Callable[[np.ndarray], Solved], p: int) -> Solved:
-    """The solution whose weights, where they are estimated, agree with its residuals, from a first one; solve takes
-    weights (n,). The weights are those of the mean variance of the noise over all that is likely (``noise.py``)."""
+def settled(
+    samples: Sequence[Sample], first: list[Solved], solve: Callable[[list[np.ndarray]], list[Solved]], p: int
+) -> list[Solved]:
+    """Return the solutions whose estimated weights agree with their residuals, from first ones.
+
+    solve: from the weights (n,) of each sample to their solutions. The weights are those of the mean variance of the
+    noise over all that is likely (``noise.py``); weights that the user chose stay.
+    """
     found = first
-    for turn in range(TURNS if sample.label == "estimated" else 0):
-        weights = sample._replace(weights=found.weights).reweighed(found, p)
-        if turn and close(weights, found.weights):
+    for turn in range(TURNS if samples[0].adjustable else 0):
+        weights = [sample.reweighed(one, p) for sample, one in zip(samples, found, strict=True)]
+        if turn and all(close(new, one.weights) for new, one in zip(weights, found, strict=True)):
             break
         found = solve(weights)
     return found
@@ -212,7 +256,10 @@ def _weigh(
     scale = math.sqrt(rss / (n - p))
     aic, bic = criteria(rss, n, p, known)
     widening = found.widening(level, 1.0 if known else scale)
-    return Evidence(fitted, residuals, rss, scale, found.lag1, misfit, widening, why, r2, aic, bic, p)
+    return Evidence(
+        fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
+        refused=why, r2=r2, aic=aic, bic=bic, p=p,
+    )  # fmt: skip
 
 
 def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:

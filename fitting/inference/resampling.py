@@ -13,7 +13,8 @@ import math
 
 import numpy as np
 
-from fitting.data.curves import CreepData, IndentationData
+from fitting.data.curves import CreepData
+from fitting.data.indentation import IndentationData
 from fitting.data.segments import noise
 from fitting.data.weights import noise_floor
 from fitting.inference.correlation import BEYOND_CHANCE

@@ -3,33 +3,19 @@
 import dataclasses
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.tree_util import Partial
 
 from fitting.inference import student
-from fitting.inference.evidence import Judged, identified
-from fitting.models.structure import Compliances, Structure, Volume
-from fitting.search.uncertainty import LogCovariance, inseparable
+from fitting.inference.evidence import Curve, Evidence
+from fitting.models.search_space import Landscape
+from fitting.models.structure import Compliances, Structure
+from fitting.search.uncertainty import LogCovariance
 from fitting.views import fit_picture, report
-
-
-class Landscape(NamedTuple):
-    """What the residuals of a fit are over, for those that go on from it.
-
-    residual (n,): weighted, of values (k,): the compliances, then nuisances, scaled; a pytree. best (k,); box (k,
-    2): bounds, equal where held; unit (k,): of each in SI; nuisances: their names.
-    """
-
-    residual: Partial
-    best: np.ndarray
-    box: np.ndarray
-    unit: np.ndarray
-    nuisances: tuple[str, ...] = ()
 
 
 class Estimate(NamedTuple):
@@ -49,52 +35,45 @@ class Estimate(NamedTuple):
     landscape: Landscape | None
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fit:
-    """A fitted material and how well the data determine it.
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Parameters:
+    """What a fit found of the parameters of a material.
 
-    material: the best fit (an infinite parameter where its compliance is zero); model: its class.
-    values, intervals, identified: {parameter: value | (low, high), inf on an open side | bool}, in
-    Pa and Pa s, or 1/Pa and 1/(Pa s) of a series; fixed parameters have (value, value). sd_log
-    {parameter: sd of its logarithm}, inf at an open end. tau [s]: the retardation time, nan where there is
-    none, (k,) of a series; duration [s]. condition: of J^T J in log parameters; weakest {parameter:
-    component} of the least known direction; weakest_sd. fitted, residuals (n,): response and weighted
-    residuals. rss: weighted; noise: its standard deviation (share of the data for relative weights); lag1:
-    correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of the intervals, for what
-    correlation the noise may have; refused: why the fit does not stand, () if it does. r2 (unweighted),
-    aic, bic. p: free parameters. notes: on the data and on the fit. curve: (name, unit, times, values) of
-    what was fitted.
+    material: the best fit (an infinite parameter where its compliance is zero). values, intervals, identified:
+    {parameter: value | (low, high), inf on an open side | bool}, in Pa and Pa s, or 1/Pa and 1/(Pa s) of a series;
+    fixed parameters have (value, value). sd_log {parameter: sd of its logarithm}, inf at an open end. tau [s]: the
+    retardation time, nan where there is none, (k,) of a series. condition: of J^T J in log parameters; weakest
+    {parameter: component} of the least known direction; weakest_sd.
     """
 
-    structure: Structure
     material: Any
-    data: Any
-    weights: str
-    level: float
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
     identified: dict[str, bool]
     sd_log: dict[str, float]
     fixed: tuple[str, ...]
     tau: Any
-    duration: float
     condition: float
     weakest: dict[str, float]
     weakest_sd: float
-    fitted: np.ndarray
-    residuals: np.ndarray
-    rss: float
-    noise: float
-    lag1: float
-    misfit: bool
-    widening: float
-    refused: tuple[str, ...]
-    r2: float
-    aic: float
-    bic: float
-    p: int
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fit(Evidence, Parameters):
+    """A fitted material and how well the data determine it: its ``Parameters``, and the ``Evidence`` of its residuals.
+
+    structure: of the material, and model: its class; data: as they were given; weights: their label; level: of the
+    intervals; duration [s] that the data see; notes: on the data and on the fit. curve: (name, unit, times, values) of
+    what was fitted; estimate: the same in compliances, for what goes on from the fit.
+    """
+
+    structure: Structure
+    data: Any
+    weights: str
+    level: float
+    duration: float
     notes: tuple[str, ...]
-    curve: tuple[str, str, np.ndarray, np.ndarray]
+    curve: Curve
     estimate: Estimate = dataclasses.field(repr=False)
 
     @property
@@ -223,35 +202,3 @@ def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> 
     best = np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times))
     with np.errstate(over="ignore"):
         return best * np.exp(-z * spread), best * np.exp(z * spread)
-
-
-def findings(
-    structure: Structure, table: dict, level: float, volume: Volume, judged: Judged, found: Estimate,
-    coordinates: Sequence[str],
-) -> dict[str, Any]:  # fmt: skip
-    """The fields of a ``Fit`` that follow from an estimate and its evidence; coordinates (k,): names of the columns of
-    the slopes."""
-    evidence = judged.evidence
-    values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
-    intervals = structure.intervals(found.spans, table)
-    fixed = tuple(name for name, (low, high) in table.items() if low == high)
-    names, log = {place: name for name, place in structure.where.items()}, found.log
-    sd = dict.fromkeys(values, math.inf)
-    sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
-    known = identified(intervals, table, level, evidence.refused)
-    return evidence._asdict() | {
-        "structure": structure, "level": level, "material": structure.material(values, volume), "values": values,
-        "intervals": intervals, "identified": known, "fixed": fixed,
-        "sd_log": sd | dict.fromkeys(fixed, 0.0), "tau": _tau(structure, found.opened),
-        "condition": log.condition, "weakest_sd": log.weakest_sd,
-        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
-        "estimate": found, "notes": inseparable(judged.slopes, coordinates, known),
-    }  # fmt: skip
-
-
-def _tau(structure: Structure, values: np.ndarray) -> float | np.ndarray:
-    """The given times (k,) [s], or the one found; nan where there is none."""
-    if structure.tau is not None:
-        return structure.tau
-    retarded, rise = values[1 : structure.flow], values[structure.flow + 1 :]
-    return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan

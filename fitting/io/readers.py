@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from fitting.data.contact import tip_depth
-from fitting.data.curves import CONVENTIONS, ERRORS, CreepData, IndentationData
+from fitting.data.curves import CONVENTIONS, CreepData
+from fitting.data.indentation import ERRORS, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, constancy, mending, onset
 from fitting.io.columns import Series, Wanted, has, locate, series

@@ -8,12 +8,16 @@ given times as they are, since zeros are common among them.
 
 import dataclasses
 import functools
+from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.tree_util import Partial
 
+from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Compliances, Structure
 
 NUISANCES = {"contact_point": "m", "drift": "m/s", "machine_compliance": "m/N"}
@@ -74,89 +78,54 @@ class Coordinates:
         return Coordinates.of(vector, self.retarded.shape[0], self.rates)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Space:
-    """The box of a search, for vectors (m,) of coordinates.
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Space(SearchSpace):
+    """The box of a search over compliances, by their logarithms, and the quantities in ``NUISANCES``.
 
-    structure: of the material; box (m, 2): least and greatest compliances and nuisances, scaled, 0 and inf
-    where open; unit (m,): of each in SI; duration [s]; least: where the open side of a compliance that is
-    searched as it is ends.
+    box (m, 2): least and greatest compliances and nuisances, scaled, 0 and inf where open; duration [s].
     """
 
-    structure: Structure
     box: np.ndarray
-    unit: np.ndarray
     duration: float
-    least: float = 0.0
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the coordinates, "" where the material has no such compliance."""
-        names = {place: name for name, place in self.structure.where.items()}
-        return (*(names.get(i, "") for i in range(self.structure.size)), *NUISANCES)
-
-    @property
-    def material(self) -> np.ndarray:
-        """Which coordinates are compliances, (m,) bool."""
-        return np.arange(len(self.box)) < self.structure.size
-
-    @property
-    def logarithmic(self) -> np.ndarray:
-        """Which coordinates are logarithms, (m,) bool."""
-        by_log = self.structure.tau is None
-        return self.material & (np.arange(len(self.box)) != self.structure.flow) & by_log
+    @classmethod
+    def of(
+        cls, structure: Structure, box: np.ndarray, unit: np.ndarray, duration: float, least: float = 0.0
+    ) -> "Space":
+        """Return the space of a box (m, 2); least: where the open side of a compliance that is searched as it is ends."""
+        places = np.arange(len(box))
+        material = places < structure.size
+        logs = material & (places != structure.flow) & (structure.tau is None)
+        open_sides = np.stack([box[:, 0] == 0.0, np.isinf(box[:, 1])], -1)
+        lower, upper = _bounds(box, material, logs, least)
+        names = {place: name for name, place in structure.where.items()}
+        return cls(
+            structure=structure, lower=lower, upper=upper, unit=unit, logarithmic=logs, material=material,
+            names=(*(names.get(i, "") for i in range(structure.size)), *NUISANCES), open=open_sides, box=box,
+            duration=duration,
+        )  # fmt: skip
 
     @property
     def linear_box(self) -> np.ndarray:
         """Bounds of the compliances (size, 2), with the least ones at their end of an open side."""
         low, high = self.box[self.material].T
-        ends = ~self.logarithmic[self.material] & (low == 0.0) & (high > 0.0)
-        return np.stack([np.where(ends, self.least, low), high], -1)
-
-    @functools.cached_property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) and (m,): of the coordinates, equal where one is held. Open sides end at the edge."""
-        low, high = np.concatenate([self.linear_box, self.box[~self.material]]).T.copy()
-        open_top = self.material & (low < high)
-        high[open_top] = np.minimum(high[open_top], np.exp(EDGE))
-        logs, varied = self.logarithmic, low < high
-        with np.errstate(divide="ignore"):
-            low[logs], high[logs] = np.log(low[logs]), np.log(high[logs])
-        low[logs & varied] = np.maximum(low[logs & varied], -EDGE)
-        return low, high
-
-    @property
-    def free(self) -> np.ndarray:
-        """Indices of the coordinates that are varied."""
-        low, high = self.bounds
-        return np.flatnonzero(high > low)
+        return np.stack([np.where(self.logarithmic[self.material], low, self.lower[self.material]), high], -1)
 
     def point(self, vector: np.ndarray) -> Coordinates:
         """The coordinates of a vector."""
         tau = self.structure.tau
         return Coordinates.of(vector, self.structure.branches, None if tau is None else self.duration / tau)
 
-    def compliances(self, vector: np.ndarray) -> np.ndarray:
-        """The material's list (size,), scaled."""
-        own, logs = vector[self.material], self.logarithmic[self.material]
-        return np.where(logs, np.exp(np.where(logs, own, 0.0)), own)
-
     def vector(self, values: Array) -> Array:
         """The coordinates (m,) of compliances > 0 and nuisances (m,), scaled, which may be traced."""
         logs = self.logarithmic
         return jnp.where(logs, jnp.log(jnp.where(logs, values, 1.0)), values)
 
-    def slope(self, vector: np.ndarray) -> np.ndarray:
-        """d compliance/d coordinate, (size,), scaled."""
-        return np.where(self.logarithmic[self.material], self.compliances(vector), 1.0)
-
-    def opened(self, vector: np.ndarray) -> np.ndarray:
-        """Compliances (size,), 0 and inf where a coordinate sits at the end of an open side."""
-        (low, high), own = self.bounds, self.material
-        varied = low < high
-        bottom = ((vector <= low) & varied & (self.box[:, 0] == 0.0))[own]
-        top = ((vector >= high) & varied & np.isinf(self.box[:, 1]))[own]
-        return np.where(bottom, 0.0, np.where(top, np.inf, self.compliances(vector)))
+    def landscape(self, theta: np.ndarray, residual: Callable[[Any], Any]) -> Landscape:
+        """Return the landscape about the optimum theta (m,) of residuals (n,) of the coordinates."""
+        best = np.append(self.values(theta), theta[~self.material])
+        run = Partial(lambda values: residual(self.vector(values)))
+        return Landscape(run, best, self.box, self.unit, tuple(NUISANCES))
 
     def near(self, compliances: np.ndarray, least: float) -> np.ndarray:
         """A vector in the box (m,) with these compliances (size,), none below ``least``; nuisances half-way."""
@@ -165,6 +134,16 @@ class Space:
         vector[self.material] = np.where(logs, np.log(np.maximum(compliances, least)), compliances)
         return np.clip(vector, low, high)
 
-    def to_si(self, vector: np.ndarray) -> np.ndarray:
-        """Compliances and nuisances (m,) of a vector in SI."""
-        return np.append(self.compliances(vector), vector[~self.material]) * self.unit
+
+def _bounds(
+    box: np.ndarray, material: np.ndarray, logs: np.ndarray, least: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds (m,) and (m,) of the coordinates, equal where one is held; open sides end at the edge."""
+    low, high = box.T.copy()
+    varied, linear = low < high, material & ~logs
+    low[linear & (low == 0.0) & (high > 0.0)] = least
+    high[material & varied] = np.minimum(high[material & varied], np.exp(EDGE))
+    with np.errstate(divide="ignore"):
+        low[logs], high[logs] = np.log(low[logs]), np.log(high[logs])
+    low[logs & varied] = np.maximum(low[logs & varied], -EDGE)
+    return low, high

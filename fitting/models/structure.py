@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -106,6 +106,13 @@ class Structure:
         unit = self.units(1.0, time)
         return np.maximum(values, LEAST * np.max(values / unit) * unit)
 
+    def times(self, values: np.ndarray) -> float | np.ndarray:
+        """The given retardation times (k,) [s], or the one of a list of compliances; nan where there is none."""
+        if self.tau is not None:
+            return self.tau
+        retarded, rise = values[1 : self.flow], values[self.flow + 1 :]
+        return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
+
     def unit(self, name: str) -> str:
         """Of a parameter."""
         if self.tau is not None:
@@ -114,8 +121,8 @@ class Structure:
 
     def key(self, name: str) -> str:
         """A parameter's name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
-        unit = self.unit(name).replace("1/", "1_per_").replace(" ", "_")
-        return f"{name}_{unit}".replace("(", "").replace(")", "")
+        unit = self.unit(name).replace("/", "_per_").replace(" ", "_")
+        return f"{name}_{unit}".replace("(", "").replace(")", "").rstrip("_")
 
     def compliances(self, values: Array) -> Compliances:
         """Of a list (size,); any rate where the retarded part is zero."""
@@ -160,6 +167,39 @@ class Structure:
             least, most = sorted(end[name] for end in ends)
             result[name] = (max(float(least), low), min(float(most), high))
         return result
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ParameterList(Structure):
+    """A law as the list of its own parameters; dimensions: {parameter: unit}, "" for a number."""
+
+    dimensions: dict[str, str] = dataclasses.field(default_factory=dict)
+
+    @classmethod
+    def of(cls, model: type, dimensions: dict[str, str]) -> Self:
+        """Return the structure of a law whose parameters have these units."""
+        return cls(model, {name: place for place, name in enumerate(dimensions)}, 0, None, dimensions)
+
+    @property
+    def size(self) -> int:
+        """Length of the list."""
+        return len(self.where)
+
+    def unit(self, name: str) -> str:
+        """Unit of a parameter."""
+        return self.dimensions[name]
+
+    def parameters(self, compliances: Any) -> dict[str, Any]:
+        """{parameter: value} of the list."""
+        return {name: compliances[place] for name, place in self.where.items()}
+
+    def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
+        """Return the list as it is: the search keeps it off zero."""
+        return values
+
+    def material(self, values: dict[str, Any], volume: Any) -> Any:
+        """Return the law with these parameters."""
+        return self.model(**values)
 
 
 CLASSICAL = {
@@ -236,6 +276,26 @@ def limits(
             f"fixed: expected at least one parameter left free of {list(table)}, got all of them"
         )
     return table
+
+
+class Sought(NamedTuple):
+    """The material or law that a fit is to find.
+
+    structure: its parameters; table: {parameter: (low, high)}, equal where it is held; volume: what is held of its
+    response in volume, a ``Volume``, None for a law without one.
+    """
+
+    structure: Structure
+    table: dict[str, tuple[float, float]]
+    volume: Any
+
+    @classmethod
+    def of(
+        cls, structure: Structure, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None,
+        nu: float | None, bulk_modulus: float | None = None,
+    ) -> Sought:  # fmt: skip
+        """Return what is sought under the keywords of a fit; ValueError on bad input."""
+        return cls(structure, limits(structure, fixed, bounds), Volume.of(nu, bulk_modulus))
 
 
 def _known(structure: Structure, name: str, what: str) -> None:

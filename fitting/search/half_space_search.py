@@ -20,13 +20,14 @@ FALL = 0.02  # share of the greatest depth by which a depth may fall before the 
 FEW = 126  # points on which the minima are sought
 
 
-def search(press: Press, rise: float | None) -> Found:
-    """The optimum; rise [s]: of a load to put in place of the measured one, or None."""
+def search(press: Press) -> Found:
+    """The optimum."""
+    rise = press.pressing.rise
     knots, values = (press.t, press.load) if rise is None else _held(press, rise)
     falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
     shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch stays as it is
-    kind = "load" if press.control == "load" else "ting" if shrinks else "depth"
-    kind = f"sticky {press.control}" if press.adhesion else kind
+    kind = "load" if press.pressing.control == "load" else "ting" if shrinks else "depth"
+    kind = f"sticky {press.pressing.control}" if press.pressing.adhesion else kind
     whole, few = np.arange(press.t.size), _some(press)
     objective = _objective(press, whole, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
@@ -37,7 +38,7 @@ def search(press: Press, rise: float | None) -> Found:
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
     residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind=kind)[: whole.size]
     found = Found(press, best, objective, notes, moves, Medium(), residual)
-    if not press.adhesion:
+    if not press.pressing.adhesion:
         return found
     slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
     return _stuck(found._replace(slow=slow), curve, kind)
@@ -48,12 +49,12 @@ def _stuck(found: Found, curve: Curve, kind: str) -> Found:
     press = found.press
     scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
     alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
-    radius = float(press.indenter.radius)
-    widest = float(np.sqrt(radius * press.depth_unit * alpha.max()))
-    modulus = 2.0 / (creep[0] * press.unit * press.volume.share)
+    radius = float(press.pressing.indenter.radius)
+    widest = float(np.sqrt(radius * press.units.depth * alpha.max()))
+    modulus = 2.0 / (creep[0] * press.units.compliance * press.sought.volume.share)
     doubled = press.t[creep > 2.0 * creep[0]]
     lives = 1.0 / doubled[0] if doubled.size else 1.0
-    doubts = adhesion.doubts(press.adhesion, radius, widest, modulus, lives)
+    doubts = adhesion.doubts(press.pressing.adhesion, radius, widest, modulus, lives)
     return found._replace(notes=(*found.notes, *doubts), against=adhesion.against(alpha))
 
 
@@ -73,7 +74,7 @@ def _objective(
         lambda theta: linear(theta.tobytes())[0],
         lambda theta, free: linear(theta.tobytes())[1],
         *space.bounds,
-        floor=1e-26 * press.size,
+        floor=1e-26 * float(np.sum((press.weights * press.measured) ** 2)),
     )
 
 
@@ -96,7 +97,7 @@ def _some(press: Press) -> np.ndarray:
 
 def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
     """Knots and values of a linear rise to the mean load after it."""
-    size, end = float(press.load[press.kept].mean()), rise / press.duration
+    size, end = float(press.load[press.kept].mean()), rise / press.units.duration
     if rise == 0.0:
         return np.array([0.0, 1.0]), np.array([size, size])
     return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
@@ -107,7 +108,7 @@ def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> l
     depth, n = np.maximum(press.depth, 1e-3), press.probe.power
     use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
     # weights of the depth: those of the fit under load control, even ones otherwise
-    even = press.weights if press.control == "load" else np.ones(press.t.size)
+    even = press.weights if press.pressing.control == "load" else np.ones(press.t.size)
     power = padding.repeated(depth**n - press.extra * press.load)
     weights = padding.without_weight(use / (n * depth ** (n - 1.0)) * even)
     basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
@@ -119,13 +120,13 @@ def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> l
 
 def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
     """Change of the coordinates with what is held: with nu every compliance goes with 1/(1 - nu)."""
-    if name != press.volume.name:
+    if name != press.sought.volume.name:
         raise ValueError(f"spread: a half-space has no {name}")
     space = press.space
     if name == "nu":
-        return np.where(space.logarithmic, 1.0, best.theta) * space.material / press.volume.share
+        return np.where(space.logarithmic, 1.0, best.theta) * space.material / press.sought.volume.share
     slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
-    return moved(best, space.free, slope * press.unit)
+    return moved(best, space.free, slope * press.units.compliance)
 
 
 def _notes(best: Best, press: Press, kind: str) -> tuple[str, ...]:

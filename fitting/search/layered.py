@@ -16,7 +16,7 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.segments import noise
 from fitting.models.coordinates import Coordinates
-from fitting.search.press import Press
+from fitting.search.press import Press, Units
 from jaxcontact._compile.kept_traces import Program
 
 TIMES = 96  # march times where there are more samples
@@ -74,10 +74,7 @@ class FilmTest(NamedTuple):
     response: Array
     weights: Array
     correction: Array
-    duration: Array
-    load_unit: Array
-    depth_unit: Array
-    unit: Array
+    units: Units
 
 
 class Mesh(NamedTuple):
@@ -90,14 +87,14 @@ class Mesh(NamedTuple):
 
 def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
     """The solver's inputs on a mesh."""
-    kind, driven = (jc.Load, press.load) if press.control == "load" else (jc.Approach, press.depth)
+    kind, driven = (jc.Load, press.load) if press.pressing.control == "load" else (jc.Approach, press.depth)
     knots = march_times(press.t, driven)
     t, grid = divided(knots, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
     least = 0.0 if kind is jc.Load else -np.inf  # a load of nothing but noise pulls at nothing
     drive = kind(np.interp(t, knots, np.maximum(polygon(press.t, driven, knots), least)))
     numbers = FilmTest(
-        press.indenter, coating, press.volume.keyword, grid, t, drive, press.t, press.load, press.measured,
-        press.weights, np.zeros(press.t.size), press.duration, press.load_unit, press.depth_unit, press.unit,
+        press.pressing.indenter, coating, press.sought.volume.keyword, grid, t, drive, press.t, press.load,
+        press.measured, press.weights, np.zeros(press.t.size), press.units,
     )  # fmt: skip
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
 
@@ -147,19 +144,19 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
     """Scaled depth (or load) at the samples (n,), status and contact radius [m] at the times of the march (m,)."""
     c = point.compliances()
     material = jc.Prony(
-        J0=c.spring * film.unit, J=c.retarded * film.unit, tau=film.duration / c.rates,
-        fluidity=c.flow * film.unit / film.duration, **film.volume,
+        J0=c.spring * film.units.compliance, J=c.retarded * film.units.compliance, tau=film.units.duration / c.rates,
+        fluidity=c.flow * film.units.compliance / film.units.duration, **film.volume,
     )  # fmt: skip
     body = film.coating.body(material)
     offset, drive = point.offset(film.t, film.load), film.drive
     by_load = isinstance(drive, jc.Load)
     if by_load:
-        control: Any = jc.Load(drive.value * film.load_unit)
+        control: Any = jc.Load(drive.value * film.units.load)
     else:
-        control = jc.Approach((drive.value - jnp.interp(film.times, film.t, offset)) * film.depth_unit)
-    times = film.times * film.duration
+        control = jc.Approach((drive.value - jnp.interp(film.times, film.t, offset)) * film.units.depth)
+    times = film.times * film.units.duration
     run = jc.indent(body, film.indenter, control, times, grid=film.grid, save="last")
-    found = run.approach / film.depth_unit if by_load else run.load / film.load_unit
+    found = run.approach / film.units.depth if by_load else run.load / film.units.load
     found = jnp.interp(film.t, film.times, found)
     return (found + offset if by_load else found), run.status, run.contact_radius
 

@@ -11,7 +11,6 @@ A contact that grows from nothing is first a few cells wide, and its load then d
 at such times are in the history of the load, but they are not fitted.
 """
 
-import dataclasses
 import functools
 from collections.abc import Callable
 from typing import Any
@@ -32,7 +31,6 @@ LEFT = 8.0  # of a change found by it second order leaves an eighth for the step
 FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # where the grid is given
 MARGIN = 1.2  # grid over contact
 WIDER = 1.3
-LEAST = 1e-8  # scaled flow, or branch of a series: at none the decay rates of the film have no slope
 ACROSS = 4.0  # cells across the contact of a sample that is fitted; the solver gives up below 3
 LEAST_POINTS = 5  # that are fitted
 LEAST_GIVEN = 16  # cells of a grid that is given as their number
@@ -44,14 +42,13 @@ RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 def search(press: Press, coating: Coating, grid: Any) -> Found:
     """Minimise on meshes of doubled fineness until the bias left is small beside the noise."""
-    if isinstance(press.indenter, jc.FlatPunch):
+    if isinstance(press.pressing.indenter, jc.FlatPunch):
         raise ValueError(
             "indenter: expected a Sphere or a Cone on a film, got FlatPunch, whose edge is as wide as a cell"
         )
     if press.space.structure.model is jc.KelvinVoigt:
         raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
     _check_grid(grid)
-    press = press._replace(space=dataclasses.replace(press.space, least=LEAST))
     theta, radius = _start(press, coating)
     chosen, runs = not isinstance(grid, jc.Grid), np.zeros(2, int)
     cells = CELLS if grid is None else grid if chosen else grid.shape[0]
@@ -97,12 +94,12 @@ def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
 
 def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
     """Scaled depth and contact radius [m] under the largest load over elastic films of ``RANGE``."""
-    width = 2.4 * press.probe.widest(press.depth_unit)
+    width = 2.4 * press.probe.widest(press.units.depth)
     grid = jc.Grid.square(n=START_CELLS, width=width)
-    film = press.volume.keyword, press.indenter, coating, press.load_unit, grid
-    rows = [layered.elastic(np.exp(x) * press.unit, *film) for x in RANGE]
+    film = press.sought.volume.keyword, press.pressing.indenter, coating, press.units.load, grid
+    rows = [layered.elastic(np.exp(x) * press.units.compliance, *film) for x in RANGE]
     depth, radius = np.array(rows).T
-    return np.maximum.accumulate(depth / press.depth_unit), radius
+    return np.maximum.accumulate(depth / press.units.depth), radius
 
 
 def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
@@ -190,6 +187,6 @@ def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
 def _standard_errors(best: Best, press: Press) -> np.ndarray:
     """Of the coordinates (m,), infinite where held."""
     spread = np.full(best.theta.size, np.inf)
-    variance = 1.0 if press.known else best.rss / (press.kept.sum() - best.jacobian.shape[1])
+    variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
     spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
     return np.maximum(spread, 1e-300)

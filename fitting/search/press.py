@@ -11,13 +11,13 @@ import numpy as np
 import scipy
 
 from fitting.data.contact import find_contact
-from fitting.data.curves import IndentationData
+from fitting.data.indentation import IndentationData
 from fitting.data.probe import Probe, probe_of
 from fitting.data.weights import choose_weights
 from fitting.models import adhesion
-from fitting.models.coordinates import NUISANCES, Space
+from fitting.models.coordinates import Space
 from fitting.models.history import columns
-from fitting.models.structure import Structure, Volume
+from fitting.models.structure import Sought
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
 
@@ -25,118 +25,150 @@ AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number 
 TIMES = np.geomspace(3e-3, 3.0, 7)  # retardation times over the duration that are started from
 SHARED = np.array([0.45, 0.45, 0.1])  # between spring, retarded part and flow
 VISIBLE = 1e-2  # scaled compliance that a part has at least there
+LEAST = 1e-8  # scaled flow, or branch of a series, of a film: at none its decay rates have no slope
 LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
 
 
-class Press(NamedTuple):
-    """t, load, depth (n,), scaled; kept (n,) bool: points that are fitted; weights (n,), 0 elsewhere.
+class Instrument(NamedTuple):
+    """What the instrument adds to the measured depth: contact point [m], drift [m/s] and compliance of the machine
+    [m/N], each a number that is known or "fit"."""
 
-    duration [s], load_unit [N], depth_unit [m], unit [1/Pa]: undo the scaling. table: bounds of the
-    parameters; space: of the search; label: of the weights; adhesion: the work of it [J/m2]; notes.
+    contact_point: float | str = 0.0
+    drift: float | str = 0.0
+    machine_compliance: float | str = 0.0
+
+    def box(self, sizes: np.ndarray) -> np.ndarray:
+        """Bounds (3, 2) in parts of ``sizes`` (3,) in SI, equal where a value is known."""
+        rows = zip(self._fields, self, sizes, strict=True)
+        return np.array([_within(name, value, size) for name, value, size in rows])
+
+
+def _within(name: str, value: float | str, size: float) -> tuple[float, float]:
+    if isinstance(value, str) and value.lower() == "fit":
+        return (0.0 if name == "machine_compliance" else -1.0), 1.0
+    if isinstance(value, str) or not np.isfinite(value):
+        raise ValueError(f'{name}: expected a number or "fit", got {value!r}')
+    return value / size, value / size
+
+
+class Pressing(NamedTuple):
+    """How the body was pressed.
+
+    indenter; control: what drives the model, "load" or "depth"; rise [s]: of a load that is put in place of the
+    measured one, or None; adhesion: the work of it [J/m2]; film: whether the body is a film on a substrate.
     """
 
-    data: IndentationData
     indenter: Any
-    probe: Probe
-    volume: Volume
     control: str
-    t: np.ndarray
-    load: np.ndarray
-    depth: np.ndarray
-    kept: np.ndarray
-    weights: np.ndarray
-    label: str
-    duration: float
-    load_unit: float
-    depth_unit: float
-    unit: float
-    table: dict[str, tuple[float, float]]
-    space: Space
+    rise: float | None
     adhesion: float
-    notes: tuple[str, ...]
-
-    @property
-    def extra(self) -> float:
-        """Scaled compliance that an elastic ball adds to J."""
-        return float(self.indenter.compliance()) / self.volume.share / self.unit
-
-    @property
-    def bulk(self) -> float | None:
-        """Scaled bulk modulus, None for a constant nu."""
-        return self.volume.value * self.unit if self.volume.name == "bulk_modulus" else None
-
-    @property
-    def pull(self) -> float:
-        """Scaled 6 pi w R of the work of adhesion w, 0 without."""
-        return (
-            6.0 * np.pi * self.adhesion * float(self.indenter.radius) / self.load_unit
-            if self.adhesion
-            else 0.0
-        )
-
-    @property
-    def known(self) -> bool:
-        """Whether the standard deviations of the points are given."""
-        return self.label == "sigma"
-
-    @property
-    def measured(self) -> np.ndarray:
-        """What is fitted, (n,): depth under load control, load under depth control."""
-        return self.depth if self.control == "load" else self.load
-
-    @property
-    def size(self) -> float:
-        """Weighted sum of squares of what is fitted."""
-        return float(np.sum((self.weights * self.measured) ** 2))
+    film: bool
 
     @property
     def response(self) -> tuple[str, str]:
         """Name and unit of what is fitted."""
         return ("depth", "m") if self.control == "load" else ("load", "N")
 
+
+class Units(NamedTuple):
+    """What undoes the scaling: duration [s], load [N], depth [m], compliance [1/Pa]."""
+
+    duration: float
+    load: float
+    depth: float
+    compliance: float
+
+
+class Press(NamedTuple):
+    """A test that is ready for a search.
+
+    t, load, depth (n,): scaled; kept (n,) bool: points that are fitted; weights (n,): 0 elsewhere, and their label;
+    space: of the search; notes.
+    """
+
+    data: IndentationData
+    sought: Sought
+    pressing: Pressing
+    probe: Probe
+    units: Units
+    t: np.ndarray
+    load: np.ndarray
+    depth: np.ndarray
+    kept: np.ndarray
+    weights: np.ndarray
+    label: str
+    space: Space
+    notes: tuple[str, ...]
+
     @property
-    def response_unit(self) -> float:
-        """Of what is fitted: [m] or [N]."""
-        return self.depth_unit if self.control == "load" else self.load_unit
+    def extra(self) -> float:
+        """Scaled compliance that an elastic ball adds to J."""
+        return float(self.pressing.indenter.compliance()) / self.sought.volume.share / self.units.compliance
+
+    @property
+    def bulk(self) -> float | None:
+        """Scaled bulk modulus, None for a constant nu."""
+        volume = self.sought.volume
+        return volume.value * self.units.compliance if volume.name == "bulk_modulus" else None
+
+    @property
+    def pull(self) -> float:
+        """Scaled 6 pi w R of the work of adhesion w, 0 without."""
+        work, indenter = self.pressing.adhesion, self.pressing.indenter
+        return 6.0 * np.pi * work * float(indenter.radius) / self.units.load if work else 0.0
+
+    @property
+    def measured(self) -> np.ndarray:
+        """What is fitted, (n,): depth under load control, load under depth control."""
+        return self.depth if self.pressing.control == "load" else self.load
 
 
 def prepare(
-    data: IndentationData, structure: Structure, table: dict, indenter: Any, volume: Volume, control: str,
-    weights: str | None, sigma: Any, nuisances: dict[str, float | str], rise: float | None, work: Any, film: bool,
+    data: IndentationData, sought: Sought, pressing: Pressing, instrument: Instrument, weights: str | None, sigma: Any
 ) -> Press:  # fmt: skip
-    """Check and scale; ValueError with expected and got. film: whether there is one, or a half-space."""
-    probe = probe_of(indenter)
-    _check(data, control, rise)
-    work = adhesion.check(work, data, indenter, control, structure.model)
+    """Check and scale a test; ValueError with expected and got."""
+    probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
+    _check(data, control, pressing.rise)
+    work = adhesion.check(pressing.adhesion, data, pressing.indenter, control, model)
+    pressing = pressing._replace(adhesion=work)
     t = data.t - data.t[0]
-    kept = ((data.load > 0) | (work > 0)) & (data.depth > 0) & (t >= (rise or 0.0))
+    kept = _in_contact(data, pressing)
+    weight, label = _weights(data, kept, control, weights, sigma)
+    P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
+    # J that a scaled compliance of one stands for
+    units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
+    space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
+    if probe.power > 1.0:
+        _check_growth(data, pressing)
+    if not work:  # the load of a ball that sticks falls before it rises
+        _check_contact(data, kept, probe.power, pressing.film)
+    few = f"{(~kept).sum()} points before contact or during the rise not fitted"
+    response = data.depth if control == "load" else data.load
+    return Press(
+        data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
+        weight * float(response.max()), label, space, () if kept.all() else (few,),
+    )  # fmt: skip
+
+
+def _in_contact(data: IndentationData, pressing: Pressing) -> np.ndarray:
+    """Points (n,) bool in contact, after the rise; ValueError for fewer than 5."""
+    stuck = pressing.adhesion > 0
+    kept = ((data.load > 0) | stuck) & (data.depth > 0) & (data.t - data.t[0] >= (pressing.rise or 0.0))
     if kept.sum() < 5:
         raise ValueError(
             f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"
         )
-    notes = [] if kept.all() else [f"{(~kept).sum()} points before contact or during the rise not fitted"]
-    P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
-    # J that a scaled compliance of one stands for
-    unit = probe.size * d**probe.power / (volume.share * P)
-    response = data.depth if control == "load" else data.load
-    scatter = data.scatter_depth if control == "load" else data.scatter_load
-    if weights is None and sigma is None:
-        sigma = data.sigma_depth if control == "load" else data.sigma_load
-        weights = "absolute" if sigma is None and scatter is None else None
-    weight, label = _weights(t, response, kept, weights, sigma, scatter)
-    space = _space(structure, table, nuisances, unit, T, np.array([d, d / T, d / P]))
-    shrinks = probe.power > 1.0 and data.load[-1] < LEAST_LOAD * P
-    if control == "load" and rise is None and shrinks:
+    return kept
+
+
+def _check_growth(data: IndentationData, pressing: Pressing) -> None:
+    """ValueError under load control where the contact certainly shrinks."""
+    top, last = float(data.load.max()), float(data.load[-1])
+    if pressing.control == "load" and pressing.rise is None and last < LEAST_LOAD * top:
         raise ValueError(
-            f"data: load control needs a contact that grows, got a load that falls from {P:g} to"
-            f' {data.load[-1]:g} N; leave the unloading out, or take control="depth"'
+            f"data: load control needs a contact that grows, got a load that falls from {top:g} to"
+            f' {last:g} N; leave the unloading out, or take control="depth"'
         )
-    if not work:  # the load of a ball that sticks falls before it rises
-        _check_contact(data, kept, probe.power, film)
-    return Press(
-        data, indenter, probe, volume, control, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, T, P, d, unit, table, space, work, tuple(notes),
-    )  # fmt: skip
 
 
 def _check(data: IndentationData, control: str, rise: float | None) -> None:
@@ -168,34 +200,28 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: 
 
 
 def _weights(
-    t: np.ndarray, response: np.ndarray, kept: np.ndarray, weights: str | None, sigma: Any, scatter: Any
+    data: IndentationData, kept: np.ndarray, control: str, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
     """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
-    chosen = np.zeros(response.shape)
+    kind = "depth" if control == "load" else "load"
+    response, scatter = getattr(data, kind), getattr(data, f"scatter_{kind}")
+    if weights is None and sigma is None:
+        sigma = getattr(data, f"sigma_{kind}")
+        weights = "absolute" if sigma is None and scatter is None else None
     if sigma is not None:
         weights, sigma = None, np.broadcast_to(np.asarray(sigma, dtype=float), response.shape)[kept]
-    some = None if scatter is None else scatter[kept]
-    chosen[kept], label = choose_weights(t[kept], response[kept], weights, sigma, some)
+    some, chosen = None if scatter is None else scatter[kept], np.zeros(response.shape)
+    since = data.t - data.t[0]
+    chosen[kept], label = choose_weights(since[kept], response[kept], weights, sigma, some)
     return chosen, label
 
 
-def _space(
-    structure: Structure, table: dict, nuisances: dict, unit: float, T: float, sizes: np.ndarray
-) -> Space:
-    """Compliances, then contact point, drift and machine compliance, of ``sizes`` (3,) in SI."""
-    units = structure.units(unit, T)
-    held = [_nuisance(name, nuisances[name], size) for name, size in zip(NUISANCES, sizes, strict=True)]
-    box = np.concatenate([structure.box(table) / units[:, None], held])
-    return Space(structure, box, np.append(units, sizes), T)
-
-
-def _nuisance(name: str, value: float | str, size: float) -> tuple[float, float]:
-    """Bounds of a nuisance: equal where it is known."""
-    if isinstance(value, str) and value.lower() == "fit":
-        return (0.0 if name == "machine_compliance" else -1.0), 1.0
-    if isinstance(value, str) or not np.isfinite(value):
-        raise ValueError(f'{name}: expected a number or "fit", got {value!r}')
-    return value / size, value / size
+def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -> Space:
+    """Compliances, no less than ``least`` at their open end, then contact point, drift and machine compliance."""
+    structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
+    sizes = units.depth / np.array([1.0, units.duration, units.load])
+    box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
+    return Space.of(structure, box, np.append(own, sizes), units.duration, least)
 
 
 def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: float) -> np.ndarray:
@@ -209,7 +235,7 @@ def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: f
         _, x, tau, _ = varpro.solve(_search(press, y, weights, basis))
         found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
     else:
-        A = weights[:, None] * np.asarray(columns(basis, press.duration / space.structure.tau))
+        A = weights[:, None] * np.asarray(columns(basis, press.units.duration / space.structure.tau))
         low, high = box.T
         found = scipy.optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
     return space.near(found, least)

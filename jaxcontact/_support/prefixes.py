@@ -3,7 +3,7 @@
 import math
 import re
 
-PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+PREFIXES = {"": 0, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "M": 6, "G": 9}
 """Powers of ten by their spelling on a keyboard; in figures and summaries u is written µ."""
 
 

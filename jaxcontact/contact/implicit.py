@@ -58,7 +58,7 @@ TANGENT_ITERATIONS = 400
 DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for what neither conjugate gradients nor BiCGSTAB solves,
 LEFT = 1e-7  # and what may be left of its right side (measured: 3e-9, where the system itself holds a solve)
 ROUNDING = 1e-12
-KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs
+KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs; with friction the whole solution
 
 
 class _Subspace(NamedTuple):
@@ -278,7 +278,7 @@ class _SlipSpace(NamedTuple):
 @solve_partial_slip.defjvp
 def _solve_partial_slip_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
-    found = solve_partial_slip(*primals)
+    found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
     free = free_directions(problem.sheared(p), q, found.tangential.slip)
     space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)

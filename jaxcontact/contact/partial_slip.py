@@ -10,7 +10,8 @@ the next y is extrapolated from the last rounds (D. G. Anderson, J. ACM 12 (1965
 error does not fall. Where solids are similar K_zt and K_tz vanish and one round is all.
 
 The error of a round is that of both problems at once: the error of the tangential problem, and that of the pressure under
-the new traction. A round solves both to a share of the error of the round before.
+the new traction. The first round solves both loosely, every other one to a share of the latter error, which is what is
+left of the coupling.
 """
 
 from typing import NamedTuple
@@ -26,7 +27,7 @@ from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.base import TractionOperator
 
 LOOSE = 1e-2  # tolerance of the first round
-TIGHTER = 0.1  # tolerance of all others, in parts of the error of the round before
+TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left
 FINAL = 0.3  # of the tolerance: both problems are not solved to less
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
@@ -82,13 +83,14 @@ class Round(NamedTuple):
 
 class _RoundSearch(NamedTuple):
     """A round; y, and K_zt q - y after it, of this and earlier rounds, (KEPT, nx, ny) each, newest first; the share of the
-    change that is taken; the error."""
+    change that is taken; the error; the part of it that is due to coupling."""
 
     round: Round
     given: Array
     change: Array
     share: Array
     error: Array
+    unsettled: Array
 
 
 def solve(
@@ -103,7 +105,7 @@ def solve(
         return Round(pressed, sheared, pressed.iterations + sheared.iterations, zero + 1, jnp.ones((), bool))
 
     def further(s: _RoundSearch) -> _RoundSearch:
-        y, goal = _next(s), jnp.clip(TIGHTER * s.error, FINAL * tolerance, LOOSE)
+        y, goal = _next(s), jnp.clip(TIGHTER * s.unsettled, FINAL * tolerance, LOOSE)
         left = max_iterations - s.round.taken
         pressed = normal.solve(problem.under(y), s.round.normal.pressure, goal, left)
         tangential, before = problem.sheared(pressed.pressure), s.round.tangential.traction
@@ -116,7 +118,8 @@ def solve(
         found = Round(pressed, sheared, taken, s.round.rounds + 1, error <= tolerance)
         slow = (error > SLOW * s.error) & (s.round.rounds > 0)
         share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
-        return _RoundSearch(found, _pushed(s.given, y), _pushed(s.change, change), share, error)
+        given, changes = _pushed(s.given, y), _pushed(s.change, change)
+        return _RoundSearch(found, given, changes, share, error, pressed.error)
 
     def going(s: _RoundSearch) -> Array:
         return ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
@@ -132,7 +135,7 @@ def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSear
     sheared = TangentialSolution(traction, pair, pair, pressure > 0.0, jnp.zeros(2), one, zero)
     first = Round(pressed, sheared, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
-    return _RoundSearch(first, _pushed(blank, y), blank, one, one)
+    return _RoundSearch(first, _pushed(blank, y), blank, one, one, one)
 
 
 def _pushed(kept: Array, newest: Array) -> Array:

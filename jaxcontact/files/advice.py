@@ -25,9 +25,13 @@ COARSE = "cells across the first contact: below {few} it is coarse; accepted: gr
 
 
 def check(case: Case, path: Path) -> None:
-    """What all experiments have in common, and the memory of this machine. Raises CaseError, which names the file."""
+    """Check an experiment over time, or what steady states have in common, and the memory of this machine.
+
+    Raises CaseError, which names the file.
+    """
     try:
-        Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+        if case.experiment() is None:
+            Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
         _check_memory(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error
@@ -36,7 +40,7 @@ def check(case: Case, path: Path) -> None:
 def check_whole(case: Case, path: Path) -> None:
     """Everything that a run would refuse before it computes: its function is traced, which takes seconds."""
     check(case, path)
-    if case.kind == "indentation":  # which refuses no more
+    if KINDS[case.kind].march is not None:  # which refuses no more
         return
     try:
         jax.eval_shape(case.run)

@@ -36,6 +36,7 @@ from jaxcontact.inputs.controls import Approach, Control, Load, TangentialDispla
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
 from jaxcontact.results.labels import stored_fields
+from jaxcontact.verbs.experiment import TimedExperiment
 
 Table = dict[str, Any]
 
@@ -65,10 +66,18 @@ class Case:
     kept: str
 
     def run(self) -> Any:
-        """The result, as the function gives it that runs an experiment of this kind."""
+        """Return the result of the function that runs an experiment of this kind."""
+        return KINDS[self.kind].verb(**self._given())
+
+    def experiment(self) -> TimedExperiment | None:
+        """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
+        march = KINDS[self.kind].march
+        return None if march is None else march.of(**self._given())
+
+    def _given(self) -> Table:
         given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
         over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
-        return KINDS[self.kind].verb(**given, **over_time, **self.motion, **self.options)
+        return given | over_time | self.motion | self.options
 
 
 def read_case(path: Path) -> Case:

@@ -16,10 +16,11 @@ from jaxcontact.inputs import materials
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
-from jaxcontact.verbs.indent import indent
+from jaxcontact.verbs.experiment import TimedExperiment
+from jaxcontact.verbs.indent import Indentation, indent
 from jaxcontact.verbs.roll_steady import roll_steady
-from jaxcontact.verbs.shear import shear
-from jaxcontact.verbs.slide import slide
+from jaxcontact.verbs.shear import Shearing, shear
+from jaxcontact.verbs.slide import Sliding, slide
 from jaxcontact.verbs.slide_steady import slide_steady
 
 
@@ -227,9 +228,10 @@ TIMES_KEYS: Keys = {
 
 @dataclass(frozen=True)
 class Kind:
-    """An experiment: the function that runs it, what that gives, and its own keys; without times it is a steady state.
+    """An experiment: the function that runs it, its kind of result, and its own keys.
 
-    beside: those beside "kind"; control: what is prescribed; solver: the options of the function.
+    beside: those beside "kind"; control: what is prescribed; solver: the options of the function; times, march: the keys
+    of times, and the class that checks the arguments for a march in blocks; None for a steady state.
     """
 
     verb: Callable[..., Any]
@@ -238,6 +240,7 @@ class Kind:
     control: Keys
     solver: Keys
     times: Keys | None = None
+    march: type[TimedExperiment] | None = None
 
 
 KINDS: dict[str, Kind] = {
@@ -254,6 +257,7 @@ KINDS: dict[str, Kind] = {
             "save": SAVE,
         },
         TIMES_KEYS,
+        Indentation,
     ),
     "shear": Kind(
         shear,
@@ -262,6 +266,7 @@ KINDS: dict[str, Kind] = {
         {"load": LOAD_ON, "approach": APPROACH} | TANGENTIAL,
         {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
         TIMES_KEYS,
+        Shearing,
     ),
     "sliding": Kind(
         slide,
@@ -273,6 +278,7 @@ KINDS: dict[str, Kind] = {
         {"load": LOAD_ON, "approach": APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
         TIMES_KEYS,
+        Sliding,
     ),
     "steady-sliding": Kind(
         slide_steady,

@@ -16,20 +16,22 @@ from typing import Any
 import jax
 
 from jaxcontact._compile.kept_traces import shapes
+from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.run_directory import UNFINISHED
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
-from jaxcontact.files.chosen_times import FEW, LAST, chosen, maps_of
+from jaxcontact.files.chosen_times import FEW, chosen, maps_of
+from jaxcontact.files.finished_steps import StoredFields
 from jaxcontact.results.labels import stored_fields
-from jaxcontact.verbs.experiment import Experiment
+from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.simulation import BLOCK, first_block
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
 PROCESS = 0.6e9  # bytes
-WORK = 3.0  # bytes for each byte of the kernels
+WORK, WORK_OF_SHEAR = 3.0, 8.0  # bytes for each byte of the kernels
 WEIGHING = 210.0  # bytes for each byte of the tables of the direct superposition, while they are made
 # fields of the grid, measured at 256 x 256 on a creeping layer; rolling has the kernels of shear
-AT_ONCE = {"shear": 2500.0, "sliding": 1700.0, "steady-sliding": 2000.0, "steady-rolling": 2500.0}
+AT_ONCE = {"steady-sliding": 2000.0, "steady-rolling": 2500.0}
 HEADS = 4.3e3  # bytes that the names and shapes of its arrays take in a file
 
 
@@ -46,36 +48,37 @@ class Footprint:
 
 def footprint_of(case: Case) -> Footprint:
     """What a run of the case needs."""
-    return _in_blocks(case) if case.kind == "indentation" else _at_once(case)
+    experiment = case.experiment()
+    return _at_once(case) if experiment is None else _in_blocks(case, experiment)
 
 
 def _at_once(case: Case) -> Footprint:
-    """Of one compiled program: its work arrays, and the fields of its result."""
-    field, nt = 8.0 * case.grid.shape[0] * case.grid.shape[1], case.times.size
-    fields = stored_fields(KINDS[case.kind].result)
-    given = 1 if case.kept == LAST else nt
-    kept = chosen(case.kept, nt).size or 1
-    memory = PROCESS + (AT_ONCE[case.kind] + 3.0 * maps_of(fields, given)) * field
-    return Footprint(memory, maps_of(fields, kept) * field + 8.0 * 20 * nt + HEADS)
+    """Return the footprint of a steady state, one compiled program: its work arrays, and the fields of its result."""
+    field, maps = (
+        8.0 * case.grid.shape[0] * case.grid.shape[1],
+        maps_of(stored_fields(KINDS[case.kind].result), 1),
+    )
+    memory = PROCESS + (AT_ONCE[case.kind] + 3.0 * maps) * field
+    return Footprint(memory, maps * field + 8.0 * 20 + HEADS)
 
 
-def _in_blocks(case: Case) -> Footprint:
-    """Of a march in blocks of steps."""
-    given = (case.body, case.indenter, case.control, case.times)
-    experiment = Experiment.of(*given, grid=case.grid, **case.options)
+def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
+    """Return the footprint of a march in blocks of steps."""
     plan, *block = shapes(first_block, experiment)
-    kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.setup, plan.steps, *block))
-    work = WORK * kernels
+    kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
+    work = (WORK_OF_SHEAR if case.kind == "shear" else WORK) * kernels
     if experiment.options.correspondence == "quasi-elastic":
         work = max(work, WEIGHING * steps)
-    nx, ny = case.grid.shape
+    (nx, ny), stored = case.grid.shape, StoredFields.of(KINDS[case.kind].result)
     kept = chosen(case.kept, case.times.size).size
-    field, line = 8.0 * nx * ny, 8.0 * (2 * nx + 12)
-    maps, lines = 2.0 * field * kept, line * case.times.size
+    numbers = sum(1 + (FIELDS[name].dimensions == VECTOR) for name in stored.series)
+    each, whole = _bytes(block[1].fields) / BLOCK, 8.0 * nx * ny * len(stored.whole)
+    line = 8.0 * (2 * nx + numbers + 3)  # with radius, peak and verdict
+    maps, lines = each * kept, line * case.times.size
     memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
     heads = HEADS * (case.times.size / BLOCK + 3.0)
     again = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
-    disk = 2.0 * (maps + lines) + again + 2.0 * carry + (7.0 if kept else 9.0) * field + heads
+    disk = 2.0 * (maps + lines) + again + 2.0 * carry + 3.0 * whole + (2.0 if kept else 3.0) * each + heads
     return Footprint(memory, disk)
 
 

@@ -15,7 +15,7 @@ from jaxcontact.files import storage
 from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
-from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, course_of
+from jaxcontact.files.chosen_times import COURSE, FEW, at_times, course_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.results import figures, labels, plotting
@@ -46,21 +46,18 @@ class Report:
 
 
 def of_steps(run: FinishedRun, kept: str) -> Report:
-    """The report of an indentation, from its finished steps."""
-    values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
-    whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | lines_and_peaks(run)
+    """Return the report of an experiment over time, from its finished steps."""
+    values = values_of(run.history) | run.lines
+    whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | run.lines
     course = course_of(whole) if kept == FEW else {}
     arrays = at_times(whole, run.chosen) | run.maps if run.maps else whole
     return Report(run.history, arrays, course, values, pictures(run))
 
 
-def of_result(result: Any, kept: str) -> Report:
-    """The report of any other experiment."""
-    whole, drawn = labels.arrays_of(result) | labels.numbers_of(result), figures.pictures_of(result)
-    if kept != FEW or not hasattr(result, "times"):
-        return Report(result, dict(whole), {}, values_of(result), drawn)
-    few = at_times(whole, chosen(FEW, result.times.size))
-    return Report(result, dict(few), course_of(whole), values_of(result), drawn)
+def of_result(result: Any) -> Report:
+    """Return the report of a steady state."""
+    whole: dict[str, Any] = {**labels.arrays_of(result), **labels.numbers_of(result)}
+    return Report(result, whole, {}, values_of(result), {"contact.png": figures.figure_of(result)})
 
 
 def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
@@ -93,15 +90,6 @@ def write_picture(path: Path, figure: Any) -> None:
     write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format=kind))
 
 
-def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
-    """Return lines and peaks of the pressure, which a history with only its last map does not have."""
-    return {
-        "peak_pressure": run.peak_pressure,
-        "pressure_line": run.pressure_line,
-        "displacement_line": run.displacement_line,
-    }
-
-
 def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
     """Shape, unit and meaning of each array in a file."""
     fields = {
@@ -129,16 +117,19 @@ def _extent(result: Any, case: Case) -> dict[str, Any]:
 
 
 def pictures(run: FinishedRun) -> dict[str, Any]:
-    """The pictures of an indentation, by file name."""
+    """Return the pictures of an experiment over time, by file name."""
     history = run.history
     x = history.grid.axes()[0]
     times, middle = np.asarray(history.times), history.grid.shape[1] // 2
     profile = np.asarray(history.profile)[:, middle]
     own = {
-        "pressure_profiles.png": plotting.profiles_figure(x, run.pressure_line, times),
+        "pressure_profiles.png": plotting.profiles_figure(x, run.lines["pressure_line"], times),
         "pressure_map.png": _maps(run),
         "history.png": plotting.history_figure(history),
-        "surface.png": plotting.surface_figure(x, profile, run.displacement_line, history.approach, times),
+        "surface.png": plotting.surface_figure(
+            x, profile, run.lines["displacement_line"], history.approach, times
+        ),
+        "overview.png": figures.overview_of(history),
     }
     return {name: figure for name, figure in own.items() if figure is not None}
 

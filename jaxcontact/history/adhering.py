@@ -58,19 +58,12 @@ def at_rest(law: Any, profile: Array) -> Adhering | None:
     return Adhering(zero, zero, zero > 0.0, number, jnp.asarray(True), jnp.zeros((), int), number)
 
 
-def numbers_of_rest(law: Any) -> dict[str, Array] | None:
-    """Return numbers of the kinds that ``solve_step`` tells; None for a law without attraction."""
-    if not isinstance(law, Attraction):
-        return None
-    return {"jumps": jnp.zeros((), int), "jump_energy": jnp.zeros(()), "cohesive_cells": jnp.zeros(())}
-
-
 def solve_step(
     problem: Problem, guess: Array, before: Adhering | None, tolerance: Array, max_iterations: Array
-) -> tuple[Solution, Adhering | None, dict[str, Array] | None]:
+) -> tuple[Solution, Adhering | None, dict[str, Array]]:
     """Solve the contact of a step; return the solution, the state it leaves and what is told of it."""
     if before is None:
-        return solve_contact(problem, guess, tolerance, max_iterations), None, None
+        return solve_contact(problem, guess, tolerance, max_iterations), None, {}
     cell = problem.operator.cell_compliance()
     law = replace(problem.law, law=problem.law.law.resolved(cell))
     problem = replace(problem, law=law)

@@ -25,7 +25,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Prediction, deepest_strain
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
@@ -84,10 +84,10 @@ class GrowingMemory(Memory):
         displacement = fields.earlier + fields.operator(pressure)
         return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, fields.film)
 
-    def observe(self, fields: Grown, pressure: Array, step: GrowthStep) -> Observed:
+    def observe(self, fields: Grown, pressure: Array, step: GrowthStep) -> dict[str, Array]:
         """The strain of a film that has always been as thick as in the middle of the step."""
         if fields.film is None:
-            return Observed(jnp.zeros(()), None)
+            return {"film_strain": jnp.zeros(())}
         weights = fields.film.weights
         strain = weights[0] * pressure + jnp.tensordot(weights[1:], fields.eta, 1)
-        return Observed(deepest_strain(fields.film.coefficients, strain), None)
+        return {"film_strain": deepest_strain(fields.film.coefficients, strain)}

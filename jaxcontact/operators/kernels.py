@@ -88,9 +88,14 @@ class Kernels:
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """What a run of a duration [s] on them is told to be off by."""
-        times, errors = self.image_errors.T
-        within = times <= jnp.maximum(jnp.minimum(duration, self.horizon), jnp.min(times))
-        return Errors(self.separation_error, jnp.max(jnp.where(within, errors, 0.0)), self.horizon)
+        images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
+        return Errors(self.separation_error, images, self.horizon)
+
+
+def largest_until(errors: Array, last: Array) -> Array:
+    """Return the largest of errors (t, 2), each behind its time [s], up to a last time, and at least of the earliest, ()."""
+    times, each = errors.T
+    return jnp.max(jnp.where(times <= jnp.maximum(last, jnp.min(times)), each, 0.0))
 
 
 @pytree

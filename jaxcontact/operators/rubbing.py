@@ -21,6 +21,7 @@ from jaxcontact.operators.convolution import Convolution
 from jaxcontact.operators.coupled import spectrum
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.traction_kernels import scaled_coefficients
+from jaxcontact.response.time.tangential_time import TangentialExpansion, tangential_expansion
 
 
 @pytree
@@ -28,14 +29,15 @@ class Rubbing:
     """The kernels of friction, and its coefficient.
 
     coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
-    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; at_zero: the S_m at wavenumber zero, (M,).
+    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response
+    that they come from.
     """
 
     coefficient: Array
     along: Array
     rates: Array
     mix: Array
-    at_zero: Array
+    expansion: TangentialExpansion
 
     @property
     def scale(self) -> Array:
@@ -75,7 +77,7 @@ class Rubbing:
 
     def point_strength(self) -> Array:
         """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
-        return self.scale * (self.at_zero @ self.mix)
+        return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
 
 
 @pytree
@@ -137,7 +139,8 @@ class Rubbed(Operator):
 
 def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:
     """For use inside jit."""
-    kernels, separable = scaled_coefficients(body, indenter, grid, scale)
+    expansion = tangential_expansion(body)
+    kernels = scaled_coefficients(expansion, indenter, grid, scale)
     along = -jnp.stack([kernels.x, kernels.y], 1)
-    mix = separable.mix / scale.compliance
-    return Rubbing(coefficient, along, separable.rates, mix, separable.terms[2, 1:, 0])
+    mix = expansion.separable.mix / scale.compliance
+    return Rubbing(coefficient, along, expansion.separable.rates, mix, expansion)

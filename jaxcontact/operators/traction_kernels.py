@@ -10,24 +10,24 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.coupled import CoupledFamily, Tangential
-from jaxcontact.operators.kernels import Kernels, build
+from jaxcontact.operators.kernels import Errors, Kernels, build, largest_until
 from jaxcontact.response.influence.tangential_coefficients import (
     SurfaceKernels,
     TangentialImages,
     tangential_coefficients,
 )
-from jaxcontact.response.influence.tangential_images import fit_images
 from jaxcontact.response.influence.tangential_lines import tangential_lines
 from jaxcontact.response.time.tangential_time import (
-    TangentialSeparable,
+    TangentialExpansion,
     half_space_shares,
-    separate_tangential,
+    tangential_expansion,
 )
 
 
 @pytree
 class TractionKernels:
-    """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K).
+    """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
+    tangential response that they come from.
 
     The tangential rates are their own; what a pressure draws along, too, is remembered at them.
     """
@@ -36,6 +36,21 @@ class TractionKernels:
     family: CoupledFamily
     rates: Array
     mix: Array
+    expansion: TangentialExpansion
+
+    def errors(self, duration: Array | float = jnp.inf) -> Errors:
+        """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
+        return joint_errors(self.normal, self.expansion, duration)
+
+
+def joint_errors(
+    normal: Kernels, expansion: TangentialExpansion, duration: Array | float = jnp.inf
+) -> Errors:
+    """Return the larger errors of a normal and a tangential response in a run of a duration [s]."""
+    errors = normal.errors(duration)
+    images = largest_until(expansion.image_errors, jnp.minimum(duration, errors.horizon))
+    separation = jnp.maximum(errors.separation, expansion.separation_error)
+    return Errors(separation, jnp.maximum(errors.images, images), errors.horizon)
 
 
 def build_traction(
@@ -45,23 +60,23 @@ def build_traction(
 
     Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
     """
-    normal = build(body, indenter, grid)
-    coefficients, separable = scaled_coefficients(body, indenter, grid, normal.scale)
+    normal, expansion = build(body, indenter, grid), tangential_expansion(body)
+    coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
     family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
-    return TractionKernels(normal, family, separable.rates, separable.mix / normal.scale.compliance)
+    mix = expansion.separable.mix / normal.scale.compliance
+    return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
 
 
 def scaled_coefficients(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale
-) -> tuple[SurfaceKernels, TangentialSeparable]:
-    """Of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells, and what they come from."""
-    separable = separate_tangential(body)
-    images = fit_images(body, separable.terms)
+    expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale
+) -> SurfaceKernels:
+    """The coefficients of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells."""
+    images = expansion.images
     weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
     coefficients_of = tangential_lines if grid.plane_strain else tangential_coefficients
     coefficients = coefficients_of(grid, TangentialImages(images.depths, weights))
     scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
-    return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled), separable
+    return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled)
 
 
 def _of_indenter(indenter: Indenter) -> Array:

@@ -1,4 +1,4 @@
-"""The figure that ``plot`` of a result shows, and the pictures that a run leaves.
+"""The figure that ``plot`` of a result shows.
 
 A result names its figure by its attribute ``view``; it is read by its fields alone, so that results may import this module.
 """
@@ -22,25 +22,13 @@ def figure_of(result: Any) -> Figure:
 
 
 @styled
-def pictures_of(result: Any) -> dict[str, Figure]:
-    """The pictures of a run, by file name: its figure, and of a history its course in time."""
-    if not hasattr(result, "times"):
-        return {"contact.png": figure_of(result)}
-    return {"overview.png": figure_of(result), "pressure_map.png": map_figure(result)} | (
-        {"history.png": plotting.history_figure(result)} if result.view == "shear" else {}
-    )
-
-
-def map_figure(history: Any) -> Figure:
-    """Pressure of the first and the last time, or of the last alone with ``save="last"``; in plane strain a line."""
-    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
-    if history.grid.plane_strain:
-        lines = pressure.reshape(-1, pressure.shape[-2])
-        return plotting.profiles_figure(history.grid.axes()[0], lines, times[-len(lines) :])
-    fields = [pressure] if pressure.ndim == 2 else [pressure[0], pressure[-1]]
-    titles = [f"t = {time:g} s" for time in (times[0], times[-1])][-len(fields) :]
-    x, y = history.grid.axes()
-    return plotting.maps_figure(x, y, fields, titles)
+def overview_of(history: Any) -> Figure | None:
+    """Return the figure of stick and slip, or of a rough contact; None for what profiles and course in time show."""
+    if history.view == "shear":
+        return shear_figure(history)
+    if history.grid.plane_strain or is_round(history):
+        return None
+    return rough_figure(history)
 
 
 def contact_figure(history: Any) -> Figure:

@@ -7,7 +7,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory, SteadyContact
+from jaxcontact.results.contact import ContactHistory, ContactStep, SteadyContact
 
 
 def sticking_share(stick: Array, pressure: Array) -> Array:
@@ -16,8 +16,24 @@ def sticking_share(stick: Array, pressure: Array) -> Array:
 
 
 @pytree
+class ShearStep(ContactStep):
+    """One step as a ``save`` function of ``shear`` sees it, in SI units, by the names of ``ShearHistory``.
+
+    traction and slip (since the time before): (2, nx, ny); stick: (nx, ny); tangential_load and
+    tangential_displacement: (2,); dissipated: a number.
+    """
+
+    traction: Array
+    slip: Array
+    stick: Array
+    tangential_load: Array
+    tangential_displacement: Array
+    dissipated: Array
+
+
+@pytree
 class ShearHistory(ContactHistory):
-    """A ``ContactHistory`` with friction, SI units; fields that are (nt, ...) are those of the last time with save="last".
+    """A ``ContactHistory`` with friction, SI units; fields over the grid are those of the last time unless save="all".
 
     traction (nt, 2, nx, ny) [Pa] on the body; slip (nt, 2, nx, ny) [m]: of the body over the indenter since the time
     before, opposite to the traction, zero off contact; stick (nt, nx, ny) bool: in contact without slip at the

@@ -1,7 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -70,7 +70,8 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
     contact has come back to where history had left the grid, by enough to move it (``dropped`` above 1 % of
-    the approach): the grid does not hold the track and the contact; 9: an earlier step failed, and the body remembers it.
+    the largest approach so far): the grid does not hold the track and the contact; 9: an earlier step failed, and the
+    body remembers it.
     """
 
     velocity: Array
@@ -102,6 +103,11 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
         if not self._has_maps_over_time:
             return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
         return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
+
+
+def sliding_history(**given: Any) -> SlidingHistory:
+    """Return a history from its fields without the totals."""
+    return SlidingHistory(**with_totals(given, given["velocity"]))
 
 
 @pytree

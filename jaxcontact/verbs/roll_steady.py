@@ -14,7 +14,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete
 from jaxcontact._support.status import Status
-from jaxcontact.history.march import contact_outcome, solved, status_of
+from jaxcontact.history.pressing import contact_outcome, solved, status_of
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.track import check_along_x
 from jaxcontact.indenters.shapes import Indenter
@@ -158,7 +158,7 @@ def _compiled(
         "power": in_si["hysteresis_power"] + friction_power,
         "hysteresis_force": in_si["hysteresis_power"] / speed,
     }
-    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.normal.errors()
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
 
 
 _run = Program(_compiled, ("forced", "coupled"))
@@ -176,7 +176,7 @@ def _surface(
         nothing = jnp.zeros(experiment.grid.shape)
         operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
         return elastic_surface(kernels, operator), lambda p: {
-            "film_strain": memory.observe(fields, p, no_time).film_strain,
+            **memory.observe(fields, p, no_time),
             "hysteresis_power": no_time,
         }
     wake = wake_of(experiment, kernels.normal, velocity, across=across)

@@ -15,8 +15,8 @@ from jaxcontact._support.status import Status
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
-from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.history.observables import Observer
+from jaxcontact.history.pressing import contact_outcome, status_of
 from jaxcontact.history.track import as_array, check_along_x, check_rubbing
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Approach, Control
@@ -24,6 +24,7 @@ from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.response.body import response_of
 from jaxcontact.results.sliding import SteadySliding, with_totals
 from jaxcontact.verbs.experiment import Experiment, reported
@@ -151,9 +152,10 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     status = with_no_steady_state(status, experiment, vector)
     fields = _fields(wake, symbols, problem, solution, rubbed) | {"status": status}
     in_si = with_totals(kernels.scale.to_si(**fields), vector)
+    errors = kernels.errors() if rubbed is None else joint_errors(kernels, rubbed.rubbing.expansion)
     rubs = jnp.zeros(()) if friction is None else friction
     mu = jnp.broadcast_to(rubs, profile.shape)
-    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), kernels.errors()
+    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), errors
 
 
 def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:

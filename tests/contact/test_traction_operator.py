@@ -11,8 +11,8 @@ from jaxcontact._support.exponential import phi1
 from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.reference.layered_solid import surface_response
 from jaxcontact.response.influence.tangential_coefficients import TangentialImages, tangential_coefficients
-from jaxcontact.response.influence.tangential_images import fit_images, fit_wavenumbers
 from jaxcontact.response.stack import all_steps
+from jaxcontact.response.time.tangential_images import fit_images, fit_wavenumbers
 from jaxcontact.response.time.tangential_time import separate_tangential
 
 GRID = jc.Grid((6, 5), (2.0, 3.0))
@@ -75,9 +75,9 @@ def test_images_stand_for_the_layered_response(ratio, nu, bound):
     """Against the interface conditions, alpha h from 1e-6 to 1e3; 4e-8 (nu = 0.5: 7e-7) up to a ratio of 30."""
     body = jc.LayeredHalfSpace((jc.Layer(jc.Elastic(ratio, nu), 1.0),), jc.Elastic(1.0, 0.3))
     L, K, _, T = all_steps(body, fit_wavenumbers(body), 0.0)
-    images = fit_images(body, jnp.stack([L, T, K]))
+    images = fit_images(body, jnp.stack([L, T, K])[:, None])
     alpha = np.geomspace(1e-6, 1e3, 150)
-    weights, depths = np.asarray(images.weights), np.asarray(images.depths)
+    weights, depths = np.asarray(images.weights[:, 0]), np.asarray(images.depths)
     ours = weights[:, :1] + weights[:, 1:] @ np.expm1(-depths[1:, None] * alpha)
     exact = surface_response(
         np.tile([ratio, 1.0], (150, 1)), np.tile([nu, 0.3], (150, 1)), np.ones((150, 1)), alpha, 0 * alpha

@@ -1,7 +1,7 @@
 """Mistakes that only the command line can make, those in a study's file among them: one line, and status 2."""
 
 import numpy as np
-from mistakes_in_case_files import CASE
+from mistakes_in_case_files import CASE, NO_TIMES
 
 from jaxcontact.__main__ import main
 
@@ -14,6 +14,9 @@ def shell(folder, *words):
     )
     far = '[experiment]\nkind = "sliding"\nvelocity = 1.0\n' + CASE
     (folder / "far.toml").write_text(far)
+    rolls = CASE.replace(*NO_TIMES).replace("load = 10.0", "load = 10.0\ncreepage = [1e-3, 0.0]")
+    still = '[experiment]\nkind = "steady-rolling"\nvelocity = 0.0\nfriction = 0.3\n' + rolls
+    (folder / "still.toml").write_text(still)
     (folder / "large.toml").write_text(CASE.replace("n = 32", "n = 65536"))
     (folder / "bad.npz").write_text("no arrays")
     np.savez(folder / "other.npz", a=1.0)
@@ -117,6 +120,8 @@ SHELL = {
         ["check", "@far.toml"],
         r"far.toml: velocity: expected steps of at most 0.5 of the grid's width, got",
     ),
+    "a steady state at rest": (["check", "@still.toml"], r"still.toml: velocity"),
+    "a steady state at rest, run": (["run", "@still.toml", "-o", "@out"], r"still.toml: velocity"),
     "the same function, run": (["run", "@far.toml", "-o", "@out"], r"far.toml: velocity: expected steps of"),
     "a picture as text": (["plot", "@part.npz", "-o", "@a.txt"], r"found .txt, accepted: .pdf, .png, .svg"),
     "a picture over another": (["plot", "@case.npz", "-o", "@full.png"], r"is there already"),

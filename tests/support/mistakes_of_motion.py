@@ -41,9 +41,9 @@ MOTION = {
         lambda: shear(friction=np.ones(3)),
         r"friction: expected a number or shape \(8, 8\)",
     ),
-    "a function of steps with friction": (
-        lambda: shear(save=lambda step: step.load),
-        r'save: expected "all" or "last"',
+    "a word for save of shear": (
+        lambda: shear(save="first"),
+        r"""save: expected "all", "last" or a function, got 'first'""",
     ),
     "pressure on another grid": (
         lambda: jc.subsurface(BODY, GRID, np.ones(3), depths=[0.0]),

@@ -63,16 +63,23 @@ def on_surface(x: Array, y: Array) -> Kinds:
 
 
 def of_image(x: Array, y: Array, z: Array) -> Kinds:
-    """2 pi times what the integrals at depth z have beyond those at z = 0; z may be zero, x and y not."""
+    """2 pi times what the integrals at depth z have beyond those at z = 0; z may be zero, x and y not.
+
+    Multiples of z alone, which drop out of the differences over a cell, are left out, and what remains is written without
+    cancellation, however deep the image lies.
+    """
     above, r = jnp.sqrt(x**2 + y**2), jnp.sqrt(x**2 + y**2 + z**2)
-    further = z**2 / (r + above)
+    further, deep = z**2 / (r + above), jnp.where(z > 0.0, z, 1.0)
+    excess = above**2 / (r + z)  # r - z
     angle_x, angle_y = jnp.arctan(y * z / (x * r)), jnp.arctan(x * z / (y * r))
-    log_x, log_y = jnp.log(x + r), jnp.log(y + r)
+    steeper_x = jnp.arctan(x * y * excess / (x**2 * r + y**2 * z))  # atan(y/x) - angle_x
+    steeper_y = jnp.arctan(x * y * excess / (y**2 * r + x**2 * z))
+    log_x, log_y = jnp.log1p((x + excess) / deep), jnp.log1p((y + excess) / deep)  # ln((x + r)/z)
     deeper = jnp.log1p((further + z) / above)  # ln((r + z)/r_0)
     return Kinds(
-        xx=x * jnp.log1p(further / (y + above)) - z * (jnp.arctan(y / x) - angle_x),
-        yy=y * jnp.log1p(further / (x + above)) - z * (jnp.arctan(x / y) - angle_y),
-        xy=further - z * jnp.log(r + z),
+        xx=x * jnp.log1p(further / (y + above)) - z * steeper_x,
+        yy=y * jnp.log1p(further / (x + above)) - z * steeper_y,
+        xy=excess - above - z * jnp.log1p(excess / (2.0 * deep)),
         x=x * angle_x - y * deeper - z * log_y,
         y=y * angle_y - x * deeper - z * log_x,
     )

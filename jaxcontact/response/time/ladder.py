@@ -6,6 +6,7 @@ thicknesses, relative to the top layer's, are rounded to powers of two: it does 
 are linear in the response, without noise in finite differences.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -14,7 +15,7 @@ from jax import Array
 
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.response.influence.images import Images, Ladder, fit_images, fit_wavenumbers, image_depths
-from jaxcontact.response.stack import solids, surface_compliance
+from jaxcontact.response.stack import SurfaceCompliance, solids, surface_compliance
 from jaxcontact.response.time.band import horizon, may_have_no_slowest
 from jaxcontact.response.volume import nu_at_first
 
@@ -74,26 +75,59 @@ def _wavenumbers(solids: Solids) -> Array:
 def expand(body: LayeredHalfSpace, values: Array) -> Images:
     """Images of responses at ``wavenumbers``, (..., n), relative to the body's response at first."""
     solids = solids_of(body)
-    return fit_images(values, *_ladders(solids, _rounded(solids).compliances[None]))
+    return fit_images(values, *_ladders(solids, _normal_sizes([_at_first(solids)])))
 
 
 def expand_shapes(body: LayeredHalfSpace, shapes: Array) -> Images:
-    """Images of shapes (M, n), the first one relative to that of the top layer on a rigid base, the others to the body's
-    response at first."""
+    """Images of C_0 and the S_m, (M + 2, n), the film's shape before them: that relative to the response of the top layer on
+    a rigid base, C_0 to the body's response at first and the others to that in the end."""
     solids = solids_of(body)
-    whole = _rounded(solids).compliances
-    film = jnp.zeros_like(whole).at[0].set(1.0)
-    to_film, to_whole = _ladders(solids, jnp.stack([film, whole]))
-    first, others = fit_images(shapes[:1], to_film), fit_images(shapes[1:], to_whole)
-    return Images(first.depths, jnp.concatenate([first.heights, others.heights]))
+    first = _at_first(solids)
+    film = first._replace(compliances=jnp.zeros_like(first.compliances).at[0].set(1.0))
+    ladders = _ladders(solids, _normal_sizes([film, first, _in_the_end(solids)]))
+    return _joined([shapes[:1], shapes[1:2], shapes[2:]], ladders)
 
 
-def _rounded(solids: Solids) -> Solids:
-    """The body that gives the weights."""
+def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
+    """Images of C_0 and the S_m of alpha (L, T, K), (3, M + 1, n), heights (3, M + 1, J + 1).
+
+    Those of L and T are fitted relative to themselves, C_0 at first and the others in the end, those of K to the root of
+    L N.
+    """
+    solids = solids_of(body)
+
+    def sizes(wavenumber: Array) -> Array:
+        each = [_responses(rough, wavenumber) for rough in (_at_first(solids), _in_the_end(solids))]
+        return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
+
+    ladders = _ladders(solids, sizes, densely=True)
+    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
+    fitted = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
+    return Images(fitted[0].depths, jnp.stack([images.heights for images in fitted]))
+
+
+def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
+    """Fit images of values (m, n), each array on its own ladder."""
+    fitted = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
+    return Images(fitted[0].depths, jnp.concatenate([images.heights for images in fitted]))
+
+
+def _at_first(solids: Solids) -> Solids:
+    """The body whose response at first gives the weights."""
+    return _rounded(solids, solids.compliances)
+
+
+def _in_the_end(solids: Solids) -> Solids:
+    """The body whose response in the end gives the weights."""
+    return _rounded(solids, solids.final)
+
+
+def _rounded(solids: Solids, compliances: Array) -> Solids:
+    """Round the ratios of compliances and of thicknesses to powers of two, and Poisson's ratios."""
     rounded = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
     poissons = jnp.minimum(jnp.round(STEPS * solids.poissons) / STEPS, LARGEST)
-    soft = jnp.maximum(solids.compliances, jnp.max(solids.compliances) / STIFFEST)
-    return Solids(rounded(soft), rounded(soft), poissons, rounded(solids.thicknesses))
+    soft = rounded(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
+    return Solids(soft, soft, poissons, rounded(solids.thicknesses))
 
 
 def _reach(solids: Solids) -> tuple[Array, Array]:
@@ -110,13 +144,24 @@ def _reach(solids: Solids) -> tuple[Array, Array]:
     return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
 
 
-def _ladders(solids: Solids, compliances: Array) -> list[Ladder]:
-    """For images relative to the response of the rounded body with each of the compliances [1/Pa], (m, layers + 1)."""
+def _responses(rough: Solids, wavenumber: Array) -> SurfaceCompliance:
+    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber)
+
+
+def _normal_sizes(bodies: list[Solids]) -> Callable[[Array], Array]:
+    """Return alpha N of each of the bodies, (m, n) at wavenumbers (n,)."""
+    return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
+
+
+def _ladders(solids: Solids, sizes: Callable[[Array], Array], *, densely: bool = False) -> list[Ladder]:
+    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,).
+
+    densely: whether depths lie as closely for the waves that stretch layers as for those that bend them.
+    """
     bent, stretched = _reach(solids)
-    dense = jnp.maximum(SHALLOWEST * jnp.sum(solids.thicknesses), BENDING * bent)
-    depths = image_depths(FIRST * solids.thicknesses[0], dense, STRETCHING * stretched)
+    last = STRETCHING * stretched
+    dense = jnp.maximum(SHALLOWEST * jnp.sum(solids.thicknesses), last if densely else BENDING * bent)
+    depths = image_depths(FIRST * solids.thicknesses[0], dense, last)
     alpha, between = _wavenumbers(solids), 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
-    rough, where = _rounded(solids), jnp.append(alpha[1:-1], between)
-    size = lambda j: surface_compliance(j, rough.poissons, rough.thicknesses, where).normal
-    at_nodes, at_steps = jnp.split(jax.vmap(size)(compliances), [alpha.size - 2], -1)
-    return [Ladder(alpha, depths, *sizes) for sizes in zip(at_nodes, at_steps, strict=True)]
+    at_nodes, at_steps = jnp.split(sizes(jnp.append(alpha[1:-1], between)), [alpha.size - 2], -1)
+    return [Ladder(alpha, depths, *each) for each in zip(at_nodes, at_steps, strict=True)]

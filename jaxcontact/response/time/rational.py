@@ -59,6 +59,7 @@ from jaxcontact.response.stack import Spectra, compliances, scaled_response, sol
 from jaxcontact.response.time.band import (
     MORE_RATES,
     MORE_SHAPES,
+    Window,
     creeps,
     flows,
     may_have_no_slowest,
@@ -97,24 +98,43 @@ def separate(
     chosen = window(rough, rates)
     alike = wavenumber * jax.lax.stop_gradient(jnp.asarray(top.thickness)) / rough.layers[0].thickness
     expected, samples = _sampled(rough, alike, chosen.period), _sampled(body, wavenumber, chosen.period)
-    weights = _weights(expected)
-    stride = max(1, wavenumber.size // CANDIDATES)
-    picked = stride * picks(expected.rest[:, ::stride], weights[:, ::stride], shapes)
-    few = samples.rest[:, picked]
-    terms = jax.vmap(combination, (None, 1, 1), 1)(few, samples.rest, weights)
-    common, fluidities = _rates(body, chosen.rates)
-    unit = jnp.where(common > 0.0, common, chosen.rates[0])
-    basis = as_real(unit / (1.0 / chosen.period[:, None] + common))
-    first = slice(len(basis))
-    mix = jax.vmap(combination, (None, 1, 1), 1)(basis, few[first], weights[first, picked])
+    weights = weights_of(expected.response)
+    common, fluidities = common_rates(body, chosen.rates)
+    terms, mix = fitted(samples.rest, expected.rest, weights, chosen, common, shapes)
     result = Separable(
         rates=common,
         terms=jnp.concatenate([jnp.stack([samples.start, own]), terms]),
-        mix=jnp.concatenate([fluidities[None], (mix * unit[:, None]).T]),
+        mix=jnp.concatenate([fluidities[None], mix]),
         error=jnp.zeros(()),
         horizon=chosen.horizon,
     )
     return replace(result, error=_error(body, wavenumber, result, chosen.times[:, None]))
+
+
+def fitted(
+    rest: Array,
+    expected: Array,
+    weights: Array,
+    chosen: Window,
+    rates: Array,
+    shapes: int,
+    cutoff: float = CUTOFF,
+) -> tuple[Array, Array]:
+    """Return the shapes S_m (shapes, n) and the mix (shapes, K) of lambda_k C_k = sum_m mix[m, k] S_m.
+
+    rest: ``Samples.rest`` of n responses, (r, n); expected: the same of the rounded body, by which responses are picked;
+    weights: ``weights_of`` those, (r, n); rates: lambda_k [1/s], (K,); cutoff: of singular values in the fit of the shapes.
+    """
+    stride = max(1, rest.shape[1] // CANDIDATES)
+    picked = stride * picks(expected[:, ::stride], weights[:, ::stride], shapes)
+    few = rest[:, picked]
+    of_few = lambda target, weight: combination(few, target, weight, cutoff)
+    terms = jax.vmap(of_few, (1, 1), 1)(rest, weights)
+    unit = jnp.where(rates > 0.0, rates, chosen.rates[0])
+    basis = as_real(unit / (1.0 / chosen.period[:, None] + rates))
+    first = slice(len(basis))
+    mix = jax.vmap(combination, (None, 1, 1), 1)(basis, few[first], weights[first, picked])
+    return terms, (mix * unit[:, None]).T
 
 
 class Samples(NamedTuple):
@@ -131,17 +151,14 @@ class Samples(NamedTuple):
 
 def _sampled(body: LayeredHalfSpace, wavenumber: Array, period: Array) -> Samples:
     """Compute both bodies at the frequencies s = 1/period, (s,)."""
-    j = _sampled_compliances(spectra(body), period)
+    j = sampled_compliances(spectra(body), period)
     response = scaled_response(body, wavenumber, j[..., None])
     top = body.sublayers()[0]
     own, film = film_shape(top.material, wavenumber * top.thickness), film_compliance(top.material, j[0])
-    start, response = jnp.real(response[0]), response[1:]
-    rest = response - start - own * (film[1:] - film[0])[:, None]
-    count = period.size
-    return Samples(start, jnp.concatenate([as_real(rest[:count]), as_real(rest[count:])]), response[:count])
+    return samples_of(response, own * (film[1:] - film[0])[:, None])
 
 
-def _sampled_compliances(spectra: Spectra, period: Array) -> Array:
+def sampled_compliances(spectra: Spectra, period: Array) -> Array:
     """Compliances [1/Pa] at t = 0, at 1/s = period, and of the second body, (layers + 1, 1 + 3/2 period.size).
 
     A solid that is rigid at first is taken as it is at the highest frequency.
@@ -154,9 +171,20 @@ def _sampled_compliances(spectra: Spectra, period: Array) -> Array:
     return jnp.concatenate(each, 1)
 
 
-def _weights(samples: Samples) -> Array:
-    """Return weights that make each row of ``Samples.rest`` relative to the response, (r, n), without derivative."""
-    relative = 1.0 / jnp.abs(jax.lax.stop_gradient(samples.response))
+def samples_of(responses: Array, known: Array | float = 0.0) -> Samples:
+    """Return the samples of responses (1 + 3/2 s, n) at ``sampled_compliances``.
+
+    known: the part that is not to be fitted, (3/2 s, n).
+    """
+    start, response = jnp.real(responses[0]), responses[1:]
+    rest, count = response - start - known, 2 * (len(response) // 3)
+    return Samples(start, jnp.concatenate([as_real(rest[:count]), as_real(rest[count:])]), response[:count])
+
+
+def weights_of(sizes: Array) -> Array:
+    """Return weights that make the rows of ``Samples.rest`` relative to sizes at the frequencies, (s, n), without
+    derivative, (r, n)."""
+    relative = 1.0 / jnp.abs(jax.lax.stop_gradient(sizes))
     second = SHARE * relative[::2]
     return jnp.concatenate([relative, relative, second, second])
 
@@ -190,7 +218,7 @@ def picks(matrix: Array, weights: Array, count: int) -> Array:
     return jax.lax.scan(take, start, jnp.arange(count))[1]
 
 
-def combination(matrix: Array, target: Array, weights: Array) -> Array:
+def combination(matrix: Array, target: Array, weights: Array, cutoff: float = CUTOFF) -> Array:
     """Return the x (m,) for least sum of (weights (matrix x - target))^2, matrix (r, m), target and weights (r,).
 
     The decomposition carries no derivative: two steps of refinement give those by the target and by the matrix times x,
@@ -203,11 +231,11 @@ def combination(matrix: Array, target: Array, weights: Array) -> Array:
     size = jnp.where(size > 0.0, size, 1.0)
     matrix, held = matrix / size, held / size
     singular = decomposed(held)
-    x = singular.truncated(target, CUTOFF)
+    x = singular.truncated(target, cutoff)
     for _ in range(2):
-        x = x + singular.truncated(target - matrix @ x, CUTOFF)
+        x = x + singular.truncated(target - matrix @ x, cutoff)
     residual = jax.lax.stop_gradient(target - matrix @ x)
-    x = x + singular.normal((matrix - held).T @ residual, CUTOFF)
+    x = x + singular.normal((matrix - held).T @ residual, cutoff)
     return x / size
 
 
@@ -233,7 +261,7 @@ def least_squares(matrix: Array, target: Array) -> Array:
     return solution
 
 
-def _rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
+def common_rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
     """The top layer's rates, the grid and zero for a flow [1/s], and the top layer's fluidities, (K,) each."""
     top = film_creep(solids(body)[0])
     rates = jnp.concatenate([top.rates, grid])

@@ -76,9 +76,9 @@ def creeping_surface(
     """With what was left behind; the wake is that of the pressure."""
     grid, scale, at_once = experiment.grid, kernels.normal.scale, elastic_surface(kernels, normal)
     wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
-    coefficients, separable = scaled_coefficients(experiment.body, experiment.indenter, wide, scale)
+    coefficients = scaled_coefficients(kernels.expansion, experiment.indenter, wide, scale)
     shapes = Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic)
-    lasting = separable.terms[:, 1:, 0] @ kernels.mix
+    lasting = kernels.expansion.separable.terms[:, 1:, 0] @ kernels.mix
     track = _Track(wake, kernels.rates, kernels.mix, lasting)
     time = wake.crossing_time
     stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))

@@ -1,0 +1,114 @@
+"""The search of a classical creep fit as ``conclusion.py`` takes it: optimum, profiles and combinations."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from jax.tree_util import Partial
+
+from fitting.data.curves import CreepData
+from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.inference.unsupported import Supported, keep_all, leave_out
+from fitting.models.search_space import Landscape, SearchSpace
+from fitting.models.structure import Sought, Structure
+from fitting.search import creep_search, padding
+from fitting.search.creep_search import Optimum, Scaled
+from fitting.search.uncertainty import linear_sd
+from fitting.search.varpro import PLACES, TauSearch
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CreepSearch:
+    """A creep curve in its own units, and which of its points are fitted."""
+
+    data: CreepData
+    structure: Structure
+    scaled: Scaled
+    choose: Callable[..., Supported]
+
+    @classmethod
+    def of(cls, data: CreepData, sought: Sought, sample: Sample) -> "CreepSearch":
+        """Return the search for a classical material; points are left out where the weights are estimated."""
+        scaled = creep_search.scale(data, sample.weights, sought.structure, sought.table)
+        return cls(data, sought.structure, scaled, leave_out if sample.adjustable else keep_all)
+
+    @property
+    def space(self) -> SearchSpace:
+        """The compliances (j0, j2, f, j2/tau), over their units."""
+        compliance, time = self.scaled.compliance, self.scaled.time
+        box = np.stack([np.asarray(side) for side in self.scaled.problem.limits], -1)
+        unit = compliance / np.array([1.0, 1.0, time, time])
+        own = np.isin(np.arange(4), PLACES[self.structure.size])
+        return SearchSpace.linear(self.structure, box, unit, own)
+
+    def solve(self, weights: np.ndarray) -> Solved:
+        """Return the optimum with weights (n,) [1/unit of the response], with residuals and slopes of all points."""
+        padded = padding.without_weight(weights * float(np.max(np.abs(self.data.response))))
+        problem, n = self.scaled.problem._replace(weights=padded), weights.size
+        kept, fewer, best = self.choose(problem, n)
+        residual = np.asarray(creep_search.residuals(problem, best))[:n]
+        free, inside = places(problem), creep_search.strictly_inside(best.parts, *problem.limits)
+        J = np.asarray(creep_search.jacobian(problem, best))[:n, free]
+        found = Extents(fewer, best, self.scaled)
+        return Solved(
+            np.asarray(best.parts), residual, J, np.asarray(inside)[free], kept, weights,
+            lambda judged: found.at(judged, self.data.t[-1:]), found,
+        )  # fmt: skip
+
+
+def places(problem: TauSearch) -> np.ndarray:
+    """Places of the compliances that are fitted, among (j0, j2, f, j2/tau)."""
+    lower, upper = (np.asarray(side) for side in problem.limits)
+    return np.flatnonzero(lower < upper)
+
+
+class Extents(NamedTuple):
+    """Profile likelihoods about an optimum of a problem in the units ``scaled``."""
+
+    problem: TauSearch
+    best: Optimum
+    scaled: Scaled
+
+    def at(self, judged: Judged, t: np.ndarray) -> np.ndarray:
+        """Extents (5 + k, 2) as ``creep_search.profile`` has them, at times t (k,) [s]; compiled for a few k."""
+        times = t / self.scaled.time
+        times = padding.repeated(times) if t.size > 1 else times
+        levels = judged.levels(self._gradients(times)[places(self.problem)])
+        same = np.ptp(levels) <= 1e-12 * levels[0]
+        some = creep_search.profile(self.problem, self.best, levels[0] if same else levels, times)
+        return np.asarray(some)[: 5 + t.size]
+
+    def creep(self, judged: Judged, t: np.ndarray) -> np.ndarray:
+        """Limits (2, k) of J [1/Pa] at times t (k,) [s]."""
+        return self.at(judged, t)[5:].T * self.scaled.compliance
+
+    def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
+        """J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], T the duration: (value, sd, low, high), from the extents (6, 2)
+        at T and the slopes (m, k) of the compliances that are fitted."""
+        (j0, j2, f, ratio), tau = np.asarray(self.best.parts), float(self.best.tau)
+        free, whole = places(self.problem), np.zeros((len(slopes), 4))
+        whole[:, free] = slopes
+        gradients = self._gradients(np.ones(1))[:, [0, 4, 5]].T
+        sd = linear_sd(whole, gradients, np.isin(np.arange(4), free))
+        values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
+        units = self.scaled.compliance * np.array([1.0, 1.0 / self.scaled.time, 1.0])
+        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends[[0, 4, 5]], units, strict=True)
+        return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
+
+    def landscape(self, space: SearchSpace) -> Landscape:
+        """Return the residuals over the compliances of the material."""
+        own = space.material
+        residual = Partial(creep_search.residuals_at, self.problem)
+        box = np.stack(space.bounds, -1)[own]
+        return Landscape(residual, np.asarray(self.best.parts)[own], box, space.unit[own])
+
+    def _gradients(self, times: np.ndarray) -> np.ndarray:
+        """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) by (j0, j2, f, j2/tau), (4, m), scaled."""
+        (_, j2, _, _), tau = np.asarray(self.best.parts), float(self.best.tau)
+        decay, one = np.exp(-times / tau), np.ones(times.size)
+        # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
+        turn = -decay * times / tau if j2 > 0 else 0.0 * times
+        creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
+        return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])

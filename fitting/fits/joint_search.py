@@ -1,0 +1,225 @@
+"""Several tests of one material as one least squares, each with an error of its own.
+
+Every test has an error s_k times that of its weights. The likeliest material is that of the least
+
+    sum over the tests of n_k log RSS_k,
+
+which is least squares with each test's weights over s_k, s_k^2 = RSS_k/(n_k (1 - p/n)), found in turns (G. E. P. Box,
+N. R. Draper, Biometrika 52 (1965) 355, for tests without common noise).
+"""
+
+import dataclasses
+import functools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.fits import modulus
+from fitting.inference import evidence, noise
+from fitting.inference.conclusion import solution
+from fitting.inference.correlation import lag_one
+from fitting.inference.evidence import Curve, Judged, Sample, Solved
+from fitting.models.coordinates import Coordinates, Space
+from fitting.models.history import columns
+from fitting.search import nonlinear, padding
+from fitting.search.nonlinear import Best, Objective
+
+TURNS, STILL = 50, 1e-6  # of the weights, and their change that is none
+LEAST = 1e-9  # standard deviation of a point, as a share of what its weight says
+
+
+class Part(NamedTuple):
+    """A test: kind, "creep", "relaxation" or "oscillation"; sample; x, y: what the residuals take, scaled and padded;
+    unit: of the response, in that of the sample."""
+
+    kind: str
+    sample: Sample
+    x: Any
+    y: Array
+    unit: float
+
+    def weighed(self, weights: np.ndarray) -> "Part":
+        """Return the test with other weights (n,)."""
+        return self._replace(sample=self.sample._replace(weights=weights))
+
+    @property
+    def arrays(self) -> tuple[Any, Any, Any]:
+        """What the residuals take."""
+        return self.x, self.y, padding.without_weight(self.sample.weights * self.unit)
+
+
+class Tests(NamedTuple):
+    """Tests, weighted over the errors (k,) of each, which are parts of what its own weights say; the sample of a fit to
+    all of them.
+
+    As one curve they follow one another, each over its unit.
+    """
+
+    parts: tuple[Part, ...]
+    errors: np.ndarray
+
+    @property
+    def least_count(self) -> int:
+        """Number of points of the smallest test."""
+        return min(part.sample.least_count for part in self.parts)
+
+    @property
+    def label(self) -> str:
+        """The weights of the tests."""
+        return ", ".join(dict.fromkeys(part.sample.label for part in self.parts)) + ", of each test apart"
+
+    @property
+    def own_weights(self) -> list[np.ndarray]:
+        """Weights (n,) of each test without its error."""
+        return [part.sample.weights * s for part, s in zip(self.parts, self.errors, strict=True)]
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Where each test but the last ends among all points."""
+        return np.cumsum([part.sample.t.size for part in self.parts])[:-1]
+
+    def curve(self, kept: np.ndarray) -> Curve:
+        """Return all tests as one curve; no point is left out."""
+        values = [part.sample.measured / part.unit for part in self.parts]
+        return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
+
+    def error(self, solved: Solved, deviation: float) -> tuple[str, ...]:
+        """Return no note: the errors are fields of the fit."""
+        return ()
+
+    def each(self, solved: Solved) -> list[tuple[Sample, Solved]]:
+        """Return the sample and the residuals of each test."""
+        rows = zip(
+            self.parts, *(np.split(y, self.ends) for y in (solved.residual, solved.jacobian)), strict=True
+        )
+        every = lambda sample: np.ones(sample.t.size, dtype=bool)
+        return [
+            (part.sample, Solved(solved.theta, r, J, solved.inside, every(part.sample), part.sample.weights))
+            for part, r, J in rows
+        ]
+
+    def scaled(self, factors: np.ndarray) -> "Tests":
+        """Return the tests with other errors, by factors (k,)."""
+        rows = zip(self.parts, factors, strict=True)
+        parts = tuple(part.weighed(part.sample.weights / factor) for part, factor in rows)
+        return Tests(parts, self.errors * factors)
+
+    def reweighed(self, solved: Solved, p: int) -> "Tests":
+        """Return the tests with estimated weights that agree with the residuals."""
+        rows = zip(self.parts, self.errors, self.own_weights, self.each(solved), strict=True)
+        parts = []
+        for part, s, weights, (sample, own) in rows:
+            alone = own._replace(residual=s * own.residual, jacobian=s * own.jacobian, weights=weights)
+            parts.append(part.weighed(sample.reweighed(alone, p) / s) if sample.adjustable else part)
+        return self._replace(parts=tuple(parts))
+
+    def curves(self, solved: Solved) -> tuple:
+        """Return (name, unit, over, values, fitted) of each test."""
+        return tuple(
+            (one.name, one.unit, one.t, one.measured, one.measured + own.residual / one.weights)
+            for one, own in self.each(solved)
+        )
+
+    def judge(self, solved: Solved, p: int, level: float) -> Judged:
+        """Judge the residuals of all tests: the noise of each is judged apart, and a test that is not described refuses
+        the fit."""
+        rows, n = self.each(solved), solved.residual.size
+        noises = [sample.noise(own, p) for sample, own in rows]
+        quality = [
+            evidence.judged(sample, own, found, p, level).evidence
+            for (sample, own), found in zip(rows, noises, strict=True)
+        ]
+        # their parameters are shared: s^2 of each test is RSS/(n_k (1 - p/n))
+        shares = [(own.residual.size - p) / (own.residual.size * (1.0 - p / n)) for _, own in rows]
+        whole = self._whole(solved)
+        lag1 = lag_one(solved.residual, whole.blocks)
+        found = noise.joined(noises, solved.jacobian, shares, lag1, float(n - p))
+        judged = evidence.judged(whole, solved, found, p, level)
+        refused = tuple(
+            f"{sample.name}: {why}"
+            for (sample, _), one in zip(rows, quality, strict=True)
+            for why in one.refused
+        )
+        r2, misfit = min(one.r2 for one in quality), any(one.misfit for one in quality)
+        whole_evidence = dataclasses.replace(judged.evidence, refused=refused, r2=r2, misfit=misfit)
+        return judged._replace(evidence=whole_evidence)
+
+    def _whole(self, solved: Solved) -> Sample:
+        """All tests as one sample."""
+        weight = [part.sample.weights * part.unit for part in self.parts]
+        shift = np.cumsum([0, *(part.sample.blocks[-1] + 1 for part in self.parts)])
+        blocks = [part.sample.blocks + k for part, k in zip(self.parts, shift, strict=False)]
+        return Sample.of(self.curve(solved.kept), np.concatenate(weight), "", np.concatenate(blocks))
+
+
+def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
+    """Return the least squares from several starts, in turns with the errors and the estimated weights of the tests."""
+    first = nonlinear.minimise_from(_objective(space, tests), starts)
+    tests, solved = _turns(space, tests, first)
+    for _ in range(evidence.TURNS if any(part.sample.adjustable for part in tests.parts) else 0):
+        last, tests = tests, tests.reweighed(solved, space.free.size)
+        tests, solved = _turns(space, tests, solved.whole[0])
+        pairs = zip(tests.own_weights, last.own_weights, strict=True)
+        if all(evidence.close(new, old) for new, old in pairs):
+            break
+    best, objective = solved.whole
+    best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+    return tests, solution(objective, best, solved.weights)
+
+
+def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
+    """The least squares and the errors of the tests in turns, until the errors stand still."""
+    sizes = np.array([part.sample.t.size for part in tests.parts])
+    dof = sizes * (1.0 - space.free.size / sizes.sum())
+    for _ in range(TURNS):
+        rows = zip(np.split(best.residual, tests.ends), dof, strict=True)
+        factors = np.maximum([float(np.sqrt(r @ r / n)) for r, n in rows], LEAST / tests.errors)
+        tests = tests.scaled(factors)
+        objective = _objective(space, tests)
+        best = nonlinear.minimise(objective, best.theta)
+        if np.all(np.abs(factors - 1.0) < STILL):
+            break
+    return tests, solution(objective, best, np.concatenate([part.sample.weights for part in tests.parts]))
+
+
+def _objective(space: Space, tests: Tests) -> Objective:
+    """The least squares of all tests over their errors."""
+    at, arrays = space.point, tuple(part.arrays for part in tests.parts)
+    kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
+    return Objective(
+        lambda theta: _evaluate(at(theta), arrays, kinds, sizes),
+        lambda theta, free: _slopes(at(theta), free, arrays, kinds, sizes),
+        *space.bounds, floor=1e-26 * sum(float(np.sum((y * w) ** 2)) for _, y, w in arrays),
+    )  # fmt: skip
+
+
+def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
+    """Weighted (n,), of all tests."""
+    each = []
+    for (x, y, weight), kind, size in zip(arrays, kinds, sizes, strict=True):
+        if kind == "creep":
+            c = point.compliances()
+            parts = jnp.concatenate([jnp.stack([c.spring]), c.retarded, jnp.stack([c.flow])])
+            one = weight * (columns(x, c.rates) @ parts - y)
+        else:
+            one = modulus.residual(point, x, y, weight, kind)
+        each.append(one[:size])
+    return jnp.concatenate(each)
+
+
+@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
+def _evaluate(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
+    return _residual(point, arrays, kinds, sizes)
+
+
+@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
+def _slopes(
+    point: Coordinates, free: Array, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]
+) -> Array:
+    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    some = lambda values: _residual(point.moved(free, values), arrays, kinds, sizes)
+    return jax.jacfwd(some)(point.vector()[free])

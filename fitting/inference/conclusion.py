@@ -1,0 +1,166 @@
+"""The end of every fit: from the optimum of a search to a material or law with intervals, verdict and notes.
+
+A fit module makes a ``FitProblem`` (data, what is sought, sample), finds its optimum (``least_squares``, or a search of its
+own that returns a ``Solved``), and hands both to ``conclude``:
+
+    problem = FitProblem(data, sought, space, sample, duration, level)
+    solved = least_squares(problem, objective_of_weights, starts)
+    return conclude(problem, solved).fit(MyFit)
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from fitting.inference import evidence
+from fitting.inference.evidence import Evidence, Judged, Solved
+from fitting.inference.result import Estimate, Fit, Parameters
+from fitting.models.search_space import SearchSpace
+from fitting.models.structure import Sought
+from fitting.search import nonlinear, profiles
+from fitting.search.nonlinear import Best, Objective
+from fitting.search.uncertainty import covariance, inseparable, log_covariance
+
+Kind = TypeVar("Kind", bound=Fit)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FitProblem:
+    """What a fit is to find from what.
+
+    data: as the user gave them; sought: the material or law with its bounds; space: the coordinates of the search;
+    sample: the curve that is fitted, a ``Sample``, or several that are judged as one (``joint_search.Tests``); duration
+    [s] that the data see; level: of the intervals. ValueError unless intervals at this level can be found from so many
+    points.
+    """
+
+    data: Any
+    sought: Sought
+    space: SearchSpace
+    sample: Any
+    duration: float
+    level: float
+
+    def __post_init__(self) -> None:
+        evidence.check(self.level, self.sample.least_count, self.p)
+
+    @property
+    def p(self) -> int:
+        """Number of free coordinates."""
+        return self.space.free.size
+
+
+class Conclusion(NamedTuple):
+    """fields: those of a ``Fit``; ends (m, 2): of the intervals of the coordinates, and further rows as the search has
+    them; judged: the residuals' evidence, slopes and levels."""
+
+    fields: dict[str, Any]
+    ends: np.ndarray
+    judged: Judged
+
+    def fit(self, kind: type[Kind], **own: Any) -> Kind:
+        """Return the fit of a kind, with its own fields, which go before the common ones."""
+        return kind(**self.fields | own)
+
+
+def solution(objective: Objective, best: Best, weights: np.ndarray, kept: np.ndarray | None = None) -> Solved:
+    """Return the optimum of an objective with weights (n,) for ``conclude``; kept (n,) bool: all unless given."""
+    inside = ((best.theta > objective.lower) & (best.theta < objective.upper))[objective.free]
+    on = np.ones(best.residual.size, dtype=bool) if kept is None else kept
+    profile = lambda judged: profiles.profile(objective, best, judged.levels())
+    return Solved(best.theta, best.residual, best.jacobian, inside, on, weights, profile, (best, objective))
+
+
+def least_squares(
+    problem: FitProblem, objective: Callable[[np.ndarray], Objective], starts: Sequence[np.ndarray]
+) -> Solved:
+    """Return the lowest minimum from several starts, with weights that agree with its residuals.
+
+    objective: of weights (n,) [1/unit of the sample].
+    """
+    weights = problem.sample.weights
+    first = nonlinear.minimise_from(objective(weights), starts)
+
+    def again(changed: list[np.ndarray]) -> list[Solved]:
+        own = objective(changed[0])
+        best = nonlinear.minimise(own, first.theta)
+        best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+        return [solution(own, best, changed[0])]
+
+    found = [solution(objective(weights), first, weights)]
+    return evidence.settled([problem.sample], found, again, problem.p)[0]
+
+
+def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
+    """Return what is said of the optimum of a search.
+
+    The noise of the residuals is judged (``noise.py``), the coordinates are profiled to the levels that follow, the
+    verdict is passed (``verdict.py``), and all is put in SI for the material.
+    """
+    assert solved.profile is not None
+    judged = problem.sample.judge(solved, problem.p, problem.level)
+    ends = solved.profile(judged)
+    if solved.left is not None:
+        widened = ends + np.outer(solved.left, (-1.0, 1.0))
+        ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
+    quality = dataclasses.replace(judged.evidence, refused=(*judged.evidence.refused, *solved.against))
+    found = _estimate(problem.space, solved, ends, judged.slopes)
+    return Conclusion(_fields(problem, solved, quality, found, judged.slopes), ends, judged)
+
+
+def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
+    """Undo the scaling; ends (m, 2); slopes (n, k): of the free coordinates, as ``evidence.Judged`` has them."""
+    own, theta, free, moves = space.material, solved.theta, space.free, solved.moves
+    unit, slope, inside = space.unit[own], space.slope(theta), np.zeros(theta.size, dtype=bool)
+    J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)
+    J[:, free], inside[free] = slopes, solved.inside
+    by_log = (J * inside)[:, own] * space.by_log(theta)
+    return Estimate(
+        space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
+        covariance(J, varied)[np.ix_(own, own)] * np.outer(slope, slope),
+        log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own]),
+        lambda name: moves(name)[own] * slope if moves else np.zeros(slope.size), solved.landscape,
+    )  # fmt: skip
+
+
+def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """J (n, m) less its part along the columns of others (n, k) that are not zero."""
+    Q = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
+    return J - Q @ (Q.T @ J)
+
+
+def _fields(
+    problem: FitProblem, solved: Solved, quality: Evidence, found: Estimate, slopes: np.ndarray
+) -> dict[str, Any]:
+    """The fields of a ``Fit``."""
+    sample, sought, data = problem.sample, problem.sought, problem.data
+    names = [problem.space.names[i] for i in problem.space.free]
+    parameters = _parameters(sought, found, problem.level, quality)
+    said = *getattr(data, "notes", ()), *sample.error(solved, quality.noise), *solved.notes
+    together = inseparable(slopes, names, parameters.identified)
+    return vars(quality) | vars(parameters) | {
+        "structure": sought.structure, "data": data, "weights": sample.label, "level": problem.level,
+        "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,
+        "notes": tuple(dict.fromkeys([*said, *together])),
+    }  # fmt: skip
+
+
+def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence) -> Parameters:
+    """The parameters of an estimate."""
+    structure, table, log = sought.structure, sought.table, found.log
+    values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
+    intervals = structure.intervals(found.spans, table)
+    fixed = tuple(name for name, (low, high) in table.items() if low == high)
+    names = {place: name for name, place in structure.where.items()}
+    sd = dict.fromkeys(values, math.inf)
+    sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
+    return Parameters(
+        material=structure.material(values, sought.volume), values=values, intervals=intervals,
+        identified=evidence.identified(intervals, table, level, quality.refused), fixed=fixed,
+        sd_log=sd | dict.fromkeys(fixed, 0.0), tau=structure.times(found.opened), condition=log.condition,
+        weakest={names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
+        weakest_sd=log.weakest_sd,
+    )  # fmt: skip

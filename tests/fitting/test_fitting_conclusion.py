@@ -1,0 +1,189 @@
+"""The conclusion of a fit against textbook statistics, for a law that no module of the package knows.
+
+The law and its fit below are all that a new kind of data takes: data, forward model, start.
+"""
+
+import ast
+import dataclasses
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import scipy
+
+import fitting
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.evidence import Sample
+from fitting.inference.result import Fit
+from fitting.models.search_space import ParameterSpace
+from fitting.models.structure import ParameterList, Sought, limits
+from fitting.search.nonlinear import Objective
+
+T = np.linspace(0.0, 10.0, 40)
+
+
+class Growth(NamedTuple):
+    """Thickness over time, h = first + rate t."""
+
+    first: float
+    rate: float
+
+
+@dataclasses.dataclass(frozen=True)
+class GrowthData:
+    t: np.ndarray
+    thickness: np.ndarray
+    notes: tuple[str, ...] = ("made up",)
+
+
+def fit_growth(data, *, sigma=None, logarithmic=False, fixed=None, level=0.95):
+    """Fit a straight line as a new kind of data would be fitted."""
+    structure = ParameterList.of(Growth, {"first": "m", "rate": "m/s"})
+    sought = Sought(structure, limits(structure, fixed, None), None)
+    weights = np.ones(data.t.size) if sigma is None else np.full(data.t.size, 1.0 / sigma)
+    sample = Sample.of(
+        ("thickness", "m", data.t, data.thickness), weights, "absolute" if sigma is None else "sigma"
+    )
+    by_log = np.full(2, logarithmic)
+    box = np.array(list(sought.table.values()))
+    box = np.log(np.clip(box, 1e-6, 1e6)) if logarithmic else box
+    space = ParameterSpace.of(structure, box, by_log)
+    problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
+    columns = np.stack([np.ones(data.t.size), data.t], -1)
+
+    def objective(weights):
+        value = (lambda theta: np.exp(theta)) if logarithmic else (lambda theta: theta)
+        slope = (lambda theta: np.exp(theta)) if logarithmic else (lambda theta: np.ones(2))
+        return Objective(
+            lambda theta: weights * (columns @ value(theta) - data.thickness),
+            lambda theta, free: (weights[:, None] * columns * slope(theta))[:, free],
+            *space.bounds,
+        )
+
+    start = np.array([-1.0, 1.0]) if logarithmic else np.array([1.0, 1.0])
+    return conclude(problem, least_squares(problem, objective, [start])).fit(Fit)
+
+
+def grown(seed=3, sd=0.05, first=0.5, rate=2.0):
+    return GrowthData(T, first + rate * T + sd * np.random.default_rng(seed).standard_normal(T.size))
+
+
+def textbook(data, sigma, level):
+    """Estimates and half intervals of a straight line (Bates and Watts 1988, sec. 1.2): Student's t, normal for a known
+    sigma."""
+    A = np.stack([np.ones(T.size), T], -1)
+    x, (rss,), *_ = np.linalg.lstsq(A, data.thickness, rcond=None)
+    variance = rss / (T.size - 2) if sigma is None else sigma**2
+    share = 0.5 + 0.5 * level
+    z = scipy.stats.t.ppf(share, T.size - 2) if sigma is None else scipy.stats.norm.ppf(share)
+    return x, z * np.sqrt(variance * np.diag(np.linalg.inv(A.T @ A)))
+
+
+@pytest.mark.parametrize("sigma", [None, 0.05], ids=["estimated-noise", "known-noise"])
+@pytest.mark.parametrize("level", [0.9, 0.95])
+def test_a_straight_line_has_the_intervals_of_the_textbook(sigma, level):
+    data = grown()
+    fit = fit_growth(data, sigma=sigma, level=level)
+    x, half = textbook(data, sigma, level)
+    assert list(fit.values.values()) == pytest.approx(x, rel=1e-9)
+    ends = np.array(list(fit.intervals.values()))
+    assert ends == pytest.approx(
+        np.stack([x - half, x + half], -1), rel=2e-4
+    )  # profiles end within 0.2 % of sd
+    assert np.sqrt(np.diag(fit.covariance())) == pytest.approx(
+        half / textbook_quantile(sigma, level), rel=1e-6
+    )
+
+
+def textbook_quantile(sigma, level):
+    share = 0.5 + 0.5 * level
+    return scipy.stats.t.ppf(share, T.size - 2) if sigma is None else scipy.stats.norm.ppf(share)
+
+
+def test_logarithmic_coordinates_change_nothing_but_the_path():
+    data = grown()
+    straight, curved = fit_growth(data), fit_growth(data, logarithmic=True)
+    for name in straight.values:
+        assert curved.values[name] == pytest.approx(straight.values[name], rel=1e-6)
+        assert curved.intervals[name] == pytest.approx(straight.intervals[name], rel=1e-3)
+        assert curved.sd_log[name] == pytest.approx(straight.sd_log[name], rel=1e-6)
+
+
+def test_a_conclusion_has_all_that_is_said_of_a_fit():
+    fit = fit_growth(grown(), fixed={"first": 0.5})
+    assert (
+        fit.verdict == "stands"
+        and fit.fixed == ("first",)
+        and fit.identified == {"first": True, "rate": True}
+    )
+    assert fit.material.first == 0.5 and fit.p == 1 and fit.notes == ("made up",)
+    assert set(fit.to_dict()["parameters"]) == {"first_m", "rate_m_per_s"}
+    assert "rate" in fit.summary() and fit.curve[:2] == ("thickness", "m")
+
+
+def test_a_parameter_at_its_bound_has_an_open_interval():
+    noise = 0.05 * np.random.default_rng(5).standard_normal(T.size)
+    falling = fit_growth(GrowthData(T, 3.0 - 0.02 * T + noise))
+    assert falling.values["rate"] == 0.0 and falling.intervals["rate"][0] == 0.0
+    assert not falling.identified["rate"]
+
+
+def test_a_wrong_law_is_refused_and_determines_nothing():
+    fit = fit_growth(GrowthData(T, 1.0 + 0.3 * T**2))
+    assert fit.verdict == "refused" and not any(fit.identified.values())
+
+
+def test_too_few_points_are_refused_before_a_search():
+    with pytest.raises(ValueError, match="more points than the 2 free parameters, got 2"):
+        fit_growth(GrowthData(T[:2], T[:2]))
+
+
+def creep_curve():
+    t = np.geomspace(1.0, 1000.0, 40)
+    J = 1e-6 * (1.0 + 0.5 * (1.0 - np.exp(-t / 30.0)) + t / 500.0)
+    return fitting.CreepData(
+        t=t, J=J * (1.0 + 0.01 * np.random.default_rng(1).standard_normal(t.size)) + 1e-8
+    )
+
+
+def relaxation_curve():
+    t = np.linspace(0.1, 20.0, 40)
+    G = 1e6 * (0.5 + 0.5 * np.exp(-t / 3.0))
+    return fitting.RelaxationData(
+        t=t, modulus=G * (1.0 + 0.01 * np.random.default_rng(2).standard_normal(40))
+    )
+
+
+FITS = {
+    "creep": lambda: fitting.fit_creep(creep_curve()),
+    "law": lambda: fitting.fit_creep(creep_curve(), "FractionalMaxwell"),
+    "series": lambda: fitting.fit_prony(creep_curve(), [30.0]),
+    "relaxation": lambda: fitting.fit_relaxation(relaxation_curve()),
+    "together": lambda: fitting.fit_together([relaxation_curve(), relaxation_curve()], "StandardLinearSolid"),
+}
+
+
+QUICK = ("law", "series")
+KINDS = [kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow) for kind in FITS]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_landscape_of_a_fit_has_its_sum_of_squares(kind):
+    """Estimated weights follow from the residuals; what goes on from a fit sees those of its end."""
+    fit = FITS[kind]()
+    land = fit.estimate.landscape
+    assert "estimated" in fit.weights
+    assert np.sum(np.asarray(land.residual(land.best)) ** 2) == pytest.approx(fit.rss, rel=1e-6)
+
+
+def test_no_fit_concludes_by_itself():
+    """What makes intervals, verdict and notes of an optimum is called from one module."""
+    own = {"log_covariance", "inseparable", "identified", "covariance"}
+    for path in (Path(fitting.__file__).parent / "fits").glob("*.py"):
+        called = {
+            getattr(node.func, "attr", getattr(node.func, "id", ""))
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Call)
+        }
+        assert not called & own, path
