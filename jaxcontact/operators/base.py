@@ -44,11 +44,11 @@ class Operator(abc.ABC):
 
     def extended(self, shape: tuple[int, ...]) -> Extended:
         """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one."""
-        raise NotImplementedError(f"{type(self).__name__} has no extension with an inverse")
+        return NotImplemented  # by operators that are not convolutions: these know no adhesion
 
     def cell_compliance(self) -> Array:
         """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
-        raise NotImplementedError(f"{type(self).__name__} does not know the compliance of one cell")
+        return NotImplemented
 
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
