@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 
-class Units(NamedTuple):
+class MaugisUnits(NamedTuple):
     """Of the module: radius [m], load [N], approach [m]."""
 
     radius: float
@@ -26,10 +26,10 @@ class Units(NamedTuple):
     approach: float
 
 
-def units(work: float, radius: float, modulus: float) -> Units:
+def units(work: float, radius: float, modulus: float) -> MaugisUnits:
     """Return the units for a work of adhesion [J/m^2], a ball's radius [m] and a contact modulus E* [Pa]."""
     K = 4.0 * modulus / 3.0
-    return Units(
+    return MaugisUnits(
         float(np.cbrt(np.pi * work * radius**2 / K)),
         np.pi * work * radius,
         float(np.cbrt(np.pi**2 * work**2 * radius / K**2)),
