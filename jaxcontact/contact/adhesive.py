@@ -522,8 +522,8 @@ class AdhesiveTangent:
         """Return the tractions that a move leaves, projected, with changes of surface, attraction and load; linear."""
         tractions = jnp.zeros_like(move.pressure)
         attraction = explicit - self.model.attraction.softened(self.model.stiffness, forcing)
-        load = load if self.model.faces.load_controlled else 0.0
-        return self.model.tractions(*move) + self.model.balanced(tractions, attraction, load)
+        given = load if self.model.faces.load_controlled else 0.0
+        return self.model.tractions(*move) + self.model.balanced(tractions, attraction, given)
 
     def result(self, move: Move, forcing: Array, explicit: Array) -> tuple[Array, Array, Array, Array]:
         """Return the changes of pressure, displacement, approach and attraction for the whole move; linear."""

@@ -70,6 +70,7 @@ def solve_step(
     apart = ~jnp.any(before.contact)  # what is extrapolated from a contact that has gone is none
     guess = jnp.where(apart, before.pressure, guess)
     solution = solve_adhesive(problem, Start(guess, before.contact, before.none), tolerance, max_iterations)
+    assert solution.separated is not None and solution.unstable is not None
     held = jax.lax.stop_gradient((problem, solution))
     released, smooth = _released(*held, before)
     separated = solution.separated & jnp.any(before.contact)
@@ -78,7 +79,7 @@ def solve_step(
     after = Adhering(
         held[0].gap + held[1].displacement,
         held[1].pressure,
-        held[1].contact_pressure > 0.0,
+        held[1].carried > 0.0,
         held[1].approach,
         jnp.asarray(False),
         before.jumps + jumped,
