@@ -172,7 +172,7 @@ class _Inner(NamedTuple):
     residual: Array
     direction: Array
     descent: Array
-    count: Array
+    taken: Array
     bent: Array
     going: Array
 
@@ -202,8 +202,8 @@ def minimised(
         z = inverse(left)
         new = jnp.sum(left * z)
         direction = z + (new / jnp.where(s.descent > 0.0, s.descent, 1.0)) * s.direction
-        going = ~bent & (new > goal) & (s.count + 1 < MOST_DIRECTIONS)
-        return _Inner(change, total, left, direction, new, s.count + 1, bent, going)
+        going = ~bent & (new > goal) & (s.taken + 1 < MOST_DIRECTIONS)
+        return _Inner(change, total, left, direction, new, s.taken + 1, bent, going)
 
     zero = jnp.zeros_like(z)
     descent = jnp.sum(residual * z)
@@ -214,7 +214,7 @@ def minimised(
         start.pressure + found.lifted,
         start.approach + faces.approach(found.change),
     )
-    return move, found.count, found.bent
+    return move, found.taken, found.bent
 
 
 class _Tools(NamedTuple):
