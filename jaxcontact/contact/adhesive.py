@@ -47,7 +47,7 @@ from jaxcontact.contact import normal
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
-from jaxcontact.operators.base import Linear
+from jaxcontact.operators.base import InvertibleOperator, Linear
 
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
 MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
@@ -228,7 +228,9 @@ class _Tools(NamedTuple):
 
 def tools_of(problem: Problem) -> _Tools:
     """Return the extended operator of a problem, its inverse and its grid, and the compliance of a cell."""
-    return _Tools(*problem.operator.extended(problem.gap.shape), problem.operator.cell_compliance())
+    operator = problem.operator
+    assert isinstance(operator, InvertibleOperator)
+    return _Tools(*operator.extended(problem.gap.shape), operator.cell_compliance())
 
 
 def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> HeldCells:

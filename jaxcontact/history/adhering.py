@@ -28,6 +28,7 @@ from jaxcontact.contact.adhesive import Start
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.implicit import solve_adhesive, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.operators.base import InvertibleOperator
 
 SMOOTH = 0.1  # of <dp, dh>: an energy that a smooth change does not lose
 LEAST = 1e-4  # of the energy of the attraction: a loss of less is no jump
@@ -64,8 +65,8 @@ def solve_step(
     """Solve the contact of a step; return the solution, the state it leaves and what is told of it."""
     if before is None:
         return solve_contact(problem, guess, tolerance, max_iterations), None, {}
-    cell = problem.operator.cell_compliance()
-    law = replace(problem.law, law=problem.law.law.resolved(cell))
+    assert isinstance(problem.operator, InvertibleOperator)
+    law = replace(problem.law, law=problem.law.law.resolved(problem.operator.cell_compliance()))
     problem = replace(problem, law=law)
     apart = ~jnp.any(before.contact)  # what is extrapolated from a contact that has gone is none
     guess = jnp.where(apart, before.pressure, guess)

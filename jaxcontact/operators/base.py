@@ -42,14 +42,6 @@ class Operator(abc.ABC):
     def held_compliance(self) -> Array:
         """Displacement over its own pressure of a cell whose neighbours all stay where they are, ()."""
 
-    def extended(self, shape: tuple[int, ...]) -> Extended:
-        """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one."""
-        return NotImplemented  # by operators that are not convolutions: these know no adhesion
-
-    def cell_compliance(self) -> Array:
-        """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
-        return NotImplemented
-
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         """Of a smaller grid on which a search may begin, within a grid of ``shape``; None: there is none."""
@@ -65,6 +57,18 @@ class Operator(abc.ABC):
     @abc.abstractmethod
     def plus_even(self, share: Array | float) -> Operator:
         """K and a share of its even part."""
+
+
+class InvertibleOperator(Operator):
+    """An operator that has an inverse on a larger grid, as contact with adhesion needs."""
+
+    @abc.abstractmethod
+    def extended(self, shape: tuple[int, ...]) -> Extended:
+        """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one."""
+
+    @abc.abstractmethod
+    def cell_compliance(self) -> Array:
+        """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
 
 
 class Extended(NamedTuple):

@@ -10,7 +10,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Extended, Family, Linear, Operator
+from jaxcontact.operators.base import Extended, Family, InvertibleOperator, Linear
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
@@ -18,7 +18,7 @@ WRAPPED: spectral.Periodic = (True, True)
 
 
 @pytree
-class Convolution(Operator):
+class Convolution(InvertibleOperator):
     """An even kernel, by its spectra, which are real.
 
     spectrum (my/2 + 1, mx): on the padded grid; circulant (ny/2 + 1, nx): of the periodic operator nearest to
