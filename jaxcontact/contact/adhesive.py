@@ -53,7 +53,7 @@ ROUNDS = 4  # of minimisations of one model, each with the cells held that would
 MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
 COARSEST = 0.1  # reduction of the residual by a minimisation
 BOUND_ITERATIONS = 100  # after which it is only taken if it has lowered the energy
-BOUND = 1e-4  # error of the contact without adhesion that bounds the energy
+BOUND = 1e-6  # error of the contact without adhesion that bounds the energy, over that of the state it starts from
 CLOSE = (
     1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
 )
@@ -310,7 +310,7 @@ def _bounded(problem: Problem, tools: _Tools, s: _State) -> _State:
     hard = replace(problem, law=UNILATERAL, gap=surface, target=target)
     nx, ny = gap.shape
     start = jnp.maximum(s.pressure[:nx, :ny] + attraction, 0.0)
-    contact, taken = normal.solve_on_grid(hard, start, jnp.asarray(BOUND), jnp.asarray(BOUND_ITERATIONS))
+    contact, taken = normal.solve_on_grid(hard, start, BOUND * s.error, jnp.asarray(BOUND_ITERATIONS))
     new = _first(problem, tools, Start(contact - attraction, contact > 0.0, jnp.asarray(False)))
     lost = jnp.where(problem.load_controlled & (target <= 0.0), LOST, 0)
     new = new._replace(lost=lost, bent=s.bent)

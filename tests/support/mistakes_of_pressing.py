@@ -30,6 +30,14 @@ PRESSING = {
         lambda: indent(adhesion=0.05),
         r"adhesion: expected ExponentialAdhesion, DugdaleAdhesion or None, got 0\.05",
     ),
+    "a work of adhesion below zero": (
+        lambda: indent(adhesion=jc.DugdaleAdhesion(-0.05, 1e6)),
+        r"adhesion: work \[J/m\^2\]: expected > 0, got -0\.05",
+    ),
+    "adhesion on a film whose thickness varies": (
+        lambda: indent(body=varying(), adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
+        r"adhesion: expected None with a film whose thickness varies in the plane",
+    ),
     "an attraction without range": (
         lambda: indent(adhesion=jc.ExponentialAdhesion(0.05, 0.0)),
         r"adhesion: range \[m\]: expected > 0, got 0",

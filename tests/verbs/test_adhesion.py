@@ -123,8 +123,8 @@ def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
         [jc.Layer(jc.Elastic(G, NU), thickness * UNITS.radius)], jc.Elastic(G / ratio, 0.3)
     )
     approaches = at + reach * np.array([1.0, 0.6, 0.3, 0.1, 0.05, 0.0, -0.05])
-    approaches = np.concatenate([[max(approaches[0], 1.0)], approaches])  # begin in contact
-    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a, max_iterations=5000)
+    approaches = np.concatenate([[max(approaches[0], 0.2)], approaches])  # begin in contact
+    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a)
     assert np.all(found.status == jc.Status.FINE)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.03)
 
@@ -150,7 +150,7 @@ def solid(stiffening):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stiffening, tabor", [(3.0, 5.0), (10.0, 8.0)])
+@pytest.mark.parametrize("stiffening, tabor", [(3.0, 5.0), (5.0, 4.0)])
 def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening, tabor):
     dwell = 2.0
     a1 = brentq(lambda a: float(maugis.jkr(a)[1]) - dwell, 0.9, 4.0) * UNITS.radius
@@ -161,7 +161,7 @@ def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening, tabor):
     grid = jc.Grid.square(n=128, width=2.6 * a1)
     law = exponential(tabor, stiffening * E)
     control = jc.Approach(approaches * UNITS.approach)
-    options = {"grid": grid, "adhesion": law, "save": "last", "max_iterations": 5000}
+    options = {"grid": grid, "adhesion": law, "save": "last"}
     found = quietly(solid(stiffening), BALL, control, times, **options)
     assert np.all(found.status == jc.Status.FINE)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.05)
