@@ -124,7 +124,7 @@ def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
     )
     approaches = at + reach * np.array([1.0, 0.6, 0.3, 0.1, 0.05, 0.0, -0.05])
     approaches = np.concatenate([[max(approaches[0], 0.2)], approaches])  # begin in contact
-    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a)
+    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a, max_iterations=1000)
     assert np.all(found.status == jc.Status.FINE)
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.03)
 
@@ -164,7 +164,7 @@ def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening, tabor):
     options = {"grid": grid, "adhesion": law, "save": "last"}
     found = quietly(solid(stiffening), BALL, control, times, **options)
     assert np.all(found.status == jc.Status.FINE)
-    assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.05)
+    assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.02)
 
 
 @pytest.mark.slow
