@@ -20,7 +20,7 @@ class GrowthData:
 
     Args:
         t: (n,) [s] since growth began, >= 0, not decreasing; n is at least 5.
-        thickness: (n,) [m].
+        thickness: (n,) [m], some of it > 0.
         stress: the stress that drives the growth [Pa] >= 0, pressure or shear stress as the law to be fitted has it.
         temperature: [K] > 0. A note is added below 200 K, where degrees Celsius are likely.
         sigma: (n,) standard deviations of the thickness [m], or one for all, if they are known.
@@ -51,6 +51,8 @@ class GrowthData:
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         put("thickness", array("thickness", self.thickness, self.t))
+        if not np.any(self.thickness > 0):
+            raise ValueError(f"thickness: expected some values > 0 m, got at most {self.thickness.max():g}")
         put("stress", _number("stress", self.stress, "Pa", 0.0))
         put("temperature", _number("temperature", self.temperature, "K", math.ulp(0.0)))
         put("initial", _number("initial", self.initial, "m", 0.0))

@@ -1,47 +1,24 @@
-"""Fit of growth kinetics to the thickness of a film over time, at one or several stresses and temperatures.
-
-The search is over log rate, activation energy over k T0, activation volume over k T0/s0 and removal rate times the
-duration, with T0 and s0 a mean temperature and the largest stress of the data. The logarithm of the growth rate is linear
-in the first three, so that the direction in which they compensate each other is straight. It is also the reason why
-the growth rate at the mean conditions of the data is known much better than the rate, which is that at infinite temperature.
-"""
+"""Fit of growth kinetics to the thickness of a film over time, at one or several stresses and temperatures."""
 
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy
 from jax import Array
 
 from fitting.data.growth import GrowthData
-from fitting.data.weights import choose_weights
+from fitting.fits.growth_search import STRUCTURE, Curves, to_si
 from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit, plain
-from fitting.models.kinetics import BOLTZMANN, DIMENSIONS, GrowthKinetics
-from fitting.models.search_space import ParameterSpace
-from fitting.models.structure import ParameterList, Sought, limits
-from fitting.search import padding
-from fitting.search.nonlinear import Objective
+from fitting.models.kinetics import GrowthKinetics
+from fitting.models.structure import Sought, limits
 from fitting.search.uncertainty import linear_sd
 from fitting.views import growth_picture, report
-
-LARGEST = 200.0  # activation energy and work of the stress, over k T0
-FASTEST = 1e4  # removal rate times the duration
-REACH = 230.0  # of log rate about that of the growth rate
-STARTS = (0.0, 0.3, 3.0, 30.0)  # removal rates times the duration
-EXPECTED, WEAK = (
-    (20.0, 1.0),
-    1e-3,
-)  # energy and work that are started from where the data do not say, and its weight
-STRUCTURE = ParameterList.of(
-    GrowthKinetics, DIMENSIONS, zeros=("activation_energy", "activation_volume", "removal_rate")
-)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -99,15 +76,12 @@ class GrowthFit(Fit):
         """Half the interval of a function of the kinetics, at the fit's level."""
         names = list(self.values)
         free = [i for i, name in enumerate(names) if name not in self.fixed]
-        best, unit = self.estimate.best, self._units()
-        moved = lambda z: run(GrowthKinetics(*_si(z, jnp.asarray(unit))))
+        best, unit = self.estimate.best, Curves.of(self.data).unit
+        moved = lambda z: run(GrowthKinetics(*to_si(z, unit)))
         z = np.append(np.log(best[:1]), best[1:] / unit[1:])
         gradient = np.asarray(jax.jacfwd(moved)(jnp.asarray(z)))
         sd = linear_sd(self.slopes, np.atleast_2d(gradient)[:, free], np.ones(len(free), dtype=bool))
         return student.two_sided(self.level) * sd.reshape(gradient.shape[:-1])
-
-    def _units(self) -> np.ndarray:
-        return Curves.of(self.data).unit
 
     def plot(self, path: Any = None) -> Any:
         """Figure of the curves with the fit, the residuals and the parameters; saved where a path is given."""
@@ -150,9 +124,11 @@ def fit_growth(
 
         dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h
 
-    with the stress and the temperature T of each curve, which are constant. All curves have one law of errors. The
-    activation energy takes two temperatures, and the activation volume two stresses; otherwise the fit says that they are not
-    determined, unless they are held. Thicknesses that have reached their steady value determine growth over removal only.
+    with the stress and the temperature T of each curve, which are constant. All curves have one law of errors. An activation
+    energy is determined by curves at two or more temperatures, an activation volume by two or more stresses; otherwise they
+    are reported as not determined, unless they are held by ``fixed``. The growth rate at the conditions of the data,
+    ``GrowthFit.growth_rate()``, is determined in any case. Curves in their steady state determine only the ratio of growth
+    and removal rate.
 
     Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24.
 
@@ -206,172 +182,3 @@ def _checked(data: Any) -> tuple[GrowthData, ...]:
     if any(known) and not all(known):
         raise ValueError(f"sigma: expected in all curves or in none, got {sum(known)} of {len(known)}")
     return several
-
-
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
-class GrowthSpace(ParameterSpace):
-    """Coordinates log rate, energy, work and removal."""
-
-    def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """As of any law, and open for the rate where energy or volume reach the end of the search, not a bound: the rate
-        compensates them."""
-        rate, energy, work = ends[:3, 1]
-        ends = ends.copy()
-        if self.lower[0] < self.upper[0]:
-            ends[0, 1] = self.upper[0] if energy >= LARGEST else rate
-            ends[0, 0] = self.lower[0] if work >= LARGEST else ends[0, 0]
-        return super().spans(theta, ends)
-
-
-class Curves(NamedTuple):
-    """Growth curves one after the other: each array (n,), in SI; which: the curve of a point."""
-
-    data: tuple[GrowthData, ...]
-    t: np.ndarray
-    measured: np.ndarray
-    stress: np.ndarray
-    temperature: np.ndarray
-    initial: np.ndarray
-    which: np.ndarray
-
-    @classmethod
-    def of(cls, data: tuple[GrowthData, ...]) -> "Curves":
-        """Return the points of all curves."""
-        count = [one.t.size for one in data]
-        own = (
-            np.repeat([getattr(one, name) for one in data], count)
-            for name in ("stress", "temperature", "initial")
-        )
-        t, measured = (np.concatenate([getattr(one, name) for one in data]) for name in ("t", "thickness"))
-        return cls(data, t, measured, *own, np.repeat(np.arange(len(data)), count))
-
-    @property
-    def duration(self) -> float:
-        """Of the longest curve [s]."""
-        return float(self.t.max())
-
-    @property
-    def mean_temperature(self) -> float:
-        """Of all points, harmonic [K]."""
-        return 1.0 / float(np.mean(1.0 / self.temperature))
-
-    @property
-    def reference(self) -> tuple[float, float]:
-        """Mean conditions (stress [Pa], temperature [K]), at which 1/T and stress/T have their mean over all points."""
-        mean = self.mean_temperature
-        return float(np.mean(self.stress / self.temperature)) * mean, mean
-
-    @property
-    def unit(self) -> np.ndarray:
-        """SI values (4,) of coordinates of one."""
-        energy = BOLTZMANN * self.mean_temperature
-        return np.array([1.0, energy, energy / (float(self.stress.max()) or 1.0), 1.0 / self.duration])
-
-    def sample(self, weights: str | None) -> Sample:
-        """Return the points with their weights."""
-        spread = None
-        if self.data[0].sigma is not None:
-            spread = np.concatenate([one.sigma for one in self.data])
-        if weights is None and spread is None:
-            weights = "estimated"
-        apart = self.t - 2.0 * self.duration * self.which  # so that no difference spans two curves
-        point_weights, label = choose_weights(apart, self.measured, weights, None if weights else spread)
-        return Sample.of(("thickness", "m", self.t, self.measured), point_weights, label, self.which)
-
-    def space(self, table: dict[str, tuple[float, float]]) -> ParameterSpace:
-        """Return the box of the search from the bounds of the parameters."""
-        middle = math.log(float(np.max(np.abs(self.measured))) / self.duration)
-        whole = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
-        logarithmic = np.arange(4) == 0
-        with np.errstate(divide="ignore"):
-            given = [
-                np.log(table[name]) if log else np.array(table[name])
-                for name, log in zip(table, logarithmic, strict=True)
-            ]
-        rows = [_within(own, bound / unit) for own, bound, unit in zip(whole, given, self.unit, strict=True)]
-        return GrowthSpace.of(STRUCTURE, np.array(rows), logarithmic, self.unit)
-
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
-        """Return the least squares over the coordinates (4,)."""
-        columns = (self.t, self.measured, self.stress, self.temperature, self.initial)
-        arrays = (*map(padding.repeated, columns), padding.without_weight(weights), self.unit)
-        n = self.t.size
-        return Objective(
-            lambda theta: np.asarray(_residual(theta, *arrays))[:n],
-            lambda theta, free: np.asarray(_slopes(theta, *arrays))[:n, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.measured) ** 2)),
-        )
-
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
-        """Return coordinates (4,) for several removal rates: growth rates of the curves, and their regression."""
-        lower, upper = space.bounds
-        removal = np.unique(np.clip(STARTS, lower[3], upper[3]))
-        found = [np.append(self._regression(decay, lower[:3], upper[:3]), decay) for decay in removal]
-        return [np.clip(one, lower, upper) for one in found]
-
-    def _regression(self, removal: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """Log rate, energy and work (3,) within bounds, for a removal rate times the duration."""
-        decay = removal * self.t / self.duration
-        grown = (
-            self.t
-            * np.asarray(GrowthKinetics(1.0, 0.0, 0.0, 1.0).thickness(decay, 0.0, 1.0))
-            / np.maximum(decay, 1e-300)
-        )
-        grown, rest = np.where(decay > 0.0, grown, self.t), self.measured - self.initial * np.exp(-decay)
-        of_curve = lambda values: np.bincount(self.which, values)
-        speed = of_curve(grown * rest) / of_curve(grown**2)
-        first = np.unique(self.which, return_index=True)[1]
-        over = self.mean_temperature / self.temperature[first]
-        work = over * self.stress[first] / (self.stress.max() or 1.0)
-        A = np.stack([np.ones(speed.size), -over, work], -1)
-        y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
-        A, y = np.concatenate([A, WEAK * np.eye(3)[1:]]), np.append(y, WEAK * np.array(EXPECTED))
-        free, x = lower < upper, lower.copy()
-        if free.any():
-            rest = y - A[:, ~free] @ x[~free]
-            x[free] = scipy.optimize.lsq_linear(A[:, free], rest, (lower[free], upper[free])).x
-        return x
-
-    def notes(self, table: dict[str, tuple[float, float]]) -> list[str]:
-        """Return what data at one temperature or one stress do not determine."""
-        said, many = [], {"activation_energy": ("temperature", "K"), "activation_volume": ("stress", "Pa")}
-        for name, (condition, unit) in many.items():
-            values = np.unique(getattr(self, condition))
-            if values.size == 1 and table[name][0] < table[name][1] and table["rate"][0] < table["rate"][1]:
-                said.append(
-                    f"all curves are at one {condition}, {values[0]:.4g} {unit}: {name} is not determined, and rate only with"
-                    " it; the growth rate is; hold it at a known value by fixed=, or add a curve at another"
-                    f" {condition}"
-                )
-        return said
-
-
-def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
-    """The range of a coordinate cut to its bounds, beyond which it is moved where they lie outside."""
-    low, high = map(float, given)
-    if low == high:
-        return low, high
-    size = whole[1] - whole[0]
-    least = whole[0] if high > whole[0] else high - size
-    most = whole[1] if low < whole[1] else low + size
-    return max(least, low), min(most, high)
-
-
-def _si(theta: Array, unit: Array) -> Array:
-    """Parameters (4,) of coordinates."""
-    return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit
-
-
-@jax.jit
-def _residual(
-    theta: Array, t: Array, measured: Array, stress: Array, temperature: Array, initial: Array, weight: Array, unit: Array
-) -> Array:  # fmt: skip
-    """Weighted residuals (n,)."""
-    return weight * (GrowthKinetics(*_si(theta, unit)).thickness(t, stress, temperature, initial) - measured)
-
-
-@jax.jit
-def _slopes(theta: Array, *arrays: Array) -> Array:
-    """Their Jacobian (n, 4)."""
-    return jax.jacfwd(lambda at: _residual(at, *arrays))(jnp.asarray(theta))
