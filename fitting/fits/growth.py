@@ -124,11 +124,12 @@ def fit_growth(
 
         dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h
 
-    with the stress and the temperature T of each curve, which are constant. All curves have one law of errors. An activation
-    energy is determined by curves at two or more temperatures, an activation volume by two or more stresses; otherwise they
-    are reported as not determined, unless they are held by ``fixed``. The growth rate at the conditions of the data,
-    ``GrowthFit.growth_rate()``, is determined in any case. Curves in their steady state determine only the ratio of growth
-    and removal rate.
+    with the stress and the temperature T of each curve, which are constant. All curves have one law of errors.
+
+    Curves at one temperature do not determine the activation energy apart from the rate, and curves at one stress do not
+    determine the activation volume apart from the activation energy. Such parameters are reported as not determined, unless
+    enough of them are held by ``fixed``; the growth rate at the conditions of the data, ``GrowthFit.growth_rate()``, is
+    determined in any case. Curves in their steady state determine only the ratio of growth and removal rate.
 
     Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24.
 

@@ -26,14 +26,14 @@ from fitting.search import padding
 from fitting.search.nonlinear import Objective
 from jaxcontact._support.exponential import phi1
 
-LARGEST = 200.0  # activation energy and work of the stress, over k T0
+LARGEST = 200.0  # activation energy and work of the stress over k T0 at which the search ends
+REACH = 230.0  # of log rate, likewise, about the logarithm of a growth rate of the data
+OPEN = 100.0  # of both, beyond which the end of an interval is that of the search and not of the data
+SAME = 1e-6  # singular value below which conditions are the same
 FASTEST = 1e4  # removal rate times the duration
-REACH = 230.0  # of log rate about that of the growth rate
 STARTS = (0.0, 0.3, 3.0, 30.0)  # removal rates times the duration
-EXPECTED, WEAK = (
-    (20.0, 1.0),
-    1e-3,
-)  # energy and work that are started from where the data do not say, and its weight
+EXPECTED = (20.0, 1.0)  # energy and work over k T0 to start from where the data do not determine them
+WEAK = 1e-3  # weight of these beside the logarithm of a growth rate
 STRUCTURE = ParameterList.of(
     GrowthKinetics, DIMENSIONS, zeros=("activation_energy", "activation_volume", "removal_rate")
 )
@@ -41,17 +41,16 @@ STRUCTURE = ParameterList.of(
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class GrowthSpace(ParameterSpace):
-    """Coordinates log rate, energy, work and removal."""
+    """Coordinates log rate, energy, work and removal; lost: places of those that the conditions of the curves leave open."""
+
+    lost: tuple[int, ...] = ()
 
     def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """As of any law, and open for the rate where energy or volume reach the end of the search, not a bound: the rate
-        compensates them."""
-        rate, energy, work = ends[:3, 1]
-        ends = ends.copy()
-        if self.lower[0] < self.upper[0]:
-            ends[0, 1] = self.upper[0] if energy >= LARGEST else rate
-            ends[0, 0] = self.lower[0] if work >= LARGEST else ends[0, 0]
-        return super().spans(theta, ends)
+        """Return the ends of the intervals: open for what is lost, and where an end is that of the search."""
+        middle = np.array([0.5 * (self.lower[0] + self.upper[0]), 0.0, 0.0, np.nan])[:, None]
+        away = (np.abs(ends - middle) >= OPEN) & (self.lower < self.upper)[:, None]
+        away[list(self.lost)] = True
+        return super().spans(theta, np.where(away, np.stack(self.bounds, -1), ends))
 
 
 class Curves(NamedTuple):
@@ -120,7 +119,10 @@ class Curves(NamedTuple):
                 for name, log in zip(table, logarithmic, strict=True)
             ]
         rows = [_within(own, bound / unit) for own, bound, unit in zip(whole, given, self.unit, strict=True)]
-        return GrowthSpace.of(STRUCTURE, np.array(rows), logarithmic, self.unit)
+        space = GrowthSpace.of(STRUCTURE, np.array(rows), logarithmic, self.unit)
+        lost = self.lost(table)
+        bounded = any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost)
+        return space if bounded else dataclasses.replace(space, lost=lost)
 
     def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates (4,)."""
@@ -147,10 +149,7 @@ class Curves(NamedTuple):
         grown, rest = self.t * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
         of_curve = lambda values: np.bincount(self.which, values)
         speed = of_curve(grown * rest) / of_curve(grown**2)
-        first = np.unique(self.which, return_index=True)[1]
-        over = self.mean_temperature / self.temperature[first]
-        work = over * self.stress[first] / (self.stress.max() or 1.0)
-        A = np.stack([np.ones(speed.size), -over, work], -1)
+        A = self._design()
         y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
         A, y = np.concatenate([A, WEAK * np.eye(3)[1:]]), np.append(y, WEAK * np.array(EXPECTED))
         free, x = lower < upper, lower.copy()
@@ -159,17 +158,30 @@ class Curves(NamedTuple):
             x[free] = scipy.optimize.lsq_linear(A[:, free], rest, (lower[free], upper[free])).x
         return x
 
+    def _design(self) -> np.ndarray:
+        """Derivative (curves, 3) of the log growth rate of each curve with respect to log rate, energy and work."""
+        first = np.unique(self.which, return_index=True)[1]
+        over = self.mean_temperature / self.temperature[first]
+        return np.stack(
+            [np.ones(first.size), -over, over * self.stress[first] / (self.stress.max() or 1.0)], -1
+        )
+
+    def lost(self, table: dict[str, tuple[float, float]]) -> tuple[int, ...]:
+        """Return the places of the parameters that the conditions of the curves do not determine, whatever the errors."""
+        free = [i for i, name in enumerate(list(DIMENSIONS)[:3]) if table[name][0] < table[name][1]]
+        A = self._design()[:, free]
+        rank = lambda columns: np.linalg.matrix_rank(columns, tol=SAME)
+        return tuple(i for k, i in enumerate(free) if rank(np.delete(A, k, 1)) == rank(A))
+
     def notes(self, table: dict[str, tuple[float, float]]) -> list[str]:
-        """Return what data at one temperature or one stress do not determine."""
-        said, many = [], {"activation_energy": ("temperature", "K"), "activation_volume": ("stress", "Pa")}
-        for name, (condition, unit) in many.items():
-            values = np.unique(getattr(self, condition))
-            if values.size == 1 and table[name][0] < table[name][1] and table["rate"][0] < table["rate"][1]:
-                said.append(
-                    f"all curves are at one {condition}, {values[0]:.4g} {unit}: {name} and the rate are not determined"
-                    f" separately, only the growth rate is; hold {name} by fixed=, or add another {condition}"
-                )
-        return said
+        """Return a note on such parameters."""
+        lost = ", ".join(list(DIMENSIONS)[i] for i in self.lost(table))
+        temperatures, stresses = (np.unique(values).size for values in (self.temperature, self.stress))
+        note = (
+            f"temperatures: {temperatures}, stresses: {stresses}: the curves do not determine {lost} separately, only the"
+            " growth rate; hold what is known by fixed=, or add curves at other temperatures or stresses"
+        )
+        return [note] if lost else []
 
 
 def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
