@@ -30,6 +30,7 @@ from fitting.fits.prony import fit_prony as fit_prony
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
 from fitting.inference.resampling import resample as resample
+from fitting.io.growth_reader import read_growth as read_growth
 from fitting.io.modulus_reader import read_oscillation as read_oscillation
 from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
@@ -71,6 +72,7 @@ __all__ = [
     "posterior",
     "propagate",
     "read_creep",
+    "read_growth",
     "read_indentation",
     "read_oscillation",
     "read_relaxation",

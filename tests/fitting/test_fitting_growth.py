@@ -1,10 +1,13 @@
 """Growth kinetics: the closed form against numerical integration, and the fit against scipy's least squares."""
 
+import json
+
 import numpy as np
 import pytest
 import scipy
 
 import fitting
+from fitting.cli.command import main
 from jaxcontact.inputs.laws import RubbingState
 from tests.benchmarks import growth_coverage
 
@@ -301,3 +304,39 @@ def test_intervals_hold_the_truth(row):
     held, refused = growth_coverage.covered(row, 100, seed=1)
     assert refused <= 0.02
     assert all(0.88 <= share <= 1.0 for share in held.values()), held
+
+
+def write_curve(path, data):
+    rows = "".join(f"{t / 60.0:.9g};{1e9 * h:.9g}\n" for t, h in zip(data.t, data.thickness, strict=True))
+    path.write_text("Zeit [min];Schichtdicke [nm]\n" + rows)
+    return str(path)
+
+
+def test_a_file_of_time_and_thickness_is_read_in_si(tmp_path):
+    (data,) = curves(CONDITIONS[:1], relative=0.02)
+    read = fitting.read_growth(write_curve(tmp_path / "film.csv", data), stress=3e8, temperature=353.0)
+    assert read.t == pytest.approx(data.t, rel=1e-8) and read.thickness == pytest.approx(
+        data.thickness, rel=1e-8
+    )
+    later = fitting.read_growth(tmp_path / "film.csv", stress=3e8, temperature=353.0, start=600.0)
+    assert later.t[0] == 0.0 and later.t.size == 23
+    with pytest.raises(ValueError, match=r"film.csv: temperature: expected a number > 0 K, got -20.0"):
+        fitting.read_growth(tmp_path / "film.csv", stress=3e8, temperature=-20.0)
+
+
+def test_the_shell_fits_several_files(tmp_path, capsys):
+    data = curves(relative=0.02, constant=1e-12)
+    files = [write_curve(tmp_path / f"film{k}.csv", one) for k, one in enumerate(data)]
+    stress, temperature = (",".join(map(str, column)) for column in zip(*CONDITIONS, strict=True))
+    conditions = ["--stress", stress, "--temperature", temperature]
+    out = tmp_path / "out"
+    assert main(["growth", *files, *conditions, "-o", str(out), "--fix", "removal_rate=5e-4"]) == 0
+    assert "activation_energy" in capsys.readouterr().out
+    found = json.loads((out / "summary.json").read_text())
+    expected = fitting.fit_growth(data, fixed={"removal_rate": 5e-4}).to_dict()
+    assert found["parameters"] == pytest.approx(expected["parameters"], rel=1e-4)
+    assert found["files"] == [f"film{k}.csv" for k in range(5)] and (out / "curve.csv").exists()
+    with pytest.raises(ValueError, match="--temperature: expected one number, or 5 for as many files, got 2"):
+        main(["growth", *files, "--stress", stress, "--temperature", "353,373", "-o", str(tmp_path / "b")])
+    with pytest.raises(ValueError, match=r"film0.csv: --temperature: expected a number > 0 K"):
+        main(["growth", files[0], "--stress", "1e8", "--temperature", "0", "-o", str(tmp_path / "c")])
