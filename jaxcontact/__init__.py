@@ -1,20 +1,20 @@
 """jaxcontact: differentiable time-dependent contact with a viscoelastic layered half-space.
 
-Importing it switches jax to float64: the kernels span some sixteen decades, and float32 would
-lose the film under the substrate. On a CPU it also makes jax run one program at a time, when it is called.
+Importing it switches jax to float64: the kernels span some sixteen decades, and in float32
+the film's contribution would be lost next to the substrate's. On a CPU it also makes jax run programs synchronously.
 """
 
 import os
 
-# XLA's complaints go into Python's errors. As text it has one about each program of the cache on disk, harmless
-# (https://github.com/openxla/xla/issues/44565); it reads this when jax is first imported, which may have been before.
+# XLA's errors are raised in Python. Its log also has a harmless message for each program loaded from the cache on disk
+# (https://github.com/openxla/xla/issues/44565). XLA reads this variable when jax is first imported, maybe before this.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
 import jax
 
 jax.config.update("jax_enable_x64", True)
-# Programs that jax starts ahead of being asked for their results share its threads with the transforms inside them,
-# and all run slower for it.
+# Programs dispatched asynchronously compete for jax's threads with the Fourier transforms inside them, and all run
+# slower.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 from jaxcontact._compile import installed_jax  # noqa: E402

@@ -117,11 +117,13 @@ class RubStepper(PressStepper):
     def inherits(self) -> bool:
         return True
 
-    def start(self) -> RubCarry:
+    def start(self) -> RubCarry:  # type: ignore[override]
         zero = jnp.zeros_like(self.profile)
         return RubCarry(super().start(), self.at_first, zero, zero, jnp.zeros(()))
 
-    def advance(self, carry: RubCarry, step: Steps) -> tuple[RubCarry, Outcome]:
+    def advance(  # type: ignore[override]
+        self, carry: RubCarry, step: Steps
+    ) -> tuple[RubCarry, Outcome]:
         contact, dt = carry.contact, step.dt
         guessed = self._changed(carry.thickness, dt * carry.rate)
         coming = self._predicted(carry, guessed, step)

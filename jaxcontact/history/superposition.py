@@ -16,7 +16,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import ImageKernels, image_weights
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 
 
 @pytree
@@ -65,8 +65,8 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
     end = jnp.maximum(times[:, None] - before[None, :], 0.0)
     weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
-    response, n = response_of(body), times.shape[0]
+    limits, n = limits_of(body), times.shape[0]
     film = jnp.zeros((n, n))
-    if response.film() is not None:
-        film = jnp.tril(response.film_creep().mean_creep(start, end))
+    if limits.film is not None:
+        film = jnp.tril(limits.film_creep().mean_creep(start, end))
     return LagRow(jnp.arange(n), weights, film)

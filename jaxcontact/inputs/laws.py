@@ -114,6 +114,7 @@ class StressActivated(KineticLaw):
     def rate(self, step: RubbingState) -> Array:
         stress = step.pressure if self.stress == "pressure" else step.friction_stress
         temperature = step.temperature if self.temperature is None else self.temperature
+        assert temperature is not None  # ``check_law``
         energy = self.activation_energy - self.activation_volume * stress
         grown = self.rate_constant * jnp.exp(-energy / (BOLTZMANN * temperature))
         return jnp.where(step.pressure > 0.0, grown, 0.0)

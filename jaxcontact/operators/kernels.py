@@ -17,6 +17,7 @@ from jaxcontact._support.scale import Scale
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
+from jaxcontact.inputs.materials import Material
 from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.operators.film import Film
 from jaxcontact.response.base import Response, Separable
@@ -25,6 +26,7 @@ from jaxcontact.response.influence.coefficients import influence_coefficients
 from jaxcontact.response.influence.images import Images, image_errors
 from jaxcontact.response.influence.periodic import periodic_coefficients, periodic_response
 from jaxcontact.response.influence.strip_coefficients import strip_coefficients
+from jaxcontact.response.limits import BodyLimits, limits_of
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
@@ -155,7 +157,7 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
 
 def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     """A film that images can stand for: not more than a million times as stiff as its substrate."""
-    ratio = response_of(body).stiffness_ratio()
+    ratio = limits_of(body).stiffness_ratio()
     if not is_concrete(ratio):
         return ratio <= MOST_STIFF
     checks.require(
@@ -166,9 +168,9 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     return True
 
 
-def scale_of(response: Response, indenter: Indenter, grid: Grid) -> Scale:
+def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
     """dx, and the compliance of a very wide contact; held constant in derivatives."""
-    compliance = response.long_term() + indenter.compliance()
+    compliance = limits.long_term() + indenter.compliance()
     held = jax.lax.stop_gradient
     return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
 
@@ -193,14 +195,14 @@ def assembled(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, expansion: Expansion, nodes: int
 ) -> Kernels:
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
-    response, (separable, _, errors) = response_of(body), expansion
-    scale = scale_of(response, indenter, grid)
+    limits, (separable, _, errors) = limits_of(body), expansion
+    scale = scale_of(limits, indenter, grid)
     family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale))
     mix = separable.mix / scale.compliance
-    film, layer = None, response.film()
-    if layer is not None:
-        weights = jnp.append(response.film_creep().instantaneous / scale.compliance, mix[0])
-        film = Film(coefficients[1] * scale.length / layer.thickness, weights)
+    film = None
+    if limits.film is not None:
+        weights = separable.film / scale.compliance
+        film = Film(coefficients[1] * scale.length / limits.film.thickness, weights)
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
@@ -258,19 +260,19 @@ def _image_errors(response: Response, separable: Separable, images: Images) -> A
 
 def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
     """The steps of the staircase one by one."""
-    response, layer = response_of(body), response_of(body).film()
-    scale = scale_of(response, indenter, grid)
-    on_base = response.expand_shapes(response.on_rigid_base()[None])
+    response, limits = response_of(body), limits_of(body)
+    scale = scale_of(limits, indenter, grid)
+    on_base = response.expand_shapes(limits.film_shape(response.wavenumbers())[None])
     unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
     family, _ = on_grid(grid, Images(on_base.depths, unit))
-    film = None if layer is None else on_grid(grid, on_base)[1][0] / layer.thickness
-    return ImageKernels(family, film, scale, _quasi_elastic_error(response))
+    film = None if limits.film is None else on_grid(grid, on_base)[1][0] / limits.film.thickness
+    return ImageKernels(family, film, scale, _quasi_elastic_error(response, limits.surface))
 
 
-def _quasi_elastic_error(response: Response) -> Array:
+def _quasi_elastic_error(response: Response, surface: Material) -> Array:
     """At times spread around the rates of the surface."""
-    response = jax.lax.stop_gradient(response)
-    times, wavenumbers = check_times(response.surface().spectrum().rates)[:, None], response.wavenumbers()
+    response, surface = jax.lax.stop_gradient((response, surface))
+    times, wavenumbers = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
     values = response.quasi_elastic(wavenumbers, times, times)
     return jnp.max(image_errors(response.expand(values).at(wavenumbers), values))
 

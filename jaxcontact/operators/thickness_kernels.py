@@ -27,9 +27,10 @@ from jaxcontact.operators.kernels import (
 )
 from jaxcontact.operators.kernels import assembled as uniform_kernels
 from jaxcontact.operators.varying import ThicknessSeries, VaryingFamily
-from jaxcontact.response.body import response_of, sideways_compliance
+from jaxcontact.response.body import sideways_compliance
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.influence.periodic import wavenumbers
+from jaxcontact.response.limits import limits_of
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
 DEFAULT_TERMS = 6
@@ -102,7 +103,7 @@ def assembled(
     """Return the kernels from the expansion of a film of one thickness."""
     uniform = uniform_kernels(body, indenter, grid, expansion, nodes)
     scaled = scaled_images(expansion, indenter, uniform.scale)
-    film = response_of(body).film()
+    film = limits_of(body).film
     assert film is not None and uniform.film is not None
     reference = jnp.asarray(film.thickness, float)
     cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)

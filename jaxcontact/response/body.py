@@ -1,4 +1,4 @@
-"""From a body to its response: the one place that knows which formula holds for which body."""
+"""The selection of the response formula for a body."""
 
 import jax.numpy as jnp
 from jax import Array
@@ -15,17 +15,17 @@ from jaxcontact.response.volume import nu_at_first
 
 
 def response_of(body: LayeredHalfSpace) -> Response:
-    """The response of a body that has passed ``checked_body``."""
+    """Return the response of a body that has passed ``checked_body``."""
     if not body.layers:
         return HalfSpace(body.substrate)
     layers = body.sublayers()
-    if len(layers) == 1 and _keeps_nu(layers[0].material) and isinstance(body.substrate, Elastic):
+    if len(layers) == 1 and _has_constant_nu(layers[0].material) and isinstance(body.substrate, Elastic):
         return OneLayer(layers[0], body.substrate)
     return Stack(layers, body.substrate)
 
 
-def _keeps_nu(material: Material) -> bool:
-    """Whether its Poisson's ratio is the same at all times: given, or that of an elastic solid."""
+def _has_constant_nu(material: Material) -> bool:
+    """Return whether Poisson's ratio is independent of time: prescribed, or that of an elastic solid."""
     return material.bulk_modulus is None or isinstance(material, Elastic)
 
 
@@ -49,11 +49,11 @@ def sideways_compliance(body: LayeredHalfSpace, thickness: Array, wavenumber: Ar
 
 
 def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) -> Array:
-    """N(k, t): normal surface displacement per amplitude of a pressure wave that steps on at t = 0.
+    """Return N(k, t): normal surface displacement per amplitude of a pressure wave applied as a step at t = 0.
 
-    At k = 0 the response of a half-space is infinite, and ``inf`` is what comes back, with zero derivative;
+    At k = 0 the response of a half-space is infinite, and ``inf`` is returned, with zero derivative;
     k N stays finite. Source: the paper's Appendix A (u_z under p) with the correspondence principle of its
-    section 2.3 made exact.
+    section 2.3 applied exactly.
 
     Args:
         body: a ``LayeredHalfSpace``.
@@ -61,7 +61,7 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
         t: time [s], >= 0; broadcasts with k.
 
     Returns:
-        N [m/Pa] of the broadcast shape; nan where jit or vmap brought a value outside its range.
+        N [m/Pa] of the broadcast shape; nan where a value traced by jit or vmap is outside its range.
 
     Raises:
         ValueError: a body that cannot be computed, a negative k or a negative t.

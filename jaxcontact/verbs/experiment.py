@@ -28,7 +28,7 @@ from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep, marked
 from jaxcontact.results.notes import Diagnostics, announce
@@ -207,9 +207,9 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
         correspondence == "exact" or not bulky,
         f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}": it would be 5 % off',
     )
-    response = response_of(body)
-    rigid = response.rigid_at_first()
-    alone, film = indenter.material is None, response.film() is not None and correspondence == "exact"
+    limits = limits_of(body)
+    rigid = limits.rigid_at_first()
+    alone, film = indenter.material is None, limits.film is not None and correspondence == "exact"
     if not is_concrete(rigid):
         return ~(jnp.asarray(rigid) & (alone or film))
     checks.require(
@@ -346,7 +346,7 @@ def _steepness(experiment: Experiment) -> dict[str, Array]:
     along = [axis for axis, n in enumerate(grid.shape) if n > 1]
     steps = [jnp.abs(_differences(values, axis - 2, grid.periodic[axis])) for axis in along]
     slopes = [jnp.max(step) / grid.spacing[axis] for axis, step in zip(along, steps, strict=True)]
-    ratio = response_of(experiment.body).stiffness_ratio()
+    ratio = limits_of(experiment.body).stiffness_ratio()
     return {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
 
 

@@ -26,7 +26,15 @@ from jaxcontact.operators import spectral
 from jaxcontact.operators.thickness_kernels import compiled_varying
 from jaxcontact.results.notes import announce
 from jaxcontact.results.rubbing import RubbedStep, RubbingHistory
-from jaxcontact.verbs.experiment import Plan, Save, TimedExperiment, fine_steps, fine_values, marched
+from jaxcontact.verbs.experiment import (
+    Experiment,
+    Plan,
+    Save,
+    TimedExperiment,
+    fine_steps,
+    fine_values,
+    marched,
+)
 from jaxcontact.verbs.flash_temperature import coefficients_at_rest
 
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
@@ -141,7 +149,7 @@ class Rubs(TimedExperiment):
     wears: str = static()
 
     @classmethod
-    def of(
+    def of(  # type: ignore[override]
         cls,
         body: LayeredHalfSpace,
         indenter: Indenter,
@@ -158,7 +166,8 @@ class Rubs(TimedExperiment):
         **options: Any,
     ) -> Self:
         checks.one_of("wears", wears, "film", "indenter")
-        film_map, valid = None, True
+        film_map: ThicknessMap | None = None
+        valid: Verdict = True
         if wears == "film":
             body = over_the_plane(body, getattr(grid, "shape", ()))
             body, film_map, valid = separate_map(body, grid.shape, np.size(times))
@@ -166,9 +175,7 @@ class Rubs(TimedExperiment):
                 film_map is not None and not film_map.over_times,
                 "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
             )
-        experiment = TimedExperiment.of(
-            body, indenter, control, times, grid=grid, film_map=film_map, **options
-        )
+        experiment = Experiment.of(body, indenter, control, times, grid=grid, film_map=film_map, **options)
         velocity = as_array(velocity)
         valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
         valid = valid & _check_velocity(velocity, np.shape(times)) & _check_thermal(thermal, grid)

@@ -135,7 +135,7 @@ PRESSING = {
     ),
     "a film that grows under what slides": (
         lambda: steady(1.0, body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(2,\); over times it is for a Layer in indent",
+        r"layer thickness \[m\]: expected a number, got shape \(2,\); only a Layer in indent accepts one value per time",
     ),
     "a material for a profile": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(FILM, 1e-7)], STEEL)),
@@ -167,7 +167,7 @@ PRESSING = {
     ),
     "a fractional law that is not cut": (
         lambda: indent(body=on(jc.Springpot(1e9, 0.5))),
-        r"got Springpot: its prony\(shortest, longest\) is one",
+        r"got Springpot: use its prony\(shortest, longest\)",
     ),
     "a cut from no time": (lambda: jc.Springpot(1e9, 0.5).prony(0.0, 1.0), r"shortest: expected > 0, got 0"),
     "a cut backwards": (
@@ -278,11 +278,11 @@ PRESSING = {
     ),
     "a punch smaller than a cell": (
         lambda: indent(indenter=jc.FlatPunch(1e-9)),
-        r"punch radius \[m\]: expected to cover a cell's centre, cells are 7.5e-05 m, got 1e-09",
+        r"punch radius \[m\]: expected a size that covers a cell's centre \(cells are 7.5e-05 m\), got 1e-09",
     ),
     "a cylinder shorter than a cell": (
         lambda: indent(indenter=jc.Cylinder(1e-2, 1e-9)),
-        r"cylinder length \[m\]: expected to cover",
+        r"cylinder length \[m\]: expected a size that covers",
     ),
     "a tolerance that says nothing": (
         lambda: indent(tolerance=10.0),
@@ -307,7 +307,7 @@ PRESSING = {
     ),
     "statistics of what is no contact": (
         lambda: jc.contact_statistics(BALL),
-        r"result: expected that of indent, slide, slide_steady, \.\.\., got Sphere",
+        r"result: expected the result of indent, slide, slide_steady, \.\.\., got Sphere",
     ),
     "a histogram without bins": (
         lambda: jc.pressure_histogram(DRAWN, bins=0),
@@ -319,7 +319,7 @@ PRESSING = {
     ),
     "patches of many runs": (
         lambda: jc.contact_clusters(SimpleNamespace(**vars(DRAWN) | {"status": np.zeros(2)})),
-        r"result: expected that of one run, outside jit, got a status of shape \(2,\)",
+        r"result: expected the result of one run, outside jit, got a status of shape \(2,\)",
     ),
     "statistics of heights of another grid": (
         lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
@@ -331,7 +331,7 @@ PRESSING = {
     ),
     "statistics of a line of heights": (
         lambda: jc.surface_statistics(np.zeros((8, 1)), LINE),
-        r"heights, grid: expected known ones with more than one cell along y, got \(8, 1\) cells",
+        r"heights, grid: expected known values and more than one cell along y, got \(8, 1\) cells",
     ),
     "a word for correspondence": (
         lambda: indent(correspondence="fast"),
@@ -360,7 +360,7 @@ PRESSING = {
     ),
     "Grid.around under vmap": (
         lambda: jax.vmap(lambda w: jc.Grid.around(BODY, BALL, jc.Load(w), TIMES).spacing[0])(jnp.ones(2)),
-        "Grid.around: expected values that are known, got some that jit, vmap or grad trace",
+        "Grid.around: expected known values, got values traced by jit, vmap or grad",
     ),
     "a number in Grid.around": (
         lambda: jc.Grid.around(BODY, BALL, 60.0, TIMES),
