@@ -68,12 +68,10 @@ class Curves(NamedTuple):
     def of(cls, data: tuple[GrowthData, ...]) -> "Curves":
         """Return the points of all curves."""
         count = [one.t.size for one in data]
-        own = (
-            np.repeat([getattr(one, name) for one in data], count)
-            for name in ("stress", "temperature", "initial")
-        )
+        repeat = lambda name: np.repeat([getattr(one, name) for one in data], count)
+        stress, temperature, initial = (repeat(name) for name in ("stress", "temperature", "initial"))
         t, measured = (np.concatenate([getattr(one, name) for one in data]) for name in ("t", "thickness"))
-        return cls(data, t, measured, *own, np.repeat(np.arange(len(data)), count))
+        return cls(data, t, measured, stress, temperature, initial, np.repeat(np.arange(len(data)), count))
 
     @property
     def duration(self) -> float:

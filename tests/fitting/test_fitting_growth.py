@@ -2,6 +2,7 @@
 
 import json
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import scipy
@@ -202,6 +203,14 @@ def test_bounds_limit_values_and_intervals():
     low, high = fit.intervals["rate"]
     compensated = [1e-2 * np.exp((E - 1.2e-19) / (K * 373.0)) for E in (1.1e-19, 1.3e-19)]
     assert (low, high) == pytest.approx(compensated, rel=0.2)
+
+
+def test_the_uncertainty_is_propagated():
+    fit = fitting.fit_growth(curves(relative=0.02, constant=1e-12))
+    band = fitting.propagate(fit, lambda kinetics: jnp.log(kinetics.growth_rate(6e8, 400.0)))
+    assert np.exp([band.low, band.value, band.high]) == pytest.approx(
+        np.array(fit.growth_rate(6e8, 400.0))[[1, 0, 2]], rel=1e-4
+    )
 
 
 def test_growth_that_accelerates_is_refused():
