@@ -33,6 +33,8 @@ from jaxcontact.indenters.shapes import Cylinder as Cylinder  # noqa: E402
 from jaxcontact.indenters.shapes import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters.shapes import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters.shapes import Sphere as Sphere  # noqa: E402
+from jaxcontact.inputs.adhesion import DugdaleAdhesion as DugdaleAdhesion  # noqa: E402
+from jaxcontact.inputs.adhesion import ExponentialAdhesion as ExponentialAdhesion  # noqa: E402
 from jaxcontact.inputs.controls import Approach as Approach  # noqa: E402
 from jaxcontact.inputs.controls import Load as Load  # noqa: E402
 from jaxcontact.inputs.controls import TangentialDisplacement as TangentialDisplacement  # noqa: E402
@@ -59,6 +61,7 @@ from jaxcontact.inputs.surface_files import read_surface as read_surface  # noqa
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
+from jaxcontact.results.contact import AdhesiveHistory as AdhesiveHistory  # noqa: E402
 from jaxcontact.results.contact import ContactHistory as ContactHistory  # noqa: E402
 from jaxcontact.results.friction import ShearHistory as ShearHistory  # noqa: E402
 from jaxcontact.results.friction import SteadyRolling as SteadyRolling  # noqa: E402
@@ -90,6 +93,7 @@ from jaxcontact.verbs.subsurface import subsurface as subsurface  # noqa: E402
 
 # what the reference shows; tests/project/test_public_api.py holds the same names
 __all__ = [
+    "AdhesiveHistory",
     "Approach",
     "Archard",
     "Burgers",
@@ -98,7 +102,9 @@ __all__ = [
     "ContactHistory",
     "ContactStatistics",
     "Cylinder",
+    "DugdaleAdhesion",
     "Elastic",
+    "ExponentialAdhesion",
     "FlatPunch",
     "FractionalKelvinVoigt",
     "FractionalMaxwell",

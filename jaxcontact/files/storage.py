@@ -17,7 +17,7 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.labels import (
@@ -35,7 +35,8 @@ from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, RubbingHistory, ShearHistory, SlidingHistory, *TIMELESS)
+    cls.__name__: cls
+    for cls in (ContactHistory, AdhesiveHistory, RubbingHistory, ShearHistory, SlidingHistory, *TIMELESS)
 }
 KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
@@ -54,8 +55,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file, replacing an existing one atomically (for ParaView, each of its files).
 
     Args:
-        result: ``ContactHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``,
-            ``SteadyRolling`` or ``InteriorFields``; the values of a ``save`` function are not stored.
+        result: ``ContactHistory``, ``AdhesiveHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``,
+            ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save`` function are not stored.
         path: a file name ending in ``.npz`` or ``.nc``, or in ``.pvd`` for ParaView: an animation over all times, one
             file each in a folder of the same name beside it, for viewing only: it cannot be loaded again.
         case: the inputs of the result, under any names except those of its own arrays (``body=body,

@@ -137,7 +137,7 @@ class RubStepper(PressStepper):
         slope = jax.lax.stop_gradient(pressure - contact.pressure) / jnp.where(dt > 0.0, dt, jnp.inf)
         before = self._flux(contact.pressure, step.more.speed_before)
         work = carry.work + dt / 2.0 * (before + self._flux(pressure, step.more.speed))
-        pressed = PressCarry(fields, pressure, slope)
+        pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
         carry = RubCarry(pressed, thickness, second.rate, work, carry.error + estimate)
         return carry, self._outcome(carry, coming, first, second, estimate)
 

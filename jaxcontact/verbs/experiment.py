@@ -88,12 +88,14 @@ class Experiment:
         max_iterations: Any = 500,
         kernels: Kernels | None = None,
         film_map: ThicknessMap | None = None,
+        adhesive: bool = False,
         **options: Any,
     ) -> Self:
-        """Check all that verbs have in common; ValueError for what cannot be computed."""
+        """Check all that verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
-        valid = valid & checks.not_decreasing("times [s]", times) & check_control(control, np.shape(times)[0])
+        valid = valid & checks.not_decreasing("times [s]", times)
+        valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)

@@ -17,6 +17,7 @@ SOURCES = sorted([*(ROOT / "jaxcontact").rglob("*.py"), *(ROOT / "fitting").rglo
 PUBLIC = [getattr(module, name) for module in (jc, fitting) for name in getattr(module, "__all__", ())]
 GIVEN = [  # what users are given, and do not make
     *(
+        jc.AdhesiveHistory,
         jc.ContactClusters,
         jc.ContactHistory,
         jc.ContactStatistics,

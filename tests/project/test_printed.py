@@ -39,6 +39,8 @@ OBJECTS = {
     "Load": lambda: jc.Load(RAMP),
     "TangentialLoad": lambda: jc.TangentialLoad(np.stack([RAMP, RAMP], 1)),
     "TangentialDisplacement": lambda: jc.TangentialDisplacement(np.stack([RAMP, RAMP], 1)),
+    "ExponentialAdhesion": lambda: jc.ExponentialAdhesion(50e-3, 2e-9),
+    "DugdaleAdhesion": lambda: jc.DugdaleAdhesion(50e-3, 20e6),
     "Elastic": lambda: STEEL,
     "Maxwell": lambda: jc.Maxwell(1e9, 1e12),
     "KelvinVoigt": lambda: jc.KelvinVoigt(1e9, 1e12),

@@ -24,6 +24,7 @@ InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
 pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
 flash_temperature rub RubbingHistory Thermal Archard ProportionalRemoval StressActivated
+AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
 BatchFit Comparison CreepData CreepFit Design GrowthData GrowthFit GrowthKinetics fit_growth IndentationData IndentationFit JointFit ModulusFit OscillationData Posterior
@@ -53,6 +54,7 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
+    jc.AdhesiveHistory: "jumps jump_energy cohesive_cells",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",

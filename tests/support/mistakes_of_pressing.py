@@ -26,6 +26,22 @@ from right_calls import (
 import jaxcontact as jc
 
 PRESSING = {
+    "a number for a law of adhesion": (
+        lambda: indent(adhesion=0.05),
+        r"adhesion: expected ExponentialAdhesion, DugdaleAdhesion or None, got 0\.05",
+    ),
+    "an attraction without range": (
+        lambda: indent(adhesion=jc.ExponentialAdhesion(0.05, 0.0)),
+        r"adhesion: range \[m\]: expected > 0, got 0",
+    ),
+    "a strength below zero": (
+        lambda: indent(adhesion=jc.DugdaleAdhesion(0.05, -1e6)),
+        r"adhesion: strength \[Pa\]: expected > 0, got -1e\+06",
+    ),
+    "a load that is not finite, with adhesion": (
+        lambda: indent(control=jc.Load(np.inf), adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
+        r"Load \[N\]: expected finite numbers, got inf",
+    ),
     "a material for a body": (lambda: indent(body=FILM), r"body: expected a LayeredHalfSpace, got Burgers"),
     "a layer outside a list": (
         lambda: indent(body=jc.LayeredHalfSpace(jc.Layer(FILM, 1e-7), STEEL)),
