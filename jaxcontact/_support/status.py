@@ -5,6 +5,9 @@ from enum import IntEnum
 import jax.numpy as jnp
 from jax import Array
 
+LARGEST_ERROR = 1e-2
+"""Relative error of the response beyond which a result is ``NOT_RESOLVED``."""
+
 
 class Status(IntEnum):
     """The verdict on a step; ``message`` says what it means and what helps.

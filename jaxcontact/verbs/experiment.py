@@ -18,7 +18,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history import march as marching
 from jaxcontact.history.march import Outcome, Setup, Steps
 from jaxcontact.history.memory import Memory
@@ -33,7 +33,6 @@ from jaxcontact.results.contact import ContactStep, marked
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
-LARGEST_ERROR = 1e-2  # of the response: beyond it a step is not fine
 LOOSEST = 1e-2  # tolerance
 
 
