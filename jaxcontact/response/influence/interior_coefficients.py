@@ -81,7 +81,8 @@ OF_DISPLACEMENTS = (("u_rz", "u_zr"), ("u_rr", "u_ss", "u_zz"))
 # the component of traction, 0 for r, 1 for z, 2 for s, and the power p of errors by function of ``Transfer``
 CAUSES = np.array(["rzs".index(name[-1]) for name in Transfer._fields])
 POWERS = np.array([1 if name.startswith("u") else 2 for name in Transfer._fields])
-GROUPS, GROUP_OF = np.unique(np.stack([CAUSES, POWERS]), axis=1, return_inverse=True)
+GROUPS, group_of = np.unique(np.stack([CAUSES, POWERS]), axis=1, return_inverse=True)
+MEMBERS = [np.flatnonzero(group_of == g) for g in range(GROUPS.shape[1])]
 
 
 class Buried(NamedTuple):
@@ -133,22 +134,18 @@ def _sizes(kernels: Array, wavenumber: Array) -> Array:
 
 def _largest(values: Array) -> Array:
     """Return the largest of the functions of each group, (..., groups, n), of values (..., 13, n)."""
-    groups = [jnp.max(values[..., np.flatnonzero(GROUP_OF == g), :], -2) for g in range(GROUPS.shape[1])]
-    return jnp.stack(groups, -2)
+    return jnp.stack([jnp.max(values[..., members, :], -2) for members in MEMBERS], -2)
 
 
 def _fitted(columns: Array, kernels: Array, sizes: Array) -> Array:
     """Return the weights (13, M, J) of columns (n, J) for kernels (13, M, n), errors relative to sizes (groups, n)."""
     per_size = 1.0 / jnp.where(sizes > 0.0, sizes, 1.0)
 
-    def of_group(g: int) -> tuple[np.ndarray, Array]:
-        members = np.flatnonzero(GROUP_OF == g)
-        singular = decomposed(columns * per_size[g, :, None])
-        return members, singular.truncated(kernels[members] * per_size[g], CUTOFF)
+    def of_group(members: np.ndarray, weights: Array) -> Array:
+        return decomposed(columns * weights[:, None]).truncated(kernels[members] * weights, CUTOFF)
 
-    found = [of_group(g) for g in range(GROUPS.shape[1])]
-    order = np.argsort(np.concatenate([members for members, _ in found]))
-    return jnp.concatenate([weights for _, weights in found])[order]
+    found = [of_group(*each) for each in zip(MEMBERS, per_size, strict=True)]
+    return jnp.concatenate(found)[np.argsort(np.concatenate(MEMBERS))]
 
 
 def _deviations(recalled: Recalled, weights: Array, columns: Array, wavenumber: Array) -> tuple[Array, Array]:
@@ -159,7 +156,7 @@ def _deviations(recalled: Recalled, weights: Array, columns: Array, wavenumber: 
 
 
 def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tuple[Array, Array]:
-    """Return the depths of the images and the wavenumbers at which the response is computed; a half-space needs one image."""
+    """Return the depths of the images and the wavenumbers of the fit; a half-space needs one image."""
     if not body.layers:
         scale = jnp.where(z > 0.0, z, 1.0)
         return jnp.reshape(z, 1), jnp.asarray(np.linspace(0.0, 10.0, 20)) / scale
