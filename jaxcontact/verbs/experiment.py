@@ -20,7 +20,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
 from jaxcontact.indenters.shapes import HeightField, Indenter, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
@@ -34,7 +34,6 @@ from jaxcontact.results.contact import ContactHistory, ContactStep, marked
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
-LARGEST_ERROR = 1e-2  # of the response: beyond it a step is not fine
 LOOSEST = 1e-2  # tolerance
 
 

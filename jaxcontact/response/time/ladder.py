@@ -63,6 +63,15 @@ def stiffness_contrast(body: LayeredHalfSpace) -> Array:
     return jnp.max(jnp.where(above > 0.0, softest_below / jnp.where(above > 0.0, above, 1.0), 0.0))
 
 
+def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
+    """Return the depth [m], (), down to which images lie for responses after each of the times [s], (t,)."""
+    each = solids_of(body)
+    creep = jnp.stack([solid.creep(times) for solid in solids(body)], 1)
+    late = jax.lax.stop_gradient(jnp.where(creep > 0.0, creep, each.compliances))
+    stretched = jax.vmap(lambda final: _reach(each._replace(final=final))[1])(late)
+    return STRETCHING * jnp.max(stretched)
+
+
 def wavenumbers(body: LayeredHalfSpace) -> Array:
     """Where the response is to be known for its images, (n,) [rad/m]."""
     return _wavenumbers(solids_of(body))
