@@ -40,9 +40,7 @@ ORDERS = (0.02, 0.98)  # bounds of alpha of a Prony approximation
 MOST = 4_000_000  # largest number of samples times knots for the sum of powers
 OFF = 60  # number of times at which two laws are compared
 FAST = 40.0  # rate of the unresolved modes, times the shortest gap of the data
-STARTS = tuple(
-    itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9))
-)  # alpha, fraction of the response in the spring
+STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, spring's share
 
 
 UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
