@@ -1,8 +1,8 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare, batch,
-propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare, batch, propagate
+and design.
 
-Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
-line, for the command line to show; what it says of options it says of flags.
+Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
+which the command line prints; options in the message are replaced by the corresponding flags.
 """
 
 import argparse
@@ -24,7 +24,8 @@ MODELS = "Maxwell,StandardLinearSolid,Burgers"
 
 
 def main(arguments: list[str]) -> int:
-    """Fit as the arguments after ``fit`` say; 0. Raises ValueError on bad input, SystemExit on bad usage."""
+    """Run the fit command of the arguments after ``fit`` and return 0; ValueError on bad input, SystemExit on bad
+    usage."""
     parser = argparse.ArgumentParser(prog="jaxcontact fit", description="Material parameters from data.")
     add_parser(parser.add_subparsers(required=True, metavar="KIND"))
     options = parser.parse_args(arguments)
@@ -114,7 +115,7 @@ def _add_indentation(press: Any) -> None:
 
 
 def _creep(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit a creep curve and write the results."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
     with flags.about(options.file):
@@ -123,7 +124,7 @@ def _creep(options: argparse.Namespace) -> int:
 
 
 def _prony(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit a series of retardation times and write the results."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
     tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
@@ -133,7 +134,7 @@ def _prony(options: argparse.Namespace) -> int:
 
 
 def _relaxation(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit a relaxation modulus and write the results."""
     output.check_directory(options)
     data, nu = _modulus(read_relaxation, options, start=options.start)
     given = flags.weighting(options, False) | flags.known(options)
@@ -143,7 +144,7 @@ def _relaxation(options: argparse.Namespace) -> int:
 
 
 def _oscillation(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit storage and loss moduli and write the results."""
     output.check_directory(options)
     data, nu = _modulus(read_oscillation, options)
     with flags.about(options.file):
@@ -154,7 +155,7 @@ def _oscillation(options: argparse.Namespace) -> int:
 
 
 def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
-    """The data, and Poisson's ratio."""
+    """Return the data, and Poisson's ratio."""
     tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
     segment = options.segment and [flags.place(one) for one in options.segment]
     data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
@@ -162,7 +163,7 @@ def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: A
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """Read, fit each model, print the table, write the one of lowest BIC and a line on each."""
+    """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
     with flags.about(options.file):
@@ -172,7 +173,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _indentation(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit an indentation curve and write the results."""
     indenter = _indenter(options)
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
@@ -197,7 +198,7 @@ def _indentation(options: argparse.Namespace) -> int:
 
 
 def _indenter(options: argparse.Namespace) -> Any:
-    """What presses."""
+    """Return the indenter."""
     solid = (
         _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
     )
@@ -213,7 +214,7 @@ def _indenter(options: argparse.Namespace) -> Any:
 
 
 def _indented(options: argparse.Namespace, indenter: Any) -> Any:
-    """The curve, from contact on where that is asked for; segments and the window are of what is left."""
+    """Return the curve, from contact on if requested; segments and window then refer to the remaining points."""
     curve = None if options.curve is None else flags.place(options.curve)
     of_file = {"curve": curve, "spring_constant": options.spring_constant}
     if options.in_contact is None:

@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit design`` and ``fit propagate``: which test to make, and what follows from one."""
+"""The commands ``jaxcontact fit design`` and ``jaxcontact fit propagate``."""
 
 import argparse
 from pathlib import Path
@@ -14,11 +14,11 @@ from fitting.fits.creep import fit_creep
 from fitting.models.structure import Volume, resolve
 from fitting.views import output
 
-RESULTS = {"creep": "J_1_per_Pa", "relaxation": "G_Pa", "depth": "depth_m"}  # and their columns
+RESULTS = {"creep": "J_1_per_Pa", "relaxation": "G_Pa", "depth": "depth_m"}  # results and their columns
 
 
 def add_design(parser: Any) -> None:
-    """The flags of ``fit design``."""
+    """Add the flags of ``fit design``."""
     parser.add_argument(
         "--model", default="Burgers", metavar="M", help="about the material expected (Burgers)"
     )
@@ -34,7 +34,7 @@ def add_design(parser: Any) -> None:
 
 
 def add_carry(parser: Any) -> None:
-    """The flags of ``fit propagate``, beside those of ``fit creep``."""
+    """Add the flags of ``fit propagate`` beyond those of ``fit creep``."""
     what = "creep J(t), relaxation G(t), or depth of a rigid ball on a half-space under a held load (creep)"
     parser.add_argument("--of", default="creep", choices=tuple(RESULTS), help=what)
     parser.add_argument("--times", required=True, metavar="T,T,...", help="at which it is wanted [s]")
@@ -43,7 +43,7 @@ def add_carry(parser: Any) -> None:
 
 
 def _design(options: argparse.Namespace) -> int:
-    """Print the tests."""
+    """Print the table of tests."""
     structure = resolve(options.model)
     values = {name: flags.number("--value", text) for name, text in flags.pairs("--value", options.value)}
     if set(values) != set(structure.where) or not all(value > 0 for value in values.values()):
@@ -58,7 +58,7 @@ def _design(options: argparse.Namespace) -> int:
 
 
 def carry(options: argparse.Namespace) -> int:
-    """Fit the creep curve, print its summary and the result, and write both."""
+    """Fit the creep curve, print its summary and the propagated result, and write both."""
     output.check_directory(options, (*output.RESULTS, "propagated.csv"))
     times = np.array([flags.number("--times", text) for text in options.times.split(",")])
     if not np.all(np.isfinite(times) & (times >= 0)):
@@ -85,7 +85,7 @@ def carry(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace, times: Any) -> Any:
-    """The function of a material that is asked for."""
+    """Return the requested function of a material."""
     given = (options.load, options.radius)
     if options.of != "depth":
         if given != (None, None):

@@ -1,8 +1,8 @@
-"""Messages of the readers and fits in the words of the shell: flags in place of keywords."""
+"""Messages of the readers and fits for the shell: flags in place of keyword arguments."""
 
 import re
 
-# what the readers and fits call an option at the head of a message, and its flag
+# names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
@@ -11,7 +11,7 @@ HEADS = {
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",
 }  # fmt: skip
-# what they say of options elsewhere, and the flags
+# patterns of options elsewhere in a message, and their flags
 FLAGS = (
     (rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\")", lambda found: f"{found[1]}{HEADS[found[2]]}: "),
     (r"\b(fixed|bounds)\['?([^'\]]+)'?\]", lambda found: f"{HEADS[found[1]]} {found[2]}"),
@@ -49,7 +49,7 @@ FLAGS = (
 
 
 def in_flags(message: str) -> str:
-    """Return a message of the readers and fits, of one or several lines, with the flag for each option that it names."""
+    """Return a message of the readers and fits, of one or several lines, with each option replaced by its flag."""
     for pattern, flag in FLAGS:
         message = re.sub(pattern, flag, message, flags=re.MULTILINE)  # type: ignore[call-overload]
     return message
