@@ -163,12 +163,12 @@ def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> 
     if not isinstance(fit, Fit):
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
     if fit.refused:
-        raise ValueError(f"fit: expected one that stands, got one that is refused: {fit.refused[0]}")
+        raise ValueError(f"fit: expected a fit that stands, got one that is refused: {fit.refused[0]}")
     land = fit.estimate.landscape
     if land is None:
         raise ValueError(
-            "fit: expected one of creep, modulus or a half-space; thousands of runs of the contact solver on a film"
-            " are not offered"
+            "fit: expected a fit of creep, a modulus or a half-space: sampling for a film would need thousands of"
+            " runs of the contact solver"
         )
     if not (samples >= 100 and warmup >= 100 and chains >= 2 and decades > 0):
         got = f"{samples}, {warmup}, {chains}, {decades}"

@@ -61,7 +61,7 @@ class Design(NamedTuple):
         for e in self.experiments:
             kind = "hold" if e.share == 1.0 else f"hold {e.share:.0%}, recovery {1 - e.share:.0%}"
             sds = ", ".join(f"{name} {sd:.2g}" for name, sd in e.sd.items())
-            need = f"{e.duration:.4g} s" if math.isfinite(e.duration) else "no duration serves"
+            need = f"{e.duration:.4g} s" if math.isfinite(e.duration) else "no duration is sufficient"
             lines.append(f"  {kind}, {e.sampling} times: {need} ({sds})")
         return "\n".join(lines)
 

@@ -106,7 +106,7 @@ def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) ->
     without = int(np.sum(~slopes))
     why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
     if without == value.size:
-        raise ValueError(f"f: expected a result that moves with the material, got slope 0: {why}")
+        raise ValueError(f"f: expected a result that depends smoothly on the material, got slope 0: {why}")
     if without:
         warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
 

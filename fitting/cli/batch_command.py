@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     found = [_outcome(options, path, folder) for path, folder in zip(files, folders, strict=True)]
     if all(one.error for one in found):
         raise ValueError(
-            f"{found[0].error} (and none of the other files)" if found[1:] else str(found[0].error)
+            f"{found[0].error} (and no other file could be fitted)" if found[1:] else str(found[0].error)
         )
     for one in found:
         print(one.error if one.fit is None else f"{one.file}: {one.fit.verdict}")

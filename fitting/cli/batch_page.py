@@ -44,7 +44,7 @@ def page(model: str, outcomes: Sequence[Any]) -> str:
         "<h2>Parameters</h2>",
         _table(fits),
         "<h2>Curves</h2>",
-        "<p>Data (dots) and fit (line) over time; the corners say where the axes begin and end.</p>",
+        "<p>Data (dots) and fit (line) over time; the numbers in the corners are the limits of the axes.</p>",
         f'<div class="many">{"".join(map(_figure, fits))}</div>',
     ]
     head = f"<title>{escape(model)} fits of {len(outcomes)} creep curves</title>\n<style>{STYLE}</style>"

@@ -107,7 +107,7 @@ def _add_indentation(press: Any) -> None:
     press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
     press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
     press.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help="under a film (0.3)")
-    sticks = "work of adhesion of a ball that sticks, on a half-space [J/m2] (0)"
+    sticks = "work of adhesion of an adhesive ball on a half-space [J/m2] (0)"
     press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
     for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")

@@ -71,14 +71,16 @@ def add_test(parser: Any, kinds: str) -> None:
 
 def add_resample(parser: Any) -> None:
     """Add the flag for resampling."""
-    what = "means over time, so many for each power of ten, in place of the samples"
+    what = "average the samples to N points per decade of time"
     parser.add_argument("--resample", type=float, metavar="N", help=what)
 
 
 def add_volume(parser: Any) -> None:
     """Add the flags for Poisson's ratio."""
     parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
-    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
+    parser.add_argument(
+        "--nu", type=float, default=0.3, help="Poisson's ratio of the resulting material (0.3)"
+    )
 
 
 def add_creep(parser: Any) -> None:

@@ -94,7 +94,9 @@ class CreepData:
             put("start", 0.0)
             put("notes", (*self.notes, *late))
         elif self.start is not None:
-            raise ValueError(f"start: goes with J, as the stress has times of its own; got {self.start!r}")
+            raise ValueError(
+                f"start: expected none with strain and stress, whose times are given; got {self.start!r}"
+            )
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         _check_convention(self.convention, self.nu)
@@ -105,7 +107,7 @@ class CreepData:
                 put(name, deviations(name, getattr(self, name), self.t))
         if self.J is not None:
             if self.stress is not None:
-                raise ValueError("stress: goes with strain, not with J")
+                raise ValueError("stress: expected none with J, got a stress")
             put("J", array("J", self.J, self.t))
             if np.any(self.J <= 0):
                 raise ValueError(f"J: expected > 0, got {self.J.min():g}")
@@ -159,7 +161,7 @@ def _check_convention(convention: str, nu: float | None) -> None:
     if convention == "D" and (nu is None or not -1.0 < nu <= 0.5):
         raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile compliance (convention 'D'), got {nu!r}")
     if convention != "D" and nu is not None:
-        raise ValueError(f"nu: goes with convention 'D', not with {convention!r}; got {nu!r}")
+        raise ValueError(f"nu: expected none with convention {convention!r}, only 'D' needs it; got {nu!r}")
 
 
 def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

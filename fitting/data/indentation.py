@@ -186,7 +186,7 @@ class IndentationData:
         again = lambda y: None if y is None else np.concatenate([y[first : first + 1], y[first:last]])
         notes = [
             f"contact at {found.t:.4g} s and {found.depth:.4g} m: {first} points before it left out,"
-            f" {found.load:.3g} N taken off the load"
+            f" {found.load:.3g} N subtracted from the load"
         ]
         notes += [f"{what} with the other sign" for what, sign in
                   (("load", found.load_sign), ("depth", found.depth_sign)) if sign < 0]  # fmt: skip

@@ -115,5 +115,5 @@ def factor(convention: str, nu: float | None) -> float:
     if convention == "E" and (nu is None or not -1.0 < nu <= 0.5):
         raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile modulus (convention 'E'), got {nu!r}")
     if convention != "E" and nu is not None:
-        raise ValueError(f"nu: goes with convention 'E', not with {convention!r}; got {nu!r}")
+        raise ValueError(f"nu: expected none with convention {convention!r}, only 'E' needs it; got {nu!r}")
     return 1.0 if convention == "G" else 0.5 / (1.0 + (nu or 0.0))

@@ -66,7 +66,7 @@ class CreepFit(Fit):
         if not self.refused or not self.misfit:
             return []
         return [
-            "  next: fit_prony(data) takes as many retardation times as the data ask for (jaxcontact fit prony)"
+            "  next: fit_prony(data) chooses the number of retardation times from the data (jaxcontact fit prony)"
         ]
 
     def _combination_lines(self) -> list[str]:
@@ -173,9 +173,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
 def _left_out(data: CreepData, kept: np.ndarray) -> list[str]:
     """Return a note on the points that were left out, those not in ``kept`` (n,) bool."""
     times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
-    left = (
-        f"{np.sum(~kept)} of {kept.size} points left out, which nothing beside them supports: t = {times} s"
-    )
+    left = f"{np.sum(~kept)} of {kept.size} points left out as isolated outliers: t = {times} s"
     return [] if kept.all() else [left]
 
 

@@ -81,7 +81,7 @@ class Law(ParameterList):
         """Note on the range of validity of the returned material."""
         low, high = self.span
         return (
-            f"material: the law cut to retardation times, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
+            f"material: the law approximated by a Prony series, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
         )
 
 

@@ -81,14 +81,14 @@ class IndentationFit(Fit):
     def _conditions(self) -> list[str]:
         film, runs = self.film, f"{self.runs[0]} forward and {self.runs[1]} gradient runs"
         sought, agreed = self.starts
-        spent = f"  {agreed} of {sought} starts came to this minimum; {runs} in {self.seconds:.3g} s"
+        spent = f"  {agreed} of {sought} starts converged to this minimum; {runs} in {self.seconds:.3g} s"
         volume = Volume.of(self.nu, self.bulk_modulus)
         if self.adhesion:
             slow = ", ".join(f"{name} = {value:.5g}" for name, value in self.slow_edge.items())
             return [
-                f"  the moduli are conditional on {volume}, a half-space, {self.adhesion:g} J/m2 and an edge that closes"
-                " at once (JKR)",
-                f"  were the edge as slow as the test: {slow}",
+                f"  the moduli are conditional on {volume}, a half-space, {self.adhesion:g} J/m2 and the"
+                " instantaneous compliance at the edge (JKR)",
+                f"  with the relaxed compliance at the edge: {slow}",
                 spent,
             ]
         if film.thickness is None:
@@ -97,7 +97,7 @@ class IndentationFit(Fit):
         n, m = film.grid.shape
         return [
             f"  the moduli are conditional on thickness = {film.thickness:.4g} m and {volume}, "
-            "from which a wide contact cannot tell them apart",
+            "which a wide contact does not determine separately",
             f"  grid {n} x {m}; discretisation bias over standard error, within the intervals: {bias}",
             spent,
         ]

@@ -28,10 +28,7 @@ from fitting.models.history import columns
 from fitting.search import nonlinear, padding
 from fitting.search.nonlinear import Best, Objective
 
-TURNS, STILL = (
-    50,
-    1e-6,
-)  # largest number of iterations of the error scales, and the relative change at which they have converged
+TURNS, STILL = 50, 1e-6  # iterations of the error scales at most, and their relative change at convergence
 LEAST = 1e-9  # smallest error scale s_k
 
 

@@ -31,9 +31,8 @@ from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import padding
 from fitting.search.nonlinear import Objective
 
-STARTS = tuple(
-    itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9))
-)  # tau over the duration, retarded fraction
+# tau over the duration, retarded fraction
+STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))
 LEAST = 1e-6  # smallest scaled compliance of a logarithmic coordinate at a start
 
 
@@ -71,7 +70,7 @@ class ModulusFit(Fit):
 
     def _conditions(self) -> list[str]:
         sought, agreed = self.starts
-        return [f"  {agreed} of {sought} starts came to this minimum"]
+        return [f"  {agreed} of {sought} starts converged to this minimum"]
 
 
 def fit_relaxation(

@@ -67,7 +67,7 @@ class JointFit(Fit):
             f"  {name}: standard deviation of a point {s:.2g} of what its weight says"
             for (name, *_), s in zip(self.curves, self.errors, strict=True)
         ]
-        return [*lines, f"  {self.starts[1]} of {self.starts[0]} starts came to this minimum"]
+        return [*lines, f"  {self.starts[1]} of {self.starts[0]} starts converged to this minimum"]
 
 
 def fit_together(

@@ -25,10 +25,7 @@ ROUNDING = 1e-13  # fraction of the data's sum of squares below which a rise of 
 NEGLIGIBLE = 1e-8  # fraction of the data's sum of squares below which no fit is rejected
 EXACT = 1e-20  # fraction of the data's sum of squares below which residuals are rounding
 FLAT = 1e-9  # range of the data over their magnitude below which R2 is not defined
-TURNS, SAME = (
-    4,
-    0.05,
-)  # largest number of reweighting iterations, and the relative change at which they have converged
+TURNS, SAME = 4, 0.05  # reweighting iterations at most, and the relative change of weights at convergence
 
 Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
 

@@ -25,13 +25,13 @@ def reasons(
     found = []
     constant = np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
     if r2 <= 0.0 and not (constant and noise.white):
-        found.append(f"the model explains nothing: R2 = {r2:.3g}, no better than a constant")
+        found.append(f"the model describes the data no better than a constant: R2 = {r2:.3g}")
     if noise.likeliest == RHO[-1]:
         found.append(f"the residuals follow a trend: correlation of neighbours beyond {RHO[-1]:.2f}")
     elif abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size):
         found.append(
             f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
-            " AR(1) noise is taken off"
+            " AR(1) noise is subtracted"
         )
     slip = slipped(residuals, jacobian.shape[1], blocks)
     if slip is not None:
@@ -42,8 +42,8 @@ def reasons(
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
         found.append(
-            f"outliers move the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or say by sigma"
-            " how uncertain they are"
+            f"outliers affect the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or give their"
+            " uncertainty by sigma"
         )
     return tuple(found)
 

@@ -79,8 +79,8 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
         return series, (series.values["t"], series.values["stress"])
     if series.columns["t"].name != "step time" and not counts_from_zero(t):
         raise ValueError(
-            f"{path}: stress: expected to see it begin, got it from the first sample on, at {t[0]:g} s: say "
-            "when it began, start= [s]"
+            f"{path}: stress: expected the beginning of the stress in the file, got a stress from the first sample on, at"
+            f" {t[0]:g} s: give the time of loading, start= [s]"
         )
     if _ramps(t, stress):
         series = series.say("the stress is taken to rise from zero at t = 0; if not, give start=")
@@ -108,12 +108,12 @@ def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | N
         last = t[np.argmax(np.abs(y))]
         raise ValueError(
             f"{path}: expected a creep curve that rises, got one that falls after {last:g} s: a recovery? "
-            f"window=(0, {last:.6g}) takes the creep"
+            f"window=(0, {last:.6g}) selects the creep"
         )
 
 
 def _first(stress: np.ndarray) -> int:
-    """Return the index of the first sample under stress (n,) >= 0; for a slow rise, of the begin of the rise."""
+    """Return the index of the first sample under stress (n,) >= 0; for a slow rise, of the beginning of the rise."""
     first = int(np.argmax(stress > ZERO * stress.max()))
     if first == 0:
         return 0

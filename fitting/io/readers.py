@@ -161,7 +161,7 @@ def read_indentation(
     if afm.is_force_curve(path):
         if columns or units or decimal:
             raise ValueError(
-                f"{os.fspath(path)}: columns, units, decimal: go with text, not with a force curve"
+                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
             )
         found = afm.read(path, curve, spring_constant)
         data = build(os.fspath(path), IndentationData, **found)
@@ -299,7 +299,7 @@ def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
     if "stress" in taken.values:
         if stress is not None:
             raise ValueError(
-                f"{table.path}: stress: the file has a column of it, expected none beside it, got {stress!r}"
+                f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
             )
         return taken
     value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)

@@ -85,7 +85,8 @@ def check(adhesion: Any, data: Any, indenter: Any, control: str, model: type) ->
         raise ValueError(f"adhesion: expected a Sphere, got {type(indenter).__name__}")
     if model is jc.KelvinVoigt:
         raise ValueError(
-            "adhesion: a Kelvin-Voigt solid has J(0) = 0, and its edge no pull: expected StandardLinearSolid or another"
+            "adhesion: a Kelvin-Voigt solid has J(0) = 0, for which adhesion has no effect: expected"
+            " StandardLinearSolid or another"
         )
     _check_curve(float(adhesion), data, float(indenter.radius), control)
     return float(adhesion)
@@ -106,12 +107,12 @@ def _check_curve(adhesion: float, data: Any, radius: float, control: str) -> Non
     if early > max(FEW, FEW_SHARE * load.size) or dip > 2.0 / 3.0 * pull + SURE * noise(load):
         raise ValueError(
             f"adhesion: expected a curve from the jump into contact on, got {early} points at a depth below zero and"
-            f" a load that falls by {dip:.3g} N before it rises: leave out what is before"
+            f" a load that falls by {dip:.3g} N before it rises: leave out the earlier points"
         )
     fall = float(np.max(np.maximum.accumulate(data.depth) - data.depth))
     if control == "depth" and fall > FALL * data.depth.max():
         raise ValueError(
-            f"adhesion: expected a contact that grows, got a depth that falls by {fall:.3g} m: leave the retract out"
+            f"adhesion: expected a growing contact, got a depth that falls by {fall:.3g} m: leave out the retract"
         )
 
 
@@ -121,7 +122,8 @@ def against(alpha: np.ndarray) -> tuple[str, ...]:
     if fall <= FALL:
         return ()
     return (
-        f"the contact shrinks (area falls by {100 * fall:.1f} %): the edge opens, and adhesion is then another",
+        f"the contact shrinks (area falls by {100 * fall:.1f} %): the edge recedes, for which the model"
+        " of adhesion does not hold",
     )
 
 
@@ -137,17 +139,18 @@ def doubts(adhesion: float, radius: float, widest: float, modulus: float, lives:
     notes = []
     if tabor < SHORT:
         notes.append(
-            f"Tabor's parameter is {tabor:.2g} for forces that reach {RANGE * 1e9:g} nm: below {SHORT:g} JKR overrates"
+            f"Tabor's parameter is {tabor:.2g} for forces of range {RANGE * 1e9:g} nm: below {SHORT:g} JKR overestimates"
             " adhesion"
         )
     crept = ZONES * 0.25 * math.pi * modulus * RANGE**2 / adhesion * lives / widest
     if crept > FALL:
         notes.append(
-            f"the edge may creep on by {100 * crept:.2g} % of the contact, which is not in the model: see the slow edge"
+            f"the edge may creep by a further {100 * crept:.2g} % of the contact, which the model"
+            " neglects: see the slow edge"
         )
     if widest > WIDE * radius:
         notes.append(
-            f"the contact is {widest / radius:.2g} of the ball's radius wide: beyond {WIDE:g} JKR is not for a ball, and"
-            " surface tension may count"
+            f"the contact radius is {widest / radius:.2g} of that of the ball: beyond {WIDE:g} JKR does not hold for a ball,"
+            " and surface tension may matter"
         )
     return tuple(notes)

@@ -44,7 +44,9 @@ class Coating(NamedTuple):
         rows = [layer] if layers is None else list(layers)
         sought = [i for i, row in enumerate(rows) if not isinstance(row, jc.Layer | jc.Graded)]
         if len(sought) != 1:
-            raise ValueError(f"layers: expected one thickness [m] and any Layer beside it, got {layers!r}")
+            raise ValueError(
+                f"layers: expected one thickness [m] and otherwise Layer or Graded, got {layers!r}"
+            )
         thickness = rows[sought[0]]
         if not (isinstance(thickness, int | float | np.number) and np.isfinite(thickness) and thickness > 0):
             raise ValueError(f"layer: expected a thickness > 0 m, got {thickness!r}")

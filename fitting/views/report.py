@@ -33,7 +33,9 @@ def separation(fit: Any) -> list[str]:
     """Return lines on the duration relative to the retardation times, and on the weakest direction."""
     lines = []
     if math.isfinite(fit.t_over_tau):
-        short = "" if fit.t_over_tau >= ENOUGH else f"; below {ENOUGH:g} flow and retardation do not separate"
+        short = (
+            "" if fit.t_over_tau >= ENOUGH else f"; below {ENOUGH:g} flow and retardation are not separable"
+        )
         times = ", ".join(f"{tau:.5g}" for tau in np.atleast_1d(fit.tau))
         lines.append(f"  tau = {times} s, T/tau = {fit.t_over_tau:.3g}{short}")
     if fit.weakest:
@@ -50,12 +52,12 @@ def quality(fit: Any) -> list[str]:
     lines = [f"  {r2}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"]
     if fit.misfit:
         lines.append(
-            f"  MISFIT: residuals are correlated beyond chance; intervals were widened "
-            f"{fit.widening:.2g} times and hold only if the model does"
+            f"  MISFIT: the residuals are significantly correlated; intervals were widened "
+            f"by a factor of {fit.widening:.2g} and hold only if the model does"
         )
     elif fit.widening > WIDER:
         why = "its size or correlation is uncertain" if fit.weights == "estimated" else "it may be correlated"
-        lines.append(f"  intervals were widened {fit.widening:.2g} times for the noise: {why}")
+        lines.append(f"  intervals were widened by a factor of {fit.widening:.2g} for the noise: {why}")
     return lines
 
 

@@ -303,7 +303,7 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
     ElementTree.fromstring(
         page.partition("<body>")[2].join(["<body>", ""]).partition("</html>")[0]
     )  # well formed
-    assert "none of the other" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)
+    assert "no other file" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)
 
 
 def flowing(path, noise=0.01):
