@@ -85,6 +85,9 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "hysteresis_power": Field(TIME, "W", "power dissipated in the body", shown=True),
     "friction_power": Field(TIME, "W", "power dissipated by friction", shown=True),
     "dissipated": Field(TIME, "J", "energy dissipated by friction since the first time", shown=True),
+    "jump_energy": Field(TIME, "J", "energy lost in jumps since the first time", shown=True),
+    "jumps": Field(TIME, "1", "jumps from one branch of solutions to another since the first time"),
+    "cohesive_cells": Field(TIME, "1", "cells across the zone of attraction at the edge of contact"),
     "approach_drift": Field((), "m", "increase of the approach per factor e of the distance slid"),
     "iterations": Field(TIME, "1", "iterations of the solver"),
     "error": Field(TIME, "1", "error of the solver"),
@@ -103,6 +106,9 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "friction_work": Field(
         PLANE, "J m-2", "energy dissipated by friction per area from the first time to the last"
     ),
+    "thickness": Field(MAP, "m", "thickness of the film, or of what has formed on the indenter"),
+    "temperature": Field(MAP, "K", "temperature of the surface"),
+    "step_error": Field(TIME, "m", "estimated error of the thickness by the steps in time"),
     "dropped": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
 }
 

@@ -29,6 +29,9 @@ class Status(IntEnum):
     INHERITED = 9
     NOT_FINITE = 10
     NOT_RESOLVED = 11
+    STEP_TOO_LONG = 12
+    TOO_THICK = 13
+    PULLED_OFF = 14
 
     @property
     def message(self) -> str:
@@ -49,6 +52,9 @@ MESSAGES = {
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: kernels with more nodes, or a shorter time",
+    Status.STEP_TOO_LONG: "growth or wear in a step is off by more than 1 %: more substeps",
+    Status.TOO_THICK: "the film has grown thicker than its kernels are made for: a larger thickest",
+    Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }
 
 
@@ -65,7 +71,8 @@ def inherited(own: Array, earlier: Array) -> Array:
 
     own: the status of the contact problem of this step; earlier: ``FINE`` if all steps before succeeded, else the status
     to report in place of a success. A failure of the step itself takes precedence. Contact on too few cells is not passed
-    on as a failure: a load that rises from zero always begins with it, and its effect on the history is small.
+    on as a failure: a load that rises from zero always begins with it, and its effect on the history is small. Separation
+    under a tensile load is not passed on either: the pressure is zero afterwards.
     """
     failed = passed_on(own) != Status.FINE
     return jnp.where(failed | (earlier == Status.FINE), own, earlier)
@@ -73,7 +80,8 @@ def inherited(own: Array, earlier: Array) -> Array:
 
 def passed_on(status: Array) -> Array:
     """Return the status that later inner steps of the same row inherit from a step of this status."""
-    return jnp.where(status == Status.TOO_COARSE, int(Status.FINE), status)
+    no_failure = (status == Status.TOO_COARSE) | (status == Status.PULLED_OFF)
+    return jnp.where(no_failure, int(Status.FINE), status)
 
 
 def to_next_row(earlier: Array) -> Array:

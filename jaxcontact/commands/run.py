@@ -42,6 +42,9 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.INHERITED: "solver",
     Status.NOT_FINITE: "experiment",
     Status.NOT_RESOLVED: "experiment",
+    Status.STEP_TOO_LONG: "solver.substeps",
+    Status.TOO_THICK: "experiment",
+    Status.PULLED_OFF: "control.load",
 }
 
 

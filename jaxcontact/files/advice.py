@@ -20,7 +20,6 @@ from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
 THICK = 1000.0  # thickness over the grid's width
-STATIONARY = ("indentation", "shear")  # experiments in which the ball does not move over the body
 COARSE = "cells across the first contact: fewer than {few} are too coarse; accepted: grid.n of about {n}"
 
 
@@ -91,7 +90,7 @@ def describe_strain(case: Case) -> str:
 def estimated_strain(case: Case) -> float | None:
     """Return the estimated largest film strain for a ball pressed on a single film; None for any other case."""
     single_film = len(layer_tables(case.tables)) == 1
-    if not (single_film and isinstance(case.indenter, Sphere) and case.kind in STATIONARY):
+    if not (single_film and isinstance(case.indenter, Sphere) and KINDS[case.kind].stationary):
         return None
     return predicted(case.body, case.indenter.outline(), case.control, case.times).film_strain
 

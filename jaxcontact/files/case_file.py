@@ -7,6 +7,7 @@
 import difflib
 import reprlib
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -347,6 +348,12 @@ def _control(table: Table, nt: int) -> Control:
     return (Load if name == "load" else Approach)(value)
 
 
+TANGENTIAL: dict[str, Callable[..., Any]] = {
+    "tangential_load": TangentialLoad,
+    "tangential_displacement": TangentialDisplacement,
+}
+
+
 def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     """What the function of this kind takes beyond the arguments of ``indent``."""
     table, control = tables.get("experiment", {}), tables["control"]
@@ -356,16 +363,13 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     if isinstance(motion.get("friction"), str):
         path = folder / motion["friction"]
         motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
-    if kind == "shear":
-        name = _one_of(control, "tangential_load", "tangential_displacement")
-        value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
-        given = TangentialLoad if name == "tangential_load" else TangentialDisplacement
-        return motion | {"tangential": given(value)}
-    if kind == "steady-rolling":
-        name = _one_of(control, "creepage", "tangential_load")
-        value = np.array(control[name], dtype=float)
-        return motion | {"creepage": value if name == "creepage" else TangentialLoad(value)}
-    return motion
+    tangential = KINDS[kind].tangential
+    if tangential is None:
+        return motion
+    keyword, names = tangential
+    name = _one_of(control, *names)
+    value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
+    return motion | {keyword: TANGENTIAL.get(name, np.asarray)(value)}
 
 
 def _times(table: Table, own: Keys) -> np.ndarray:

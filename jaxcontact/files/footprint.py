@@ -28,11 +28,8 @@ from jaxcontact.verbs.simulation import BLOCK, first_block
 
 # measured with jax 0.10.1 on a CPU: resident memory, and the work arrays reported by the compiler
 PROCESS = 0.6e9  # bytes
-WORK, WORK_OF_SHEAR = 3.0, 8.0  # bytes for each byte of the kernels
 # bytes for each byte of the tables of the direct superposition, while they are computed
 SUPERPOSITION = 210.0
-# memory in fields of the grid, measured at 256 x 256 on a viscoelastic layer; rolling has the kernels of shear
-FIELDS_AT_ONCE = {"steady-sliding": 2000.0, "steady-rolling": 2500.0}
 HEADERS = 4.3e3  # bytes of the names and shapes of arrays in a file
 
 
@@ -59,7 +56,7 @@ def _at_once(case: Case) -> Footprint:
         8.0 * case.grid.shape[0] * case.grid.shape[1],
         maps_of(stored_fields(KINDS[case.kind].result), 1),
     )
-    memory = PROCESS + (FIELDS_AT_ONCE[case.kind] + 3.0 * maps) * field
+    memory = PROCESS + (KINDS[case.kind].memory + 3.0 * maps) * field
     return Footprint(memory, maps * field + 8.0 * 20 + HEADERS)
 
 
@@ -67,7 +64,7 @@ def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
     """Return the requirements of a run in blocks of steps."""
     plan, *block = shapes(first_block, experiment)
     kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
-    work = (WORK_OF_SHEAR if case.kind == "shear" else WORK) * kernels
+    work = KINDS[case.kind].memory * kernels
     if experiment.options.correspondence == "quasi-elastic":
         work = max(work, SUPERPOSITION * steps)
     (nx, ny), stored = case.grid.shape, StoredFields.of(KINDS[case.kind].result)

@@ -17,17 +17,26 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.interior import InteriorFields
-from jaxcontact.results.labels import arrays_of, dataset, numbers_of, status_names, stored_fields
+from jaxcontact.results.labels import (
+    arrays_of,
+    dataset,
+    numbers_of,
+    optional_fields,
+    status_names,
+    stored_fields,
+)
 from jaxcontact.results.notes import Diagnostics
+from jaxcontact.results.rubbing import RubbingHistory
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *TIMELESS)
+    cls.__name__: cls
+    for cls in (ContactHistory, AdhesiveHistory, RubbingHistory, ShearHistory, SlidingHistory, *TIMELESS)
 }
 KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
@@ -46,11 +55,10 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file, replacing an existing one atomically (for ParaView, each of its files).
 
     Args:
-        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
-            ``InteriorFields``; the values of a ``save`` function are not stored.
+        result: ``ContactHistory``, ``AdhesiveHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``,
+            ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save`` function are not stored.
         path: a file name ending in ``.npz`` or ``.nc``, or in ``.pvd`` for ParaView: an animation over all times, one
-            file
-            each in a folder of the same name beside it, for viewing only: it cannot be loaded again.
+            file each in a folder of the same name beside it, for viewing only: it cannot be loaded again.
         case: the inputs of the result, under any names except those of its own arrays (``body=body,
             indenter=ball``): numbers, text and objects of this package are stored as attributes of a NetCDF file
             (``body.layers.0.material.G1``) and as arrays of an npz file.
@@ -132,12 +140,13 @@ def load(path: str | Path) -> Any:
     others: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
     if cls is not InteriorFields:
         others["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
-    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **others, grid=_grid(arrays))
+    stored = {name: arrays[name] for name in stored_fields(cls) if name in arrays}
+    return cls(**stored, **others, grid=_grid(arrays))
 
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     """Check that all arrays of a result are present, with consistent sizes."""
-    names = stored_fields(cls)
+    names = [name for name in stored_fields(cls) if name in arrays or name not in optional_fields(cls)]
     for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")

@@ -7,16 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from jaxcontact.files.case_file import case_of, read_tables
-from jaxcontact.files.case_schema import MATERIALS, SHAPES, TABLE, sections_of
+from jaxcontact.files.case_schema import KINDS, MATERIALS, SHAPES, TABLE, sections_of
 from jaxcontact.files.case_text import Section, block_text, blocks_of
-
-EXAMPLES = {  # a ready-made case for each kind; from a case of another kind, only common tables are taken
-    "indentation": "polymer_coating",
-    "shear": "fretting_coating",
-    "sliding": "sliding_film",
-    "steady-sliding": "sliding_film",
-    "steady-rolling": "rolling_wheel",
-}
 
 HEAD = """# {title}
 # An example to change: jaxcontact check {name}; jaxcontact run {name} -o out
@@ -28,7 +20,7 @@ HEAD = """# {title}
 
 def template(kind: str, cases: Path, name: str) -> str:
     """Return a case file of this kind, from its example in the folder of cases; name: the file that it is written to."""
-    path = cases / f"{EXAMPLES[kind]}.toml"
+    path = cases / f"{KINDS[kind].example}.toml"
     tables = {table: values for table, values in read_tables(path).items() if table in sections_of(kind)}
     tables["experiment"] = tables.get("experiment", {}) | {"kind": kind}
     case = case_of(tables, path)

@@ -3,7 +3,7 @@
 A memory keeps fields of its own kind (arrays over the grid, spectra, increments: a pytree) and has four methods.
 A step of the march is
 
-    operator, earlier, fields = memory.predict(fields, traction, step)     before the new traction is known
+    operator, earlier, fields, raised = memory.predict(fields, traction, step)     before the new traction is known
     traction = contact(operator, profile + earlier, target)                operator(t) + earlier: the displacement
     fields = memory.update(fields, traction, step)                         the new traction is remembered
     numbers = memory.observe(fields, traction, step)                       observed beyond the contact itself
@@ -15,18 +15,22 @@ the same directions. ``step`` is the memory's own input: a time step, a shift, t
 import abc
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.operators.base import Operator, TractionOperator
 
 
 class Prediction(NamedTuple):
-    """operator: of the coming step; earlier: the displacement left by all earlier traction, of its shape; fields."""
+    """The coming step as far as it is known before its traction.
+
+    operator: of the step; earlier: the displacement left by all earlier traction, of its shape; fields: the memory's own;
+    raised: how far growth has raised the surface since the start, (nx, ny) or 0.
+    """
 
     operator: Operator | TractionOperator
     earlier: Array
     fields: Any
+    raised: Array | float = 0.0
 
 
 class Memory(abc.ABC):
@@ -52,12 +56,3 @@ class Memory(abc.ABC):
     @abc.abstractmethod
     def observe(self, fields: Any, traction: Array, step: Any) -> dict[str, Array]:
         """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step."""
-
-
-def deepest_strain(coefficients: Array, strain: Array) -> Array:
-    """Shortening of the film on a rigid base at the deepest point of the hereditary integral, both (nx, ny)."""
-    nx, ny = strain.shape
-    deepest = jnp.unravel_index(jnp.argmax(strain), strain.shape)
-    row = jnp.abs(jnp.arange(nx) - deepest[0])
-    column = jnp.abs(jnp.arange(ny) - deepest[1])
-    return jnp.sum(coefficients[row][:, column] * strain)

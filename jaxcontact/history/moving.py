@@ -29,10 +29,11 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.history.observables import Observer, clearance, dropped_share, energies
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import Rubbing

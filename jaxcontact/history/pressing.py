@@ -13,9 +13,9 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact._support.status import Status, first_of
 from jaxcontact.contact.edge import contact_cells, memory_factor
-from jaxcontact.contact.implicit import solve_contact
-from jaxcontact.contact.law import UNILATERAL, ContactLaw
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.history.adhering import Adhering, at_rest, solve_step
 from jaxcontact.history.march import Outcome, Stepper, Steps
 from jaxcontact.history.memory import Memory
 
@@ -25,11 +25,14 @@ LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solutio
 
 
 class PressCarry(NamedTuple):
-    """The carry: the memory's fields, the last pressure (nx, ny), and its rate of change over the last step."""
+    """The carry: the memory's fields, the last pressure (nx, ny), and its rate of change over the last step; adhering: the
+    last state of a contact with adhesion, None without.
+    """
 
     memory: Any
     pressure: Array
     rate: Array
+    adhering: Adhering | None
 
 
 @pytree
@@ -42,7 +45,7 @@ class PressStepper(Stepper):
     max_iterations: Array
     load_controlled: bool = static()
     edges: tuple[bool, bool] = static()  # as in ``status_of``
-    law: ContactLaw = UNILATERAL
+    law: Any = UNILATERAL  # a ContactLaw, or an Attraction
 
     @property
     def inherits(self) -> bool:
@@ -50,25 +53,28 @@ class PressStepper(Stepper):
 
     def start(self) -> PressCarry:
         zero = jnp.zeros_like(self.profile)
-        return PressCarry(self.memory.start(zero.shape), zero, zero)
+        return PressCarry(self.memory.start(zero.shape), zero, zero, at_rest(self.law, zero))
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
-        operator, earlier, fields = self.memory.predict(carry.memory, carry.pressure, step.more)
-        lowest = jnp.min(self.profile)
-        problem = Problem(
-            operator, self.profile + earlier, step.target, lowest, self.load_controlled, self.law
-        )
+        operator, earlier, fields, raised = self.memory.predict(carry.memory, carry.pressure, step.more)
+        lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
+        problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law)
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
-        solution = solve_contact(problem, guess, self.tolerance, self.max_iterations)
+        solution, adhering, told = solve_step(
+            problem, guess, carry.adhering, self.tolerance, self.max_iterations
+        )
         pressure = solution.pressure
         fields = self.memory.update(fields, pressure, step.more)
         rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
         numbers = contact_outcome(problem, solution, earlier) | {
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
-        numbers |= self.memory.observe(fields, pressure, step.more)
-        shown = {"pressure": numbers.pop("pressure"), "displacement": earlier + solution.displacement}
-        return PressCarry(fields, pressure, rate), Outcome(shown, numbers)
+        numbers |= self.memory.observe(fields, pressure, step.more) | told
+        shown = {
+            "pressure": numbers.pop("pressure"),
+            "displacement": earlier - raised + solution.displacement,
+        }
+        return PressCarry(fields, pressure, rate, adhering), Outcome(shown, numbers)
 
 
 def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:
@@ -85,8 +91,8 @@ def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None 
         "pressure": p,
         "approach": solution.approach,
         "load": jnp.sum(p),
-        "contact_area": jnp.sum(problem.law.touching(p)).astype(float),
-        "smooth_area": contact_cells(p, gap, compliance, operator.periodic),
+        "contact_area": jnp.sum(problem.law.touching(solution.carried)).astype(float),
+        "smooth_area": contact_cells(solution.carried, gap, compliance, operator.periodic),
         "iterations": solution.iterations,
         "error": solution.error,
     }
@@ -106,23 +112,26 @@ def plane_strain(field: Array) -> bool:
 def status_of(
     problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
 ) -> Array:
-    """Return the status of a contact by itself, the first that holds of: a response that is not finite, no convergence,
-    contact at the grid's edge, too few cells in it.
+    """Return the status of a contact by itself, the first that holds of: a response that is not finite, surfaces that a
+    tensile load has separated, no convergence, contact (or attraction) at the grid's edge, too few cells in it.
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
-    pressed, active = problem.target > 0.0, problem.law.touching(solution.pressure)
+    pressed, active = problem.target > 0.0, problem.law.acting(solution.pressure, solution.carried)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
     cells, met = jnp.sum(active), solved(solution.error, tolerance, solution.approach, solution.displacement)
-    some = cells > 0
+    some = jnp.any(problem.law.touching(solution.carried))
     if problem.load_controlled:
         some = some | pressed
-        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * problem.target)
+        size = jnp.sum(jnp.abs(solution.pressure))
+        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     finite = jnp.isfinite(problem.operator.held_compliance())
+    separated = jnp.asarray(False) if solution.separated is None else solution.separated
     return first_of(
         (~finite, Status.NOT_FINITE),
+        (separated, Status.PULLED_OFF),
         (~met, Status.NOT_CONVERGED),
         (edge, Status.AT_EDGE),
         (coarse, Status.TOO_COARSE),

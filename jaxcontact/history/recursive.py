@@ -16,7 +16,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.operators.kernels import Kernels
 
 
@@ -49,5 +49,4 @@ class RecursiveMemory(Memory):
         film = self.kernels.film
         if film is None:
             return {"film_strain": jnp.zeros(())}
-        strain = film.weights[0] * pressure + jnp.tensordot(film.weights[1:], eta, 1)
-        return {"film_strain": deepest_strain(film.coefficients, strain)}
+        return {"film_strain": film.strain(pressure, eta)}

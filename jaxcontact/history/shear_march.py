@@ -63,7 +63,7 @@ class ShearStepper(Stepper):
         return ShearCarry(self.memory.start(shape), zeros(3), zeros(), zeros(2), jnp.zeros(2), zeros())
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
-        operator, earlier, fields = self.memory.predict(carry.memory, carry.traction, step.dt)
+        operator, earlier, fields, _ = self.memory.predict(carry.memory, carry.traction, step.dt)
         problem = SlipProblem(
             operator=operator,
             gap=self.profile + earlier[2],

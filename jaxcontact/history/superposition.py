@@ -11,9 +11,10 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import ImageKernels, image_weights
 from jaxcontact.response.limits import limits_of
 

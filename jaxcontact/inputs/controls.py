@@ -21,7 +21,7 @@ class Load(Control):
     """Normal load, linear between the times.
 
     Args:
-        value: [N] >= 0 and positive at some time, a number (constant) or (nt,).
+        value: [N] >= 0 and positive at some time, a number (constant) or (nt,); with adhesion of either sign.
 
     Example:
         >>> ramp = jc.Load([0.0, 30.0, 60.0])
@@ -35,7 +35,7 @@ class Approach(Control):
     """Approach of the indenter from first touch, linear between the times.
 
     Args:
-        value: [m], a number (constant) or (nt,); below zero there is no contact.
+        value: [m], a number (constant) or (nt,); below zero there is no contact without adhesion.
 
     Example:
         >>> constant = jc.Approach(2.5e-6)
@@ -44,8 +44,8 @@ class Approach(Control):
     value: Array | float
 
 
-def check_control(control: Control, nt: int) -> Verdict:
-    """Check a Load or Approach, a number or (nt,); a load must be non-negative and positive at some time."""
+def check_control(control: Control, nt: int, *, adhesive: bool = False) -> Verdict:
+    """Check a Load or Approach, a number or (nt,); a load without adhesion is non-negative and positive at some time."""
     checks.require(
         isinstance(control, Load | Approach), f"control: expected Load or Approach, got {control!r}"
     )
@@ -55,6 +55,8 @@ def check_control(control: Control, nt: int) -> Verdict:
     )
     if not isinstance(control, Load):
         return checks.finite("Approach [m]", control.value)
+    if adhesive:
+        return checks.finite("Load [N]", control.value)
     not_negative = checks.non_negative("Load [N]", control.value)
     return not_negative & checks.somewhere_positive("Load [N]", control.value)
 

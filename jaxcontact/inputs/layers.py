@@ -1,8 +1,9 @@
 """A body: perfectly bonded layers on a half-space."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -10,7 +11,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.inputs.materials import Material
+from jaxcontact.inputs.materials import Elastic, Material
 
 
 @pytree
@@ -20,7 +21,10 @@ class Layer:
     Args:
         material: any material.
         thickness: h [m] > 0, a number; in ``indent`` also (nt,) over its times, linear between them: a film that
-            grows or wears uniformly (``history.growing`` states the assumptions).
+            grows or wears uniformly (``history.growing`` states the assumptions). In ``indent`` also (nx, ny) on the
+            grid, or (nt, nx, ny), >= 0, for the only layer on an elastic substrate: a film that varies in the plane. It
+            stands on a flat base, so that its surface is higher where it is thicker, and where it is 0 the base is bare
+            (``operators.varying`` has the operator and its error).
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
@@ -142,10 +146,66 @@ def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace,
     return at_first, jnp.stack(over_times, 1), valid
 
 
+class ThicknessMap(NamedTuple):
+    """The thickness of a film that varies in the plane [m], (nx, ny) or (nt, nx, ny)."""
+
+    values: Array
+
+    @property
+    def over_times(self) -> bool:
+        return self.values.ndim == 3
+
+    @property
+    def at_first(self) -> Array:
+        """The thickness at the first time, (nx, ny)."""
+        return self.values[0] if self.over_times else self.values
+
+
+def over_the_plane(body: LayeredHalfSpace, shape: tuple[int, ...]) -> LayeredHalfSpace:
+    """Return the body with the thickness of its only layer at all cells of a grid; other bodies as they are."""
+    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], Layer):
+        return body
+    if np.ndim(layers[0].thickness) > 0:
+        return body
+    everywhere = jnp.broadcast_to(jnp.asarray(layers[0].thickness, float), shape)
+    return replace(body, layers=(replace(layers[0], thickness=everywhere),))
+
+
+def separate_map(
+    body: LayeredHalfSpace, shape: tuple[int, ...], count: int
+) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:
+    """Return the body with a film of one thickness, the thickness that varies in the plane, and whether it is in range.
+
+    shape: that of the grid; count: the number of times. The one thickness is the largest, without derivative. None: no
+    thickness varies in the plane. Raises ValueError for a thickness that cannot be computed.
+    """
+    given = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    layers = list(given) if isinstance(given, list | tuple) else []
+    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 1 for layer in layers):
+        return body, None, True
+    checks.require(
+        len(layers) == 1 and isinstance(body.substrate, Elastic),
+        "body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got"
+        f" {len(layers)} on {type(body.substrate).__name__}",
+    )
+    (layer,), expected = layers, (tuple(shape), (count, *shape))
+    checks.require(
+        np.shape(layer.thickness) in expected,
+        f"layer thickness [m]: expected a number or shape {' or '.join(map(str, expected))} as the grid and the times, got"
+        f" {np.shape(layer.thickness)}",
+    )
+    valid = checks.non_negative("layer thickness [m]", layer.thickness)
+    values = jnp.asarray(layer.thickness, float)
+    largest = jax.lax.stop_gradient(jnp.max(values))
+    one = jnp.where(largest > 0.0, largest, 1.0)  # without any film its thickness does not matter
+    return replace(body, layers=(replace(layer, thickness=one),)), ThicknessMap(values), valid
+
+
 def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
     """Return the body with each growing or wearing layer at its largest thickness; concrete values only."""
     layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
-    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) == 1 for layer in layers):
+    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 0 for layer in layers):
         return body
     at_most = lambda layer: replace(layer, thickness=float(np.max(np.asarray(layer.thickness))))
     return replace(body, layers=tuple(at_most(layer) for layer in layers))
@@ -160,9 +220,9 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     shape = np.shape(layer.thickness)
     checks.require(
         len(shape) < 2,
-        f"layer thickness [m]: expected a number, got shape {shape}: the response is that of a uniform thickness."
-        " Pass the mean thickness here and the film's uneven top as the heights of a HeightField, and bound the error"
-        " by runs with the smallest and the largest thickness",
+        f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
+        " indent and rub alone. A body that moves past the indenter, tangential traction and the fields below the surface"
+        " are computed for one thickness everywhere",
     )
     checks.require(
         shape == (),

@@ -19,6 +19,7 @@ from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.inputs.materials import Material
 from jaxcontact.operators.convolution import Convolutions
+from jaxcontact.operators.film import Film
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
 from jaxcontact.response.influence.coefficients import influence_coefficients
@@ -32,21 +33,13 @@ MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
 
 class Errors(NamedTuple):
-    """Relative errors of the response on a grid: of shared rates, and of images, () each; horizon: the latest
-    time for which they hold [s], ()."""
+    """Relative errors of the response on a grid: of shared rates, of images, and of the series in the thickness of a
+    film that varies in the plane, () each; horizon: the latest time for which they hold [s], ()."""
 
     separation: Array
     images: Array
     horizon: Array
-
-
-@pytree
-class Film:
-    """For the film's shortening: coefficients of the film on a rigid base, times its modulus, over its
-    thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,)."""
-
-    coefficients: Array
-    weights: Array
+    thickness: Array | float = 0.0
 
 
 @pytree
@@ -202,11 +195,9 @@ def assembled(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, expansion: Expansion, nodes: int
 ) -> Kernels:
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
-    limits, (separable, images, errors) = limits_of(body), expansion
+    limits, (separable, _, errors) = limits_of(body), expansion
     scale = scale_of(limits, indenter, grid)
-    images = Images(images.depths, images.heights.at[0].add(indenter.compliance()))
-    scaled = Images(images.depths, (images.heights / scale.length).at[0].divide(scale.compliance))
-    family, coefficients = on_grid(grid, scaled)
+    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale))
     mix = separable.mix / scale.compliance
     film = None
     if limits.film is not None:
@@ -219,6 +210,13 @@ def assembled(
     )
 
 
+def scaled_images(expansion: Expansion, indenter: Indenter, scale: Scale) -> Images:
+    """Return the images of C_0, with the indenter's compliance, and of the shapes, scaled; depths in m."""
+    images = expansion.images
+    heights = images.heights.at[0].add(indenter.compliance()) / scale.length
+    return Images(images.depths, heights.at[0].divide(scale.compliance))
+
+
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
     """``kernels`` without checks, for use inside jit."""
     return assembled(body, indenter, grid, expansion(body, nodes), nodes)
@@ -228,10 +226,10 @@ def compiled_build(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
 ) -> Kernels:
     """``build`` in two programs: a dear one, the same for all grids, and one for each shape of them."""
-    return _assembled(body, indenter, grid, _expansion(body, nodes=nodes), nodes=nodes)
+    return _assembled(body, indenter, grid, compiled_expansion(body, nodes=nodes), nodes=nodes)
 
 
-_expansion = Program(expansion, ("nodes",), in_haste=True)
+compiled_expansion = Program(expansion, ("nodes",), in_haste=True)
 _assembled = Program(assembled, ("nodes",), in_haste=True)
 
 

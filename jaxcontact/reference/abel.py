@@ -187,6 +187,20 @@ def solve_radius(contact_radius, body, radius, modes=60):
     return Contact(2.0 * np.pi * contact_radius * g[0], approach, contact_radius, g)
 
 
+def adhesive_contact(contact_radius, body, radius, work, modes=100):
+    """Contact of a paraboloid of radius R [m] over `contact_radius` [m] with adhesion of short range, `work` [J/m^2].
+
+    At the edge g(a) = -sqrt(4 a w/(pi A)), whose square is the energy release rate of the edge as a crack; A is that
+    of short waves, as an edge sees the surface alone. On a half-space that is the theory of Johnson, Kendall and
+    Roberts.
+    """
+    flat, curved = _solve(contact_radius, body, _sides(contact_radius, modes)).T
+    edge = -np.sqrt(4.0 * contact_radius * work / (np.pi * surface_compliance(body)))
+    approach = (edge + curved.sum() / radius) / flat.sum()
+    g = approach * flat - curved / radius
+    return Contact(2.0 * np.pi * contact_radius * g[0], approach, contact_radius, g)
+
+
 def _guess(load, body, radius):
     """Return Hertz's radius for the compliance at the wavenumber 2/a, by fixed-point iteration."""
     a = 2.0 * body.thickness

@@ -10,6 +10,8 @@ from jaxcontact.response.base import Response
 from jaxcontact.response.half_space import HalfSpace
 from jaxcontact.response.layered import Stack
 from jaxcontact.response.one_layer import OneLayer
+from jaxcontact.response.stack import surface_compliance
+from jaxcontact.response.volume import nu_at_first
 
 
 def response_of(body: LayeredHalfSpace) -> Response:
@@ -25,6 +27,25 @@ def response_of(body: LayeredHalfSpace) -> Response:
 def _has_constant_nu(material: Material) -> bool:
     """Return whether Poisson's ratio is independent of time: prescribed, or that of an elastic solid."""
     return material.bulk_modulus is None or isinstance(material, Elastic)
+
+
+def sideways_compliance(body: LayeredHalfSpace, thickness: Array, wavenumber: Array) -> Array:
+    """Return how far a uniform pressure lifts the surface where a film is thicker, over pressure and excess of thickness,
+    for excesses that are waves of a wavenumber [rad/m], [1/Pa] of its shape.
+
+    Under a pressure p the film, which cannot widen, presses sideways with s p, s = nu/(1 - nu). Where its thickness exceeds
+    the mean ``thickness`` [m] by h', equilibrium along the surface needs the traction s p dh'/dx, to which the body with a
+    film of the mean thickness responds: by s alpha K(alpha) p h', K the coupling of ``response.stack``, at first. It is
+    exact to first order in h'.
+    """
+    (film,), base = body.sublayers(), body.substrate
+    solids = film.material, base
+    compliances = jnp.stack([solid.spectrum().instantaneous for solid in solids])
+    poissons = jnp.stack([nu_at_first(solid) for solid in solids])
+    ones = jnp.ones_like(wavenumber)
+    spread = lambda a: a[:, None, None] * ones
+    found = surface_compliance(spread(compliances), spread(poissons), thickness * ones[None], wavenumber)
+    return poissons[0] / (1.0 - poissons[0]) * found.coupling
 
 
 def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) -> Array:

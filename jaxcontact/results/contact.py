@@ -170,6 +170,25 @@ class ContactHistory(ContactResult):
 
 
 @pytree
+class AdhesiveHistory(ContactHistory):
+    """A ``ContactHistory`` with adhesion, SI units.
+
+    pressure is the sum of what contact carries and of the attraction, negative where the surfaces pull on each other;
+    load is its integral; contact_area and smooth_area are those of the cells whose gap is zero.
+
+    jumps (nt,): how often the solution has left its branch since times[0], as contact snaps in or off; jump_energy
+    (nt,) [J]: what was lost by that, so that of the energy lost in a cycle of approach and retraction it is the part
+    of adhesion, and the rest is lost in the body; cohesive_cells (nt,): cells across the zone at the edge of contact
+    in which the surfaces attract each other (pi E* w/(4 s(0)^2) on a half-space with the compliance of a cell): below
+    three the pull-off load depends on the grid. Jumps are found from the energy, as ``history.adhering`` says.
+    """
+
+    jumps: Array
+    jump_energy: Array
+    cohesive_cells: Array
+
+
+@pytree
 class SteadyContact(ContactResult):
     """Base class of steady results, with the quantities derived from their common fields."""
 

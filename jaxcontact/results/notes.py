@@ -19,6 +19,10 @@ STRAIN_LIMIT = 0.2
 SEPARATION_LIMIT = 1e-3
 IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
+SERIES_LIMIT = 1e-3
+STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
+FEW_COHESIVE = 3  # cells across the zone of attraction
+TRAPPING = 0.18  # at a compliance of a cell x strength^2/work of 5
 
 
 class Note(str):
@@ -45,28 +49,40 @@ class Diagnostics:
 
     separation_error: relative error of the decay rates shared by all wavenumbers; image_error: relative error of the
     response on the grid; single_contact: whether the indenter makes a single contact, so that too few cells across it
-    deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened.
+    deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film
+    whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
+    the largest slope between two cells, stiff_film: whether it is stiffer than its base.
     """
 
     separation_error: Any = np.float64(0.0)
     image_error: Any = np.float64(0.0)
     single_contact: Any = np.bool_(False)
     widenings: Any = np.int64(0)
+    thickness_error: Any = np.float64(0.0)
+    thickness_slope: Any = np.float64(0.0)
+    stiff_film: Any = np.bool_(False)
 
 
 class _Run(NamedTuple):
-    """The numbers of one run that notes depend on: status, film_strain, contact_area, times (nt,); others ()."""
+    """The numbers of one run that notes depend on: status, film_strain, contact_area, times, jumps, cohesive_cells
+    (nt,); others ().
+    """
 
     status: np.ndarray
     film_strain: np.ndarray
     contact_area: np.ndarray
     times: np.ndarray
+    jumps: np.ndarray
+    cohesive_cells: np.ndarray
     cell_area: np.ndarray
     width: np.ndarray
     separation_error: np.ndarray
     image_error: np.ndarray
     single_contact: np.ndarray
     widenings: np.ndarray
+    thickness_error: np.ndarray
+    thickness_slope: np.ndarray
+    stiff_film: np.ndarray
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
@@ -120,7 +136,9 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     batch = np.shape(result.status)[:-1] if over_time else np.shape(result.status)
     steps = np.shape(result.status)[len(batch) :]
     diagnostics = result.diagnostics
-    series = (result.status, result.film_strain, result.contact_area, result.times if over_time else 0.0)
+    adhesion = getattr(result, "jumps", 0), getattr(result, "cohesive_cells", np.inf)
+    times = result.times if over_time else 0.0
+    series = (result.status, result.film_strain, result.contact_area, times, *adhesion)
     single = (result.grid.cell_area, result.grid.width[0], *vars(diagnostics).values())
     whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
     whole += [np.broadcast_to(np.asarray(a), batch) for a in single]
@@ -145,6 +163,8 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     yield from _of_status(run)
     yield from _of_strain(run)
     yield from _of_errors(run)
+    yield from _of_thickness(run)
+    yield from _of_adhesion(run)
     if run.single_contact:  # a rough contact has patches of all sizes
         yield from _of_cells(run, plane_strain)
     if run.widenings:
@@ -185,6 +205,44 @@ def _of_errors(run: _Run) -> Iterator[Note]:
             f"the response on the grid has a relative error of up to {images:.1g}: its fit by images is inaccurate",
             f"error of the response on the grid above {IMAGE_LIMIT:g}",
             images,
+        )
+
+
+def _of_thickness(run: _Run) -> Iterator[Note]:
+    """A film whose thickness varies in the plane."""
+    error, slope = float(run.thickness_error), float(run.thickness_slope)
+    limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
+    if slope > limit:
+        yield Note(
+            f"the film's thickness varies with a slope of {slope:.2g}: above {limit} the displacement of a {film} film is"
+            " off by more than 1 to 2 %",
+            f"slope of the film's thickness above {limit}",
+            slope,
+        )
+    if error > SERIES_LIMIT:
+        yield Note(
+            f"the series in the film's thickness is off by up to {error:.1g}: the thickness varies over too wide a range of"
+            " cells",
+            f"series in the film's thickness off by more than {SERIES_LIMIT:g}",
+            error,
+        )
+
+
+def _of_adhesion(run: _Run) -> Iterator[Note]:
+    """Return notes on jumps, and on a grid that does not resolve the attraction at the edge of contact."""
+    steps = np.flatnonzero(np.diff(run.jumps, prepend=0) > 0)
+    if steps.size:
+        first = _at(run, int(steps[0])).replace(", at", ", first at")
+        text = f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives do not see the jump move"
+        yield Note(text, "the contact jumps", float(steps.size))
+    cells = float(np.min(run.cohesive_cells))
+    if cells < FEW_COHESIVE:
+        worse = ", and the edge may stick to rows of cells" if cells < TRAPPING else ""
+        yield Note(
+            f"{cells:.2g} cells across the zone of attraction at the edge of contact: below {FEW_COHESIVE} pull-off depends"
+            f" on the grid{worse}",
+            f"fewer than {FEW_COHESIVE} cells across the zone of attraction",
+            -cells,
         )
 
 

@@ -25,8 +25,9 @@ from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march
 from jaxcontact.indenters.shapes import HeightField, Indenter, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
 from jaxcontact.inputs.grid import Grid, check_grid
-from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
+from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
+from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
 from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep, marked
@@ -57,7 +58,10 @@ class Options:
 
 @pytree
 class Experiment:
-    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range."""
+    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
+
+    film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at most.
+    """
 
     body: LayeredHalfSpace
     indenter: Indenter
@@ -66,9 +70,10 @@ class Experiment:
     grid: Grid
     tolerance: Array
     max_iterations: Array
-    kernels: Kernels | None
+    kernels: Kernels | VaryingKernels | None
     valid: Array | None
     options: Options = static()
+    film_map: ThicknessMap | None
 
     @classmethod
     def of(
@@ -82,12 +87,15 @@ class Experiment:
         tolerance: Any = 1e-8,
         max_iterations: Any = 500,
         kernels: Kernels | None = None,
+        film_map: ThicknessMap | None = None,
+        adhesive: bool = False,
         **options: Any,
     ) -> Self:
-        """Check all that verbs have in common; ValueError for what cannot be computed."""
+        """Check all that verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
-        valid = valid & checks.not_decreasing("times [s]", times) & check_control(control, np.shape(times)[0])
+        valid = valid & checks.not_decreasing("times [s]", times)
+        valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
@@ -98,10 +106,11 @@ class Experiment:
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
         valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
-        valid = valid & _can_be_reached(control, indenter, grid)
+        valid = valid & _can_be_reached(control, indenter, grid, film_map)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
-        return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
+        iterations = jnp.asarray(max_iterations, int)
+        return cls(*given, iterations, kernels, known, static_options, film_map=as_float64(film_map))
 
     def also(self, verdict: Verdict) -> Self:
         """The experiment with one more condition on values that are not known yet."""
@@ -113,13 +122,27 @@ class Experiment:
         """The experiment with its kernels built, unless they are given or the way of its march needs none."""
         if self.kernels is not None or self.options.correspondence != "exact":
             return self
+        if self.film_map is not None:
+            thickness = self.film_map.values
+            return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
         return replace(self, kernels=compiled_build(self.body, self.indenter, self.grid))
 
     @property
     def ready_kernels(self) -> Kernels:
         """Those given or built."""
-        assert self.kernels is not None
+        assert isinstance(self.kernels, Kernels)
         return self.kernels
+
+    @property
+    def varying_kernels(self) -> VaryingKernels:
+        """The kernels of a film whose thickness varies in the plane."""
+        assert isinstance(self.kernels, VaryingKernels)
+        return self.kernels
+
+    @property
+    def profile(self) -> Array:
+        """The gap before contact at an approach of zero [m], (nx, ny), over the film as it is at first."""
+        return profile_over_film(self.indenter, self.grid, self.film_map)
 
     @property
     def load_controlled(self) -> bool:
@@ -152,7 +175,7 @@ class TimedExperiment(Experiment, abc.ABC):
     def contact(self, scale: Scale) -> dict[str, Any]:
         """Return the fields of a stepper that the contact of every experiment has."""
         return {
-            "profile": self.indenter.profile(self.grid) / scale.length,
+            "profile": self.profile / scale.length,
             "tolerance": self.tolerance,
             "max_iterations": self.max_iterations,
             "load_controlled": self.load_controlled,
@@ -204,11 +227,26 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
     return True
 
 
-def _can_be_reached(control: Control, indenter: Indenter, grid: Grid) -> Verdict:
+def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | None) -> Array:
+    """Return the gap before contact at an approach of zero [m], (nx, ny), over a film that stands on a flat base.
+
+    The approach is zero at first touch of the film as it is at first: the lowest point of the gap is as low as that of the
+    indenter alone.
+    """
+    profile = indenter.profile(grid)
+    if film_map is None:
+        return profile
+    over = profile - film_map.at_first
+    return over - (jnp.min(over) - jnp.min(profile))
+
+
+def _can_be_reached(
+    control: Control, indenter: Indenter, grid: Grid, film_map: ThicknessMap | None
+) -> Verdict:
     """On a periodic grid the mean of the surface stays where it is, and so does the mean gap."""
-    if isinstance(control, Load) or not all(grid.periodic):
+    if isinstance(control, Load) or not all(grid.periodic) or (film_map is not None and film_map.over_times):
         return True
-    highest = jnp.mean(indenter.profile(grid))
+    highest = jnp.mean(profile_over_film(indenter, grid, film_map))
     inside = jnp.max(jnp.asarray(control.value)) < highest
     if not is_concrete(control, highest):
         return inside
@@ -227,9 +265,9 @@ def fine_steps(times: Array, substeps: int) -> Array:
 
 
 def fine_values(values: Array, substeps: int) -> Array:
-    """Values (nt,) at the ends of the inner steps, (nt, substeps), linear between times."""
-    before = jnp.append(values[:1], values[:-1])
-    share = jnp.arange(1, substeps + 1) / substeps
+    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
     return before[:, None] + (values - before)[:, None] * share
 
 
@@ -268,7 +306,8 @@ class Plan:
         """Return an outcome in SI, for a user's function."""
         gap = self.stepper.profile + outcome.fields["displacement"] - outcome.numbers["approach"]
         in_si = self.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
-        return self.step(**{field.name: in_si[field.name] for field in fields(self.step)})
+        known = {field.name for field in fields(self.step)} & in_si.keys()
+        return self.step(**{name: in_si[name] for name in known})
 
     def result(
         self, outcomes: Outcome, carry: Carry, last: dict[str, Array], rows: slice = slice(None)
@@ -297,7 +336,25 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    if experiment.film_map is not None:
+        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment))
     return marked(replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid)
+
+
+def _steepness(experiment: Experiment) -> dict[str, Array]:
+    """Return the largest slope of a film's thickness, and whether the film is stiffer than its base."""
+    assert experiment.film_map is not None
+    grid, values = experiment.grid, experiment.film_map.values
+    along = [axis for axis, n in enumerate(grid.shape) if n > 1]
+    steps = [jnp.abs(_differences(values, axis - 2, grid.periodic[axis])) for axis in along]
+    slopes = [jnp.max(step) / grid.spacing[axis] for axis, step in zip(along, steps, strict=True)]
+    ratio = limits_of(experiment.body).stiffness_ratio()
+    return {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+
+
+def _differences(values: Array, axis: int, periodic: bool) -> Array:
+    """Return the differences between neighbours along an axis."""
+    return values - jnp.roll(values, 1, axis) if periodic else jnp.diff(values, axis=axis)
 
 
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
@@ -318,5 +375,6 @@ def _doubted(result: Any, errors: Errors) -> Array:
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
     """Return the status, with those marked that are fine but for a response known to be off by more than 1 %."""
-    off = (jnp.maximum(errors.separation, errors.images) > LARGEST_ERROR) | (elapsed > errors.horizon)
+    largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
+    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
     return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

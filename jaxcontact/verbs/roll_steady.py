@@ -174,7 +174,7 @@ def _surface(
     if not kernels.normal.rates.size:
         memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
         nothing = jnp.zeros(experiment.grid.shape)
-        operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
+        operator, _, fields, _ = memory.predict(memory.start(nothing.shape), nothing, no_time)
         return elastic_surface(kernels, operator), lambda p: {
             **memory.observe(fields, p, no_time),
             "hysteresis_power": no_time,

@@ -32,9 +32,9 @@ from jax import Array
 
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.history.memory import deepest_strain
 from jaxcontact.history.moving import Shift, along
 from jaxcontact.operators import spectral
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import Kernels, build
 from jaxcontact.operators.moving import Moving
 from jaxcontact.response.limits import limits_of
