@@ -1,5 +1,4 @@
-"""Adhesive contact of a ball with a viscoelastic half-space: the theory of Johnson, Kendall and Roberts for a growing
-contact.
+"""Adhesive contact of a ball with a viscoelastic half-space: the theory of Johnson, Kendall and Roberts (JKR).
 
 An elastic contact of radius a under the load P, E* = 2 G/(1 - nu) [Pa] and the work of adhesion w [J/m2], is that of
 Hertz minus that of a flat punch retracted until the energy release rate at the edge equals w (K. L. Johnson, K.
