@@ -49,29 +49,29 @@ def times(value: object) -> np.ndarray:
 class CreepData:
     """A creep curve: compliance J(t) after a stress step, or strain under a stress history.
 
-        Args:
-            t: (n,) [s], >= 0, not decreasing; repeated times are repeated measurements.
-            J: (n,) [1/Pa] > 0; or else
-            strain: (n,), with
-            stress: a pair (times, values [Pa]), piecewise linear, a repeated time being a jump, or an array (n,)
-                measured at t. The stress is zero before its first time.
-    convention: meaning of J or strain/stress: "J" = gamma/tau in shear; "1/(2G)" as phi in the paper's
-                Eq. (14); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
-            notes: remarks of a reader on what was read and corrected.
-            nu: Poisson's ratio of a tensile test, for "D" only.
-            sigma: (n,) standard deviations of J or strain, if known; ``fit_creep`` uses them.
-            scatter: (n,) standard deviations up to a common factor, which a fit estimates; set by ``resample``.
-            start: time [s] of loading on the clock of t, which is subtracted, for J only; 0 if t counts from the load.
-                None takes t as the time since the load, and adds a note if the spacing suggests that the clock started
-                earlier (``fitting/data/clock.py``).
+    Args:
+        t: (n,) [s], >= 0, not decreasing; repeated times are repeated measurements.
+        J: (n,) [1/Pa] > 0; or else
+        strain: (n,), with
+        stress: a pair (times, values [Pa]), piecewise linear, a repeated time being a jump, or an array (n,)
+            measured at t. The stress is zero before its first time.
+        convention: meaning of J or strain/stress: "J" = gamma/tau in shear; "1/(2G)" as phi in the paper's
+            Eq. (14); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
+        notes: remarks of a reader on what was read and corrected.
+        nu: Poisson's ratio of a tensile test, for "D" only.
+        sigma: (n,) standard deviations of J or strain, if known; ``fit_creep`` uses them.
+        scatter: (n,) standard deviations up to a common factor, which a fit estimates; set by ``resample``.
+        start: time [s] of loading on the clock of t, which is subtracted, for J only; 0 if t counts from the load.
+            None takes t as the time since the load, and adds a note if the spacing suggests that the clock started
+            earlier (``fitting/data/clock.py``).
 
-        Raises:
-            ValueError: any other input, with the expected and the received value.
+    Raises:
+        ValueError: any other input, with the expected and the received value.
 
-        Example:
-            >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
-            >>> print(data.compliance)
-            [ 6.  9. 12. 15. 18.]
+    Example:
+        >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
+        >>> print(data.compliance)
+        [ 6.  9. 12. 15. 18.]
     """
 
     t: np.ndarray

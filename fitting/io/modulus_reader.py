@@ -38,20 +38,20 @@ def read_relaxation(
 
     Args:
         path: a text file.
-        columns: where the header does not say it: {"t": header or position from 0, "modulus": ...}.
+        columns: columns that the header does not identify: {"t": header or position from 0, "modulus": ...}.
         units: {"t": "min", "modulus": "kPa"}; they take precedence over the header.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
-        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
-        start: when the strain was put on [s], on the file's clock.
+        nu: Poisson's ratio of a tensile test. It is required for a column that is named as tensile.
+        start: time [s] of the strain step on the file's clock.
         segment: the step or interval of a file with several, by name or position from 0; several are joined.
         window: (begin, end) [s] of the file's clock, None for an open side.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The curve in SI, with notes on what was taken and mended.
+        The curve in SI, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -93,21 +93,21 @@ def read_oscillation(
 
     Args:
         path: a text file.
-        columns: where the header does not say it: {"omega": header or position from 0, "storage": ..., "loss": ...},
+        columns: columns that the header does not identify: {"omega": header or position from 0, "storage": ..., "loss": ...},
             or "complex", "delta", "tan_delta" in place of these.
         units: {"omega": "Hz", "storage": "kPa"}; they take precedence over the header. A column of frequencies
             without rad/s or Hz is read only with its unit.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
-        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
+        nu: Poisson's ratio of a tensile test. It is required for a column that is named as tensile.
         segment: the sweep of a file with several (temperatures, say), by name or position from 0; several are joined.
         window: (begin, end) [rad/s], None for an open side.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The moduli in SI over angular frequency, with notes on what was taken and mended.
+        The moduli in SI over angular frequency, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile

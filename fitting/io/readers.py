@@ -54,39 +54,39 @@ def read_creep(
 ) -> CreepData:  # fmt: skip
     """Read time and compliance, or time, strain and stress, of a creep test.
 
-        A stress column beside a compliance determines its meaning: J(t) if the stress is constant; if it varies, the
-        compliance is the quotient of strain and stress, and the strain is used with the measured stress.
+    A stress column beside a compliance determines its meaning: J(t) if the stress is constant; if it varies, the
+    compliance is the quotient of strain and stress, and the strain is used with the measured stress.
 
-        Args:
-            path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
-            columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
-                "strain": ..., "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
-                unit of these if it has none of its own.
-            units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
-    convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
-                tension, which needs nu.
-            nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D; required for a column that is named as tensile
-                ("D(t)", "tensile strain").
-            stress: the constant stress [Pa] of a file that has strain alone.
-            start: time of loading [s] on the file's clock. Without it the file must show it, and a note states the
-                time used.
-            segment: the step or interval of a file with several, by name or position from 0; several are joined.
-            window: (begin, end) [s] of the file's clock, None for an open side.
-            decimal: the decimal mark, "." or ",", where the numbers read both ways.
+    Args:
+        path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
+        columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
+            "strain": ..., "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
+            unit of these if it has none of its own.
+        units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
+        convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
+            tension, which needs nu.
+        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D; required for a column that is named as tensile
+            ("D(t)", "tensile strain").
+        stress: the constant stress [Pa] of a file that has strain alone.
+        start: time of loading [s] on the file's clock. Without it the file must show it, and a note states the
+            time used.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
-        Returns:
-            The curve in SI, with notes on what was taken and mended.
+    Returns:
+        The curve in SI, with notes on what was read and corrected.
 
-        Raises:
-            ValueError: what cannot be read, in one line.
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
 
-        Example:
-            >>> import pathlib, tempfile
-            >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
-            >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
-            >>> data = fitting.read_creep(file)
-            >>> print(data.t[0], data.J[0])
-            60.0 3e-06
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
+        >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
+        >>> data = fitting.read_creep(file)
+        >>> print(data.t[0], data.J[0])
+        60.0 3e-06
     """
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
@@ -137,17 +137,17 @@ def read_indentation(
         columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
             for columns of standard deviations, in the unit of depth or load if they have none of their own.
         units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
-        segment: "approach", "hold", "retract", or several of them: what is taken.
+        segment: the selected segments: "approach", "hold", "retract", or several of them.
         window: (begin, end) [s] of the file's clock, None for an open side.
         curve: which of several curves in the file, by position from 0 or by name.
-        spring_constant: of the cantilever [N/m], where the file does not say it.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        spring_constant: of the cantilever [N/m], where the file does not state it.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The curve in SI, with notes on what was taken and mended.
+        The curve in SI, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
         ImportError: a microscope's format without afmformats.
 
     Example:

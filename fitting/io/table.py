@@ -46,7 +46,7 @@ def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
 
     Args:
         path: of a text file.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Raises:
         ValueError: no file, no text, no rows of numbers.
