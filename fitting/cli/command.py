@@ -46,7 +46,7 @@ def add_parser(kinds: Any) -> None:
         (
             "propagate",
             further_commands.carry,
-            "what follows from a creep curve at other times, or under a ball, with its band",
+            "predict from a creep curve, at other times or under a ball, with a confidence band",
         ),
     ):
         parser = kinds.add_parser(name, help=what)
@@ -91,22 +91,35 @@ def _add_indentation(press: Any) -> None:
     flags.add_resample(press)
     flags.add_segment(press, "approach, hold or retract; repeat for several")
     press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
-    press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
-    taken = "leave out what is before contact, as the load shows it or from a depth [m]"
+    press.add_argument(
+        "--spring-constant", type=float, metavar="K", help="spring constant of the cantilever [N/m]"
+    )
+    taken = "leave out the points before contact, found from the load or given as a depth [m]"
     press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
-    press.add_argument("--radius", type=float, metavar="R", help="of the ball, or of the --punch [m]")
+    press.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
     press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
     press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
     press.add_argument(
-        "--ball-modulus", type=float, metavar="E", help="Young's of the indenter [Pa]; rigid without"
+        "--ball-modulus",
+        type=float,
+        metavar="E",
+        help="Young's modulus of the indenter [Pa]; rigid by default",
     )
-    press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
+    press.add_argument(
+        "--ball-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the indenter (0.3)"
+    )
     press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
     press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
-    press.add_argument("--control", default="load", metavar="C", help="load or depth: what is given (load)")
+    press.add_argument(
+        "--control", default="load", metavar="C", help="prescribed quantity, load or depth (load)"
+    )
     press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
-    press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
-    press.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help="under a film (0.3)")
+    press.add_argument(
+        "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
+    )
+    press.add_argument(
+        "--substrate-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the substrate (0.3)"
+    )
     sticks = "work of adhesion of an adhesive ball on a half-space [J/m2] (0)"
     press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
     for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):

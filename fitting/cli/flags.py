@@ -34,11 +34,13 @@ def add_file(parser: Any, several: bool = False) -> None:
 def add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
     """Add the flags for reading a file and weighting a fit."""
     parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
-    parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")
-    parser.add_argument("--window", metavar="BEGIN:END", help="times that are taken [s], one may be empty")
-    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", where the numbers read both ways')
+    parser.add_argument(
+        "--level", type=float, default=0.95, metavar="L", help="confidence level of the intervals (0.95)"
+    )
+    parser.add_argument("--window", metavar="BEGIN:END", help="selected times [s], one side may be empty")
+    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", if it is ambiguous')
     _add_pairs(parser, "column", "KIND=HEADER", f"where a quantity is ({kinds})")
-    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, before what the header says")
+    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, which takes precedence over the header")
 
 
 def add_model(parser: Any, laws: bool = False) -> None:
@@ -63,9 +65,7 @@ def add_test(parser: Any, kinds: str) -> None:
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
     add_common(parser, "estimated", errors, kinds)
     add_volume(parser)
-    parser.add_argument(
-        "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
-    )
+    parser.add_argument("--start", type=float, metavar="T", help="time of loading on the file's clock [s]")
     add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
 
 
@@ -88,7 +88,9 @@ def add_creep(parser: Any) -> None:
     add_test(parser, "t, J, strain, stress, sigma: standard deviations")
     parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
     add_resample(parser)
-    parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
+    parser.add_argument(
+        "--stress", type=float, metavar="S", help="constant stress of a file with strain alone [Pa]"
+    )
 
 
 def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **given: Any) -> Any:

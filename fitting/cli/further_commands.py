@@ -20,16 +20,20 @@ RESULTS = {"creep": "J_1_per_Pa", "relaxation": "G_Pa", "depth": "depth_m"}  # r
 def add_design(parser: Any) -> None:
     """Add the flags of ``fit design``."""
     parser.add_argument(
-        "--model", default="Burgers", metavar="M", help="about the material expected (Burgers)"
+        "--model", default="Burgers", metavar="M", help="model of the expected material (Burgers)"
     )
-    what = "a parameter of it in SI, as G1=2e9; one for each"
+    what = "a parameter of the material in SI, as G1=2e9; one for each"
     parser.add_argument("--value", action="append", default=[], metavar="NAME=VALUE", help=what)
-    target = "sd of the logarithm of each parameter that is wanted (0.1)"
+    target = "target sd of the logarithm of each parameter (0.1)"
     parser.add_argument("--target", type=float, default=0.1, metavar="SD", help=target)
-    noise = "of a point, as a share of its value (0.01)"
+    noise = "standard deviation of a point relative to its value (0.01)"
     parser.add_argument("--noise", type=float, default=0.01, metavar="S", help=noise)
-    parser.add_argument("--points", type=int, default=200, metavar="N", help="of the test (200)")
-    parser.add_argument("--first", type=float, default=1.0, metavar="T", help="of logarithmic times [s] (1)")
+    parser.add_argument(
+        "--points", type=int, default=200, metavar="N", help="number of points of the test (200)"
+    )
+    parser.add_argument(
+        "--first", type=float, default=1.0, metavar="T", help="first of logarithmic times [s] (1)"
+    )
     parser.set_defaults(command=_design)
 
 
@@ -37,9 +41,9 @@ def add_carry(parser: Any) -> None:
     """Add the flags of ``fit propagate`` beyond those of ``fit creep``."""
     what = "creep J(t), relaxation G(t), or depth of a rigid ball on a half-space under a held load (creep)"
     parser.add_argument("--of", default="creep", choices=tuple(RESULTS), help=what)
-    parser.add_argument("--times", required=True, metavar="T,T,...", help="at which it is wanted [s]")
-    parser.add_argument("--load", type=float, metavar="P", help="of the ball [N]")
-    parser.add_argument("--radius", type=float, metavar="R", help="of the ball [m]")
+    parser.add_argument("--times", required=True, metavar="T,T,...", help="times of the result [s]")
+    parser.add_argument("--load", type=float, metavar="P", help="load on the ball [N]")
+    parser.add_argument("--radius", type=float, metavar="R", help="radius of the ball [m]")
 
 
 def _design(options: argparse.Namespace) -> int:

@@ -43,7 +43,7 @@ def settle(path: str, series: Series, end: float | None) -> Series:
         begin, last = t[loaded][0] + series.zero, t[ends][0] + series.zero
         raise ValueError(
             f"{path}: column {label!r}: expected a strain beside a stress that ends, got a compliance alone: "
-            f"window=({begin:g}, {last:g}) takes what is before its end"
+            f"window=({begin:g}, {last:g}) selects the part before its end"
         )
     return _strained(series, label)
 

@@ -93,8 +93,8 @@ def read_oscillation(
 
     Args:
         path: a text file.
-        columns: columns that the header does not identify: {"omega": header or position from 0, "storage": ..., "loss": ...},
-            or "complex", "delta", "tan_delta" in place of these.
+        columns: columns that the header does not identify: {"omega": header or position from 0, "storage": ...,
+            "loss": ...}, or "complex", "delta", "tan_delta" in place of these.
         units: {"omega": "Hz", "storage": "kPa"}; they take precedence over the header. A column of frequencies
             without rad/s or Hz is read only with its unit.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
