@@ -126,7 +126,7 @@ def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> Non
             path, line, label, "expected the quantity itself, got a function of it: write its values instead"
         )
     if FACTOR.search(label) and key not in units:
-        what = "expected a unit without a power of ten, got one: say what the numbers are in"
+        what = "expected a unit without a power of ten, got one: give the unit of the numbers"
         fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
 
 
@@ -152,9 +152,7 @@ def _place(
             if not hits and read_heading(cell).kind is None:
                 _check_plain(table.path, block.header.line, cell, wanted.key, {})
         shown = ", ".join(repr(cell) for cell in cells[:12])
-        what = (
-            f"expected one column for {choice or key!r} in {shown}; got {found}; say columns={{{key!r}: ...}}"
-        )
+        what = f"expected one column for {choice or key!r} in {shown}; got {found}; give columns={{{key!r}: ...}}"
         fail(table.path, block.header.line, key, what)
     return hits[0], name or read_heading(cells[hits[0]]).kind, _others(cells, hits[0], wanted)
 
@@ -220,7 +218,7 @@ def _is_words(row: list[str], place: int, decimal: str) -> bool:
 def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
     line, cells = row
     if column.place >= len(cells) or any(cells[block.width :]):
-        what = f"expected {block.width} columns, got {len(cells)}: name each of them in the header, once"
+        what = f"expected {block.width} columns, got {len(cells)}: name each column once in the header"
         fail(table.path, line, column.label, what)
     cell = cells[column.place]
     if is_missing(cell):

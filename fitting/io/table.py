@@ -90,7 +90,7 @@ def _check_words(path: str, lines: list[Line], dialect: Dialect) -> None:
         if other != dialect and len(hits) >= FOREIGN:
             raise ValueError(
                 f"{path}: line {lines[0].number}: expected one separator and decimal mark throughout, got others in "
-                f"{len(hits)} lines: write all lines alike"
+                f"{len(hits)} lines: write all lines in one dialect"
             )
 
 

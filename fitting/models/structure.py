@@ -51,7 +51,7 @@ class Volume(NamedTuple):
         """Return the held parameter; ValueError unless exactly one of the two is given, within its range."""
         if (nu is None) == (bulk_modulus is None):
             raise ValueError(
-                f"nu: expected it or bulk_modulus, one of the two, got nu={nu}, bulk_modulus={bulk_modulus}"
+                f"nu: expected exactly one of nu and bulk_modulus, got nu={nu}, bulk_modulus={bulk_modulus}"
             )
         name = "bulk_modulus" if nu is None else "nu"
         value: Any = bulk_modulus if nu is None else nu

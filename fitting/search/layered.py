@@ -40,7 +40,9 @@ class Coating(NamedTuple):
     def of(cls, layer: Any, layers: Sequence[Any] | None, substrate: Any) -> Coating:
         """Return the coating from the arguments of ``fit_indentation``; ValueError unless the solver supports it."""
         if (layer is None) == (layers is None):
-            raise ValueError(f"layers: expected it or layer, one of the two, got {layers!r} and {layer!r}")
+            raise ValueError(
+                f"layers: expected exactly one of layers and layer, got {layers!r} and {layer!r}"
+            )
         rows = [layer] if layers is None else list(layers)
         sought = [i for i, row in enumerate(rows) if not isinstance(row, jc.Layer | jc.Graded)]
         if len(sought) != 1:

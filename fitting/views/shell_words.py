@@ -27,7 +27,7 @@ FLAGS = (
     (r"convention='D'; got convention='?([^']*)'?$", r"--tension; got --convention \1"),
     (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
     (r"\bnu=(\S+), bulk_modulus=(\S+)", r"--nu \1, --bulk-modulus \2"),
-    (r"it or bulk_modulus", "it or --bulk-modulus"),
+    (r"\bof nu and bulk_modulus", "of --nu and --bulk-modulus"),
     (r"\bcontrol=\"(\w+)\"", r"--control \1"),
     (r"\b(start|segment|curve|stress)=", r"--\1="),
     (r"--(start|segment|curve|stress)=(?=[\s,;:]|$)", r"--\1"),

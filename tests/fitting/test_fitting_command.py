@@ -118,7 +118,10 @@ def test_a_berkovich_tip_from_the_shell(tmp_path, capsys):
         ([], "--radius"),
         (["--radius", "-1"], "radius"),
         (["--radius", "0.01", "--nu", "0.7"], "nu"),
-        (["--radius", "0.01", "--nu", "0.3", "--bulk-modulus", "1e6"], "one of the two"),
+        (
+            ["--radius", "0.01", "--nu", "0.3", "--bulk-modulus", "1e6"],
+            "exactly one of --nu and --bulk-modulus",
+        ),
         (["--radius", "0.01", "--cone", "70"], "--cone"),
         (["--cone", "blunt"], "--cone"),
         (["--cone", "120"], "half-angle"),
