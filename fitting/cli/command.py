@@ -96,18 +96,7 @@ def _add_indentation(press: Any) -> None:
     )
     taken = "leave out the points before contact, found from the load or given as a depth [m]"
     press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
-    press.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
-    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
-    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
-    press.add_argument(
-        "--ball-modulus",
-        type=float,
-        metavar="E",
-        help="Young's modulus of the indenter [Pa]; rigid by default",
-    )
-    press.add_argument(
-        "--ball-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the indenter (0.3)"
-    )
+    _add_indenter(press)
     press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
     press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
     press.add_argument(
@@ -125,6 +114,21 @@ def _add_indentation(press: Any) -> None:
     for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")
     press.set_defaults(command=_indentation)
+
+
+def _add_indenter(press: Any) -> None:
+    press.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
+    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
+    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
+    press.add_argument(
+        "--ball-modulus",
+        type=float,
+        metavar="E",
+        help="Young's modulus of the indenter [Pa]; rigid by default",
+    )
+    press.add_argument(
+        "--ball-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the indenter (0.3)"
+    )
 
 
 def _creep(options: argparse.Namespace) -> int:

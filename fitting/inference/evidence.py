@@ -125,7 +125,8 @@ class Sample(NamedTuple):
         floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
         unit = "of strain" if self.unit == "-" else self.unit
         return (
-            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and {deviation * floor:.2g} {unit}",
+            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and"
+            f" {deviation * floor:.2g} {unit}",
         )
 
 
