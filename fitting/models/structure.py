@@ -118,7 +118,7 @@ class Structure:
         return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
 
     def may_be_zero(self, name: str) -> bool:
-        """Whether a parameter may be held at 0: none of a material."""
+        """Return whether a parameter may be held at 0; no parameter of a material may."""
         return False
 
     def unit(self, name: str) -> str:
@@ -196,7 +196,7 @@ class ParameterList(Structure):
         return math.nan
 
     def may_be_zero(self, name: str) -> bool:
-        """Whether a parameter may be held at 0."""
+        """Return whether a parameter may be held at 0."""
         return name in self.zeros
 
     @property
