@@ -1,4 +1,4 @@
-"""Material parameters from creep and indentation data, with what the data can and cannot tell."""
+"""Identification of material parameters from creep and indentation data, with their uncertainty and identifiability."""
 
 import jaxcontact  # noqa: F401  # before jax, which reads what it sets when it is first imported
 from fitting.after.bayes import Posterior as Posterior

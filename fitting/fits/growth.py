@@ -88,7 +88,7 @@ class GrowthFit(Fit):
         return growth_picture.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``Fit.to_dict``, with the conditions of the curves and the growth rate at their mean."""
+        """Return ``Fit.to_dict`` with the conditions of the curves and the growth rate at their mean."""
         curves = [
             {"stress_Pa": one.stress, "temperature_K": one.temperature, "points": one.t.size}
             for one in self.data
@@ -113,7 +113,7 @@ class GrowthFit(Fit):
         ]
 
     def _conditions(self) -> list[str]:
-        return [f"  {self.starts[1]} of {self.starts[0]} starts came to this minimum"]
+        return [f"  {self.starts[1]} of {self.starts[0]} starts converged to this minimum"]
 
 
 def fit_growth(

@@ -75,12 +75,12 @@ class Curves(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """Of the longest curve [s]."""
+        """Duration of the longest curve [s]."""
         return float(self.t.max())
 
     @property
     def mean_temperature(self) -> float:
-        """Of all points, harmonic [K]."""
+        """Harmonic mean temperature of all points [K]."""
         return 1.0 / float(np.mean(1.0 / self.temperature))
 
     @property
@@ -210,5 +210,5 @@ def _residual(
 
 @jax.jit
 def _slopes(theta: Array, *arrays: Array) -> Array:
-    """Their Jacobian (n, 4)."""
+    """Return the Jacobian (n, 4) of the residuals."""
     return jax.jacfwd(lambda at: _residual(at, *arrays))(jnp.asarray(theta))

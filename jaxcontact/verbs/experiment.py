@@ -1,4 +1,4 @@
-"""What all verbs share: one check of what is given, one preparation, one way back to SI.
+"""Common basis of the verbs: the validation of arguments, the preparation of an experiment and the conversion to SI.
 
 A verb over time makes a ``TimedExperiment`` of its arguments, whose ``planned`` gives a ``Plan`` with the stepper of its
 kind, and the march does the rest; a steady state is solved with the pieces. Options are named here, once.
@@ -39,7 +39,7 @@ LOOSEST = 1e-2  # tolerance
 
 @dataclass(frozen=True)
 class Options:
-    """What is static in a run; the meaning of each stands in ``indent``."""
+    """Static options of a run; their meaning is documented in ``indent``."""
 
     save: Save = "all"
     substeps: int = 1
@@ -57,7 +57,7 @@ class Options:
 
 @pytree
 class Experiment:
-    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
+    """A validated experiment in SI units and float64; valid: None, or whether traced values are in range.
 
     film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at most.
     """
@@ -149,12 +149,12 @@ class Experiment:
 
     @property
     def duration(self) -> Array:
-        """From the first time to the last [s]."""
+        """Time from the first to the last step [s]."""
         return self.times[-1] - self.times[0]
 
     @property
     def edges(self) -> tuple[bool, bool]:
-        """Whether contact at the sides of the grid across x, and across y, would go on beyond it."""
+        """Return whether contact at the sides of the grid across x, and across y, would continue beyond the grid."""
         along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)
         return along_x, along_y
 

@@ -125,7 +125,7 @@ def _check_field(name: str, field: Any, shape: tuple[int, ...]) -> Verdict:
 
 
 def _check_stiff_at_first(body: LayeredHalfSpace, times: Any) -> Verdict:
-    """Where the last change is a step, no solid is rigid under it."""
+    """Check that no solid has J(0) = 0 where the last change is a step."""
     if times is not None and (not is_concrete(times) or (np.size(times) > 1 and times[-1] > times[-2])):
         return True
     return checks.positive("compliance [1/Pa] of every solid at first", spectra(body).instantaneous)
@@ -150,7 +150,7 @@ def _check_depths(depths: Any) -> Verdict:
 def _fields(
     body: LayeredHalfSpace, grid: Grid, changes: Array, depths: Array, lags: Lags | None
 ) -> InteriorFields:
-    """From changes of (q_x, q_y, p), (nt, 3, nx, ny), and how long ago each was."""
+    """Return the interior fields from changes of (q_x, q_y, p), (nt, 3, nx, ny), and the lags since each."""
 
     sizes = jnp.max(jnp.abs(changes), (-1, -2))
 

@@ -1,4 +1,4 @@
-"""What reaches a depth of a body that creeps, after a history of tractions on its surface.
+"""Fields at a depth of a viscoelastic body after a history of tractions on its surface.
 
 With a traction t that is linear between times t_n and steps on at the first, what is at a depth at the last time T is
 
@@ -50,7 +50,7 @@ class Recalled(NamedTuple):
 
 
 def lags_before_the_last(times: Array) -> Lags:
-    """Of the changes between times (nt,) [s]; the first is the step at times[0]."""
+    """Return the lags of the changes between times (nt,) [s]; the first change is the step at times[0]."""
     ago = times[-1] - times
     return Lags(ago, jnp.append(ago[:1], ago[:-1]))
 
@@ -73,7 +73,7 @@ def recall(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: Lags | Non
 
 
 def _mixing(means: Array) -> tuple[Array, Array]:
-    """Which lags stand for all, (M,), and their shares in each, (nt, M), from means (nt, 13, n)."""
+    """Return the representative lags, (M,), and their shares in each lag, (nt, M), from means (nt, 13, n)."""
     count = means.shape[0]
     if count <= KEPT:
         return jnp.arange(count), jnp.eye(count)

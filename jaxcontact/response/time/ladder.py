@@ -1,4 +1,4 @@
-"""Where the images of a layered body lie, and what they are fitted relative to.
+"""Positions of the images of a layered body, and the reference response of their fit.
 
 A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
 of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose moduli and
@@ -73,7 +73,7 @@ def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
 
 
 def wavenumbers(body: LayeredHalfSpace) -> Array:
-    """Where the response is to be known for its images, (n,) [rad/m]."""
+    """Return the wavenumbers (n,) [rad/m] at which the response is evaluated for its images."""
     return _wavenumbers(solids_of(body))
 
 
