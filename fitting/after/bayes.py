@@ -2,12 +2,12 @@
 
     p(x | data) ~ (1 + (RSS(x) - RSS_0)/(w^2 RSS_0))^(-n/2)          exp(-(RSS(x) - RSS_0)/(2 w^2)) with known sigma
 
-x are the logarithms of the parameters (of the compliances of a series), and the nuisances of an indentation;
-RSS_0 is the least sum of squares and w the factor by which the fit widened its intervals for correlated noise.
-The standard deviation of the points is integrated out with the prior 1/s. For a model that is linear in x this is
-Student's distribution of n - p degrees of freedom, whose intervals are those of the profiles (A. Gelman et al.,
-Bayesian Data Analysis, 2013, sec. 14.2). The prior is even in x between the bounds of the fit; an open side ends
-some decades beyond what the data can see, which matters only where they leave a parameter open.
+x are the logarithms of the parameters (of the compliances of a series), and the nuisance parameters of an indentation;
+RSS_0 is the smallest sum of squares and w the factor by which the fit widened its intervals for correlated noise. The
+standard deviation of the points is integrated out with the prior 1/s. For a model that is linear in x this is Student's
+t distribution with n - p degrees of freedom, whose intervals are those of the profiles (A. Gelman et al., Bayesian Data
+Analysis, 2013, sec. 14.2). The prior is uniform in x between the bounds of the fit; an open side ends some decades
+beyond the range of the data, which matters only where they do not bound a parameter.
 """
 
 import dataclasses
@@ -28,23 +28,23 @@ from fitting.views import report
 
 # the largest R-hat, and the least effective sample size, of chains that have mixed
 MIXED, ENOUGH = 1.05, 200.0
-ASTRAY = 0.02  # share of draws that may diverge
+ASTRAY = 0.02  # largest fraction of divergent draws
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Posterior:
-    """Draws of a material's parameters from their posterior, of chains that have mixed.
+    """Draws of a material's parameters from their posterior, by converged chains.
 
     Attributes:
-        fit: what it is of.
-        samples: {parameter: (s,)} of those that were not held [SI], chain after chain.
+        fit: the fit whose posterior was sampled.
+        samples: {parameter: (s,)} of the parameters that were not held [SI], chain after chain.
         intervals: {parameter: (low, high)}, equal-tailed, at the fit's level.
         medians: {parameter: value}.
-        prior: {parameter: (low, high)}: the range over which the prior is even in the logarithm.
-        open: parameters whose profile goes on beyond the prior: on that side the interval is the prior's.
+        prior: {parameter: (low, high)}: the range over which the prior is uniform in the logarithm.
+        open: parameters whose profile extends beyond the prior; on that side the interval is that of the prior.
         r_hat, ess: {parameter: split R-hat of its logarithm | effective sample size}.
         nuisances: {nuisance: (s,)} of those that were fitted [SI].
-        divergent: share of the draws at which the integration went astray.
+        divergent: fraction of divergent draws.
         draws: compliances (s, m) [SI], as the fit's structure lists them.
     """
 
@@ -61,11 +61,11 @@ class Posterior:
     draws: np.ndarray = dataclasses.field(repr=False)
 
     def propagate(self, f: Callable[..., Array], most: int = 1000) -> Propagated:
-        """The band of f(material) over the draws; nothing is linearised.
+        """Return the band of f(material) over the draws, without linearisation.
 
         Args:
             f: a function of a material that jax can trace, to a number or an array.
-            most: draws that are taken at most, evenly.
+            most: largest number of draws used, evenly spaced.
 
         Returns:
             Median, standard deviation, and equal-tailed limits at the fit's level.
@@ -91,7 +91,7 @@ class Posterior:
         return self.summary()
 
     def summary(self) -> str:
-        """Each parameter with its interval, and that of the profile beside it."""
+        """Return a line for each parameter with its interval and that of the profile."""
         some = next(iter(self.samples.values()))
         lines = [
             f"posterior of the {self.fit.model.__name__} fit: {some.size} draws, even prior in the logarithms;"
@@ -120,21 +120,22 @@ def posterior(
     Weights, correlation and bounds are those of the fit (``fitting.after.bayes``).
 
     Args:
-        fit: of creep, a series, a modulus, several tests together, or an indentation of a half-space; one that
-            stands.
-        samples: draws of each chain.
-        warmup: steps of each chain before them, which adapt it.
-        chains: their number, from 2 on.
-        seed: the same gives the same draws.
-        decades: by which the prior goes beyond the best fit and what the data see, on an open side.
+        fit: of creep, a series, a modulus, several tests together, or an indentation of a half-space; it
+            must not be rejected.
+        samples: number of draws of each chain.
+        warmup: number of adaptation steps of each chain before the draws.
+        chains: number of chains, at least 2.
+        seed: of the random numbers; equal seeds give equal draws.
+        decades: number of decades by which the prior extends beyond the best fit and the range of the data, on an
+            open side.
 
     Returns:
         Draws, intervals and how well the chains mixed.
 
     Raises:
         ImportError: without numpyro, the extra ``jaxcontact[bayes]``.
-        ValueError: chains that have not mixed, a fit that was refused, or one whose residuals are runs of the
-            contact solver.
+        ValueError: chains that have not converged, a rejected fit, or a fit whose residuals require the contact
+            solver.
 
     Example:
         >>> t = np.linspace(0.5, 10.0, 40)
@@ -158,16 +159,16 @@ def posterior(
 
 
 def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> Landscape:
-    """ValueError unless there is something to sample; ImportError without the sampler."""
+    """Return the residuals to sample; ValueError for an unsuitable fit or option, ImportError without the sampler."""
     if not isinstance(fit, Fit):
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
     if fit.refused:
-        raise ValueError(f"fit: expected one that stands, got one that is refused: {fit.refused[0]}")
+        raise ValueError(f"fit: expected a fit that stands, got one that is refused: {fit.refused[0]}")
     land = fit.estimate.landscape
     if land is None:
         raise ValueError(
-            "fit: expected one of creep, modulus or a half-space; thousands of runs of the contact solver on a film"
-            " are not offered"
+            "fit: expected a fit of creep, a modulus or a half-space: sampling for a film would need thousands of"
+            " runs of the contact solver"
         )
     if not (samples >= 100 and warmup >= 100 and chains >= 2 and decades > 0):
         got = f"{samples}, {warmup}, {chains}, {decades}"
@@ -177,7 +178,7 @@ def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> 
 
 
 def _prior(land: Landscape, free: np.ndarray, logs: np.ndarray, decades: float) -> np.ndarray:
-    """Ranges (p, 2) of the free coordinates: logarithms of compliances, and nuisances as they are."""
+    """Return the ranges (p, 2) of the free coordinates: logarithms of compliances, and nuisance parameters themselves."""
     box, far = land.box[free].copy(), 10.0**decades
     best = land.best[free]
     low, high = np.where(best > 0, np.minimum(best, 1.0), 1.0) / far, np.maximum(best, 1.0) * far
@@ -189,7 +190,7 @@ def _prior(land: Landscape, free: np.ndarray, logs: np.ndarray, decades: float) 
 def _gather(
     fit: Fit, land: Landscape, free: np.ndarray, box: np.ndarray, x: np.ndarray, astray: float
 ) -> Posterior:
-    """What is said of coordinates (chains, samples, p); ValueError where they do not count."""
+    """Return the posterior from coordinates (chains, samples, p); ValueError where the chains have not converged."""
     structure, size = fit.structure, fit.structure.size
     own = {name: list(free).index(place) for name, place in structure.where.items() if place in free}
     r_hat, ess = _mixing(x, own)
@@ -213,24 +214,24 @@ def _shares(level: float) -> list[float]:
 
 
 def _values(land: Landscape, free: np.ndarray, x: np.ndarray, size: int) -> np.ndarray:
-    """Compliances and nuisances (s, k) in SI of coordinates (s, p)."""
+    """Return compliances and nuisance parameters (s, k) in SI of coordinates (s, p)."""
     values = np.tile(land.best, (len(x), 1))
     values[:, free] = np.where(free < size, np.exp(np.where(free < size, x, 0.0)), x)
     return values * land.unit
 
 
 def _mixing(x: np.ndarray, own: dict[str, int]) -> tuple[dict[str, float], dict[str, float]]:
-    """Split R-hat and effective sample size of the logarithm of each parameter."""
+    """Return split R-hat and effective sample size of the logarithm of each parameter."""
     diagnostics = importlib.import_module("numpyro.diagnostics")
     each = {name: x[:, :, i] for name, i in own.items()}
-    with np.errstate(divide="ignore", invalid="ignore"):  # chains that stand still
+    with np.errstate(divide="ignore", invalid="ignore"):  # constant chains
         r_hat = {name: float(diagnostics.split_gelman_rubin(rows)) for name, rows in each.items()}
         ess = {name: float(diagnostics.effective_sample_size(rows)) for name, rows in each.items()}
     return r_hat, ess
 
 
 def _refuse(r_hat: dict[str, float], ess: dict[str, float], astray: float) -> None:
-    """ValueError unless the chains agree on every parameter, by enough draws."""
+    """Raise ValueError unless the chains agree on every parameter, with enough effective draws."""
     advice = "a longer warmup, more samples, or narrower bounds"
     worst, least = max(r_hat, key=lambda name: r_hat[name]), min(ess, key=lambda name: ess[name])
     if not r_hat[worst] < MIXED:

@@ -1,9 +1,9 @@
-"""Which experiment would determine the parameters: Cramer-Rao bounds of creep tests not yet made.
+"""Design of creep tests by Cramer-Rao bounds of the parameters.
 
-The standard deviations of the logarithms of the parameters are those of least squares with the stated
-noise, from the exact Jacobian of the response to a stress of one: a hold, or a hold and the recovery
-after it. Relative noise is a share of the strain under load: what is left of it in recovery has the error of the
-strain at the end of the hold, of which it is a difference. Where no test is long enough the design says so.
+The standard deviations of the logarithms of the parameters are those of least squares with the stated noise, from the
+exact Jacobian of the response to a unit stress: a hold, or a hold followed by recovery. Relative noise is a fraction of
+the strain under load; the residual strain in recovery is a difference from the strain at the end of the hold and has
+the error of the latter. Where no test is long enough the design says so.
 """
 
 import functools
@@ -18,19 +18,19 @@ from jax import Array
 
 from fitting.models.structure import Structure, Volume, of_material
 
-SHORTEST, LONGEST = 0.02, 100.0  # durations tried, over tau
+SHORTEST, LONGEST = 0.02, 100.0  # shortest and longest trial durations over tau
 TRIED, HALVINGS = 40, 20
 SAMPLINGS = ("even", "logarithmic")
 
 
 class CreepTest(NamedTuple):
-    """A test and what it would tell.
+    """A creep test and the accuracy it would give.
 
     Attributes:
         sampling: "even" or "logarithmic" times.
-        share: of the duration that is hold, the rest is recovery.
-        duration: [s], inf where no duration up to the longest tried serves.
-        sd: {parameter: of its log} there.
+        share: fraction of the duration that is hold; the rest is recovery.
+        duration: [s], inf where no duration up to the longest tried is sufficient.
+        sd: {parameter: standard deviation of its logarithm} at this duration.
     """
 
     sampling: str
@@ -40,11 +40,11 @@ class CreepTest(NamedTuple):
 
 
 class Design(NamedTuple):
-    """Creep tests that reach a target; as text a table.
+    """Creep tests that reach a target accuracy; the text is a table.
 
     Attributes:
-        target, noise, weights, points: as asked for.
-        experiments: shortest first; those that cannot reach it, last.
+        target, noise, weights, points: as requested.
+        experiments: shortest first; those that cannot reach the target, last.
     """
 
     target: float
@@ -61,7 +61,7 @@ class Design(NamedTuple):
         for e in self.experiments:
             kind = "hold" if e.share == 1.0 else f"hold {e.share:.0%}, recovery {1 - e.share:.0%}"
             sds = ", ".join(f"{name} {sd:.2g}" for name, sd in e.sd.items())
-            need = f"{e.duration:.4g} s" if math.isfinite(e.duration) else "no duration serves"
+            need = f"{e.duration:.4g} s" if math.isfinite(e.duration) else "no duration is sufficient"
             lines.append(f"  {kind}, {e.sampling} times: {need} ({sds})")
         return "\n".join(lines)
 
@@ -73,18 +73,18 @@ def design(
     material: Any, *, target: float = 0.1, noise: float = 0.01, weights: str = "relative", points: int = 200,
     first: float = 1.0, shares: tuple[float, ...] = (1.0, 0.5, 0.2), parameters: tuple[str, ...] | None = None,
 ) -> Design:  # fmt: skip
-    """The shortest creep tests that would give each parameter to a wanted accuracy.
+    """Find the shortest creep tests that would determine each parameter to a given accuracy.
 
     Args:
-        material: one of those that can be fitted, or a fit, about as the truth is expected to be.
+        material: one of those that can be fitted, or a fit, close to the expected material.
         target: largest standard deviation of the logarithm of a parameter.
-        noise: of each point, as a share of its value (weights "relative"; in recovery, of the value at the end of the
-            hold) or of the largest ("absolute").
+        noise: standard deviation of each point, relative to its value (weights "relative"; in recovery, to the value
+            at the end of the hold) or to the largest value ("absolute").
         weights: "relative" or "absolute".
-        points: their number.
+        points: number of points.
         first: the first of logarithmic times [s].
-        shares: of the duration that is hold, the rest being recovery; one test is sought for each.
-        parameters: those wanted, all by default.
+        shares: fractions of the duration that are hold, the rest being recovery; one test is found for each.
+        parameters: the parameters to determine, all by default.
 
     Returns:
         The tests, shortest first.
@@ -114,8 +114,10 @@ def design(
 def bounds(
     material: Any, t: Any, *, noise: float = 0.01, weights: str = "relative", hold: float = math.inf
 ) -> dict[str, float]:
-    """sd of the log parameters from samples at t (n,) [s] of a test that is unloaded after ``hold`` [s]; noise as of
-    ``design``."""
+    """Return the sd of the log parameters from samples at t (n,) [s] of a test that is unloaded after ``hold`` [s].
+
+    noise: as in ``design``.
+    """
     law, values = of_material(material)
     return _bounds(law, values, np.asarray(t, float), hold, noise, weights)
 
@@ -123,11 +125,11 @@ def bounds(
 def _bounds(
     law: Structure, values: dict[str, float], t: np.ndarray, hold: float, noise: float, weights: str
 ) -> dict[str, float]:
-    """By the singular values of the weighted Jacobian."""
+    """Return the bounds from the singular values of the weighted Jacobian."""
     u = jnp.log(jnp.array(list(values.values())))
     response, J = map(np.asarray, _jacobian(u, jnp.asarray(t), jnp.asarray(hold), law))
     size = np.abs(response)
-    if math.isfinite(hold):  # a strain that is left is the difference from that under load, and has its error
+    if math.isfinite(hold):  # residual strain is a difference from the strain under load, whose error it has
         loaded = np.abs(np.asarray(_jacobian(u, jnp.array([hold]), jnp.asarray(math.inf), law)[0]))
         size = np.maximum(size, np.where(t >= hold, loaded, 0.0))
     J = J / (noise * (size if weights == "relative" else np.full(size.shape, size.max())))[:, None]
@@ -139,7 +141,7 @@ def _bounds(
 
 @functools.partial(jax.jit, static_argnames="law")
 def _jacobian(u: Array, t: Array, hold: Array, law: Structure) -> tuple[Array, Array]:
-    """Response (n,) to a stress of one, taken off after ``hold``, and its Jacobian in log parameters."""
+    """Return the response (n,) to a unit stress that is removed after ``hold``, and its Jacobian in log parameters."""
 
     def response(u: Array) -> Array:
         creep = law.material(dict(zip(law.where, jnp.exp(u), strict=True)), Volume("nu", 0.0)).creep
@@ -149,7 +151,7 @@ def _jacobian(u: Array, t: Array, hold: Array, law: Structure) -> tuple[Array, A
 
 
 def _times(T: float, points: int, first: float, sampling: str, share: float) -> tuple[np.ndarray, float]:
-    """Samples of one test of duration T, and when it is unloaded."""
+    """Return the samples of one test of duration T, and the time of unloading."""
     hold = share * T if share < 1.0 else math.inf
     if sampling == "even":
         return np.arange(1, points + 1) * T / points, hold
@@ -163,7 +165,7 @@ def _times(T: float, points: int, first: float, sampling: str, share: float) -> 
 def _shortest(
     sd: Callable[[float], dict[str, float]], span: float, wanted: tuple[str, ...], target: float
 ) -> tuple[float, dict[str, float]]:
-    """Duration [s] and its sd, by a scan over log durations, then bisection at the first that serves."""
+    """Return the duration [s] and its sd, by a scan over log durations, then bisection at the first sufficient one."""
     good = lambda T: all(sd(T)[name] <= target for name in wanted)
     tried = span * np.geomspace(SHORTEST, LONGEST, TRIED)
     k = next((k for k, T in enumerate(tried) if good(T)), None)
@@ -177,7 +179,7 @@ def _shortest(
 
 
 def _time_scale(law: Structure, values: dict[str, float]) -> float:
-    """The longest retardation time [s], or that in which flow catches up with the spring."""
+    """Return the longest retardation time [s], or the time after which flow exceeds the elastic strain."""
     if law.tau is not None:
         return float(law.tau[-1])
     if "G2" in values:

@@ -1,10 +1,10 @@
-"""A fit's uncertainty carried into a result, by gradients.
+"""Propagation of a fit's uncertainty to a result, by gradients.
 
-    var f = g^T C g,   g = df/dp + sum over q of the nuisances' share,
+    var f = g^T C g + sum_q (df/dq + df/dp dp/dq)^2 s_q^2,   g = df/dp,
 
-with p the compliances that were fitted (``structure.py``) and C their covariance. A nuisance q
-(Poisson's ratio, a film's thickness) with a standard deviation s acts twice: in f itself, and through
-the parameters, which were fitted at the assumed q:  (df/dq + df/dp dp/dq)^2 s^2.
+with p the fitted compliances (``structure.py``) and C their covariance. A quantity q that was held in the fit
+(Poisson's ratio, a film's thickness), with standard deviation s_q, acts twice: in f itself, and through the parameters,
+which were fitted at the assumed q.
 """
 
 import warnings
@@ -27,7 +27,7 @@ class Propagated(NamedTuple):
 
     Attributes:
         value, sd, low, high: arrays of the shape of the result.
-        shares: {cause: sd from it alone}, "data" and the quantities that were varied.
+        shares: {cause: sd due to it alone}, "data" and the quantities that were varied.
     """
 
     value: np.ndarray
@@ -48,14 +48,14 @@ def propagate(
     *,
     spread: dict[str, tuple[float, float] | float] | None = None,
 ) -> Propagated:
-    """The band of f(material), at the fit's level, from the uncertainty of a fit.
+    """Return the band of f(material), at the level of the fit, from the uncertainty of the fit.
 
-    Linear in the compliances: where a parameter is not determined the band says so by its width.
+    The result is linearised in the compliances; where a parameter is not identifiable the band is wide.
 
     Args:
-        fit: what ``fit_creep``, ``fit_prony`` or ``fit_indentation`` returned.
-        f: a differentiable function of a material, to a number or an array.
-        spread: {"nu": sd}, or {"bulk_modulus": sd} [Pa] of a fit with one, varies it about the fit's;
+        fit: result of ``fit_creep``, ``fit_prony``, ``fit_indentation`` or ``fit_growth``.
+        f: a differentiable function of a material, or of ``GrowthKinetics``, to a number or an array.
+        spread: {"nu": sd}, or {"bulk_modulus": sd} [Pa] of a fit with one, varies it about the value of the fit;
             {"thickness": sd} [m] also gives f the film's thickness as its second argument, about that of the fit,
             or (value, sd) where the fit has none.
 
@@ -63,7 +63,7 @@ def propagate(
         Value, standard deviation and band, in the shape and unit of f's result.
 
     Raises:
-        ValueError: what is not a fit, a result without a slope, or a spread of an unknown or unfitted quantity.
+        ValueError: an object that is not a fit, a result with zero derivative, or a spread of an unknown quantity.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -77,11 +77,12 @@ def propagate(
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
     spread, structure = spread or {}, fit.structure
     values, sds = _spread(fit, spread)
-    held = "nu" if "nu" in values else "bulk_modulus"
+    held = _held(fit.material)
     thick = "thickness" in spread
 
     def result(p: Array, q: dict[str, Array]) -> Array:
-        material = structure.material(structure.parameters(p), Volume(held, q[held]))
+        volume = Volume(held, q[held]) if held else None
+        material = structure.material(structure.parameters(p), volume)
         return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
 
     start = jnp.asarray(structure.off_zero(fit.estimate.best, fit.duration))
@@ -99,24 +100,32 @@ def propagate(
 
 
 def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) -> None:
-    """ValueError where nothing of a result has a slope, a warning where a part has none: its sd would be 0."""
+    """Raise ValueError where the whole result has zero derivative; warn where a part has, since its sd would be 0."""
     slopes = np.any(by_p != 0.0, axis=-1) | np.any(
         [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
     )
     without = int(np.sum(~slopes))
     why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
     if without == value.size:
-        raise ValueError(f"f: expected a result that moves with the material, got slope 0: {why}")
+        raise ValueError(f"f: expected a result that depends smoothly on the material, got slope 0: {why}")
     if without:
         warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
 
 
+def _held(material: Any) -> str | None:
+    """Return the name of the held volumetric parameter of a material, None for a law without one."""
+    if not hasattr(material, "bulk_modulus"):
+        return None
+    return "nu" if material.bulk_modulus is None else "bulk_modulus"
+
+
 def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:
-    """Values of nu (or the bulk modulus) and thickness, and the standard deviations given."""
+    """Return the values of nu (or the bulk modulus) and thickness, and the given standard deviations."""
     film, material = getattr(fit, "film", None), fit.material
-    held = "nu" if material.bulk_modulus is None else "bulk_modulus"
-    known = {held: float(getattr(material, held)), "thickness": film.thickness if film else None}
-    values, sds = {held: jnp.asarray(known[held])}, {}
+    held = _held(material)
+    volume = {held: float(getattr(material, held))} if held else {}
+    known = volume | {"thickness": film.thickness if film else None}
+    values, sds = {name: jnp.asarray(value) for name, value in volume.items()}, {}
     for name, given in spread.items():
         if name not in known:
             raise ValueError(f"spread: expected keys among {list(known)}, got {name!r}")

@@ -1,1 +1,1 @@
-"""The commands jaxcontact fit."""
+"""The commands ``jaxcontact fit``."""

@@ -1,4 +1,4 @@
-"""The command ``jaxcontact fit batch``: many creep curves, a folder for each fit, one table and one page for all."""
+"""The command ``jaxcontact fit batch``: fits of many creep curves, with a folder for each, one table and one HTML page."""
 
 import argparse
 import csv
@@ -19,7 +19,7 @@ RESULTS = ("summary.json", "table.csv", "report.html")
 
 
 class FileFit(NamedTuple):
-    """Of one file: its fit, or the error in its place; folder: of the results."""
+    """Result of one file: its fit, or the error message instead; folder: of the results."""
 
     file: str
     folder: str
@@ -28,7 +28,7 @@ class FileFit(NamedTuple):
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fit every file; one that cannot be read or fitted is listed with the reason, and stops nothing."""
+    """Fit every file; a file that cannot be read or fitted is listed with the reason and does not stop the others."""
     folders = folders_of(options.file)
     written = [f"{folder}/{name}" for folder in folders for name in output.RESULTS]
     output.check_directory(options, (*RESULTS, *written))
@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     found = [_outcome(options, path, folder) for path, folder in zip(files, folders, strict=True)]
     if all(one.error for one in found):
         raise ValueError(
-            f"{found[0].error} (and none of the other files)" if found[1:] else str(found[0].error)
+            f"{found[0].error} (and no other file could be fitted)" if found[1:] else str(found[0].error)
         )
     for one in found:
         print(one.error if one.fit is None else f"{one.file}: {one.fit.verdict}")
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
-    """The fit of a file, left in its folder, or an error."""
+    """Return the fit of a file, after writing its results, or the error."""
     try:
         data, given = flags.crept(options, file)
         found = fit_creep(data, options.model, **given, **flags.known(options))
@@ -63,10 +63,10 @@ def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
 
 
 def folders_of(files: Sequence[str]) -> list[str]:
-    """A folder for the results of each file, all different on any system and none that leaves its directory.
+    """Return a folder for the results of each file; all differ on any system, and none leaves the output directory.
 
-    The folder is named as the file without its ending; where that is no name, is the name of one of the results of
-    the batch, or is that of another file, differing at most in case, the position of the file goes before it.
+    The folder is named after the file without its suffix. If that is empty, the name of one of the results of the
+    batch, or equal to that of another file up to case, it is prefixed by the position of the file.
 
     Example:
         >>> folders_of(["x/a.csv", "y/a.csv", "1_a.csv", "...csv", "report.html.csv"])
@@ -87,12 +87,12 @@ def folders_of(files: Sequence[str]) -> list[str]:
 
 
 def _plain(name: str) -> str:
-    """A name without characters that some system does not allow, and without dots and blanks at its ends."""
+    """Return a name without characters that some system does not allow, and without dots and blanks at its ends."""
     return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", name).strip(". ")
 
 
 def _table(rows: list[dict[str, Any]]) -> str:
-    """One line for each file: parameters with their intervals, and the verdict or the error."""
+    """Return one line for each file: parameters with their intervals, and the verdict or the error."""
     names = list(next(row["parameters"] for row in rows if not row["error"]))
     head = ["file", *(f"{name}{end}" for name in names for end in ("", "_low", "_high")), "verdict", "reason"]
     text = io.StringIO()

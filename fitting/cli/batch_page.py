@@ -1,4 +1,4 @@
-"""The page of a batch: one HTML file with a table of all fits, a small picture of each, and the files that failed."""
+"""HTML report of a batch: a table of all fits, a small plot of each, and the files that failed."""
 
 from collections.abc import Sequence
 from html import escape
@@ -27,12 +27,12 @@ polyline { fill: none; stroke: #0b5394; stroke-width: 1.6 } .refused polyline { 
   td::before { content: attr(data-of); color: #57606a }
 }
 """
-WIDTH, HEIGHT, EDGE, FOOT = 200.0, 140.0, 6.0, 14.0  # of a picture, and what is around its curves
-MOST = 150  # points of a curve that are drawn
+WIDTH, HEIGHT, EDGE, FOOT = 200.0, 140.0, 6.0, 14.0  # size of a plot and its margins
+MOST = 150  # largest number of plotted points of a curve
 
 
 def page(model: str, outcomes: Sequence[Any]) -> str:
-    """The whole page, of ``batch_command.FileFit``."""
+    """Return the HTML page of the outcomes, a sequence of ``batch_command.FileFit``."""
     fits = [one for one in outcomes if one.fit is not None]
     failed = [one for one in outcomes if one.fit is None]
     stand = sum(not one.fit.refused for one in fits)
@@ -44,7 +44,7 @@ def page(model: str, outcomes: Sequence[Any]) -> str:
         "<h2>Parameters</h2>",
         _table(fits),
         "<h2>Curves</h2>",
-        "<p>Data (dots) and fit (line) over time; the corners say where the axes begin and end.</p>",
+        "<p>Data (dots) and fit (line) over time; the numbers in the corners are the limits of the axes.</p>",
         f'<div class="many">{"".join(map(_figure, fits))}</div>',
     ]
     head = f"<title>{escape(model)} fits of {len(outcomes)} creep curves</title>\n<style>{STYLE}</style>"
@@ -54,7 +54,7 @@ def page(model: str, outcomes: Sequence[Any]) -> str:
 
 
 def _failures(failed: Sequence[Any]) -> list[str]:
-    """The files without a fit, and why."""
+    """Return the list of the files without a fit, with the reasons."""
     if not failed:
         return []
     rows = "".join(f"<li>{escape(one.error)}</li>" for one in failed)
@@ -62,7 +62,7 @@ def _failures(failed: Sequence[Any]) -> list[str]:
 
 
 def _table(fits: Sequence[Any]) -> str:
-    """A row for each fit: its parameters, and whether it stands."""
+    """Return the table of the fits: parameters and verdict of each."""
     structure = fits[0].fit.structure
     names = list(fits[0].fit.values)
     heads = ["file", *(f"{name} [{structure.unit(name)}]" for name in names), "verdict"]
@@ -85,7 +85,7 @@ def _row(one: Any, names: list[str], heads: list[str]) -> str:
 
 
 def _parameter(fit: Any, name: str) -> str:
-    """Value and interval, or what is known of it."""
+    """Return the value and interval of a parameter, or the interval alone if it is not determined."""
     if name in fit.fixed:
         return f"<span>{fit.values[name]:.4g}<small>held</small></span>"
     between = escape(report.span(*fit.intervals[name]))
@@ -95,7 +95,7 @@ def _parameter(fit: Any, name: str) -> str:
 
 
 def _figure(one: Any) -> str:
-    """Data and fit of a curve, as a small picture."""
+    """Return a small plot of data and fit of a curve."""
     name, unit, t, measured = one.fit.curve
     some = np.unique(np.linspace(0, t.size - 1, min(t.size, MOST)).round().astype(int))
     low, high = min(0.0, measured.min()), max(measured.max(), one.fit.fitted.max())

@@ -1,8 +1,8 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare, batch,
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, growth, prony, compare, batch,
 propagate and design.
 
-Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
-line, for the command line to show; what it says of options it says of flags.
+Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
+which the command line prints; options in the message are replaced by the corresponding flags.
 """
 
 import argparse
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, further_commands
+from fitting.cli import batch_command, flags, further_commands, growth_command
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
@@ -24,7 +24,8 @@ MODELS = "Maxwell,StandardLinearSolid,Burgers"
 
 
 def main(arguments: list[str]) -> int:
-    """Fit as the arguments after ``fit`` say; 0. Raises ValueError on bad input, SystemExit on bad usage."""
+    """Run the fit command of the arguments after ``fit`` and return 0; ValueError on bad input, SystemExit on bad
+    usage."""
     parser = argparse.ArgumentParser(prog="jaxcontact fit", description="Material parameters from data.")
     add_parser(parser.add_subparsers(required=True, metavar="KIND"))
     options = parser.parse_args(arguments)
@@ -45,7 +46,7 @@ def add_parser(kinds: Any) -> None:
         (
             "propagate",
             further_commands.carry,
-            "what follows from a creep curve at other times, or under a ball, with its band",
+            "predict from a creep curve, at other times or under a ball, with a confidence band",
         ),
     ):
         parser = kinds.add_parser(name, help=what)
@@ -64,6 +65,9 @@ def add_parser(kinds: Any) -> None:
     further_commands.add_design(kinds.add_parser("design", help="the shortest creep tests for a material"))
     _add_indentation(kinds.add_parser("indentation", help="a ball, cone or punch: time, load and depth"))
     _add_moduli(kinds)
+    growth_command.add_growth(
+        kinds.add_parser("growth", help="growth kinetics of a film: time and thickness")
+    )
 
 
 def _add_moduli(kinds: Any) -> None:
@@ -90,31 +94,48 @@ def _add_indentation(press: Any) -> None:
     flags.add_resample(press)
     flags.add_segment(press, "approach, hold or retract; repeat for several")
     press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
-    press.add_argument("--spring-constant", type=float, metavar="K", help="of the cantilever [N/m]")
-    taken = "leave out what is before contact, as the load shows it or from a depth [m]"
-    press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
-    press.add_argument("--radius", type=float, metavar="R", help="of the ball, or of the --punch [m]")
-    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
-    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
     press.add_argument(
-        "--ball-modulus", type=float, metavar="E", help="Young's of the indenter [Pa]; rigid without"
+        "--spring-constant", type=float, metavar="K", help="spring constant of the cantilever [N/m]"
     )
-    press.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help="of the ball (0.3)")
+    taken = "leave out the points before contact, found from the load or given as a depth [m]"
+    press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
+    _add_indenter(press)
     press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
     press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
-    press.add_argument("--control", default="load", metavar="C", help="load or depth: what is given (load)")
+    press.add_argument(
+        "--control", default="load", metavar="C", help="prescribed quantity, load or depth (load)"
+    )
     press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
-    press.add_argument("--substrate-modulus", type=float, metavar="E", help="Young's, under a film [Pa]")
-    press.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help="under a film (0.3)")
-    sticks = "work of adhesion of a ball that sticks, on a half-space [J/m2] (0)"
+    press.add_argument(
+        "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
+    )
+    press.add_argument(
+        "--substrate-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the substrate (0.3)"
+    )
+    sticks = "work of adhesion of an adhesive ball on a half-space [J/m2] (0)"
     press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
     for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")
     press.set_defaults(command=_indentation)
 
 
+def _add_indenter(press: Any) -> None:
+    press.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
+    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
+    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
+    press.add_argument(
+        "--ball-modulus",
+        type=float,
+        metavar="E",
+        help="Young's modulus of the indenter [Pa]; rigid by default",
+    )
+    press.add_argument(
+        "--ball-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the indenter (0.3)"
+    )
+
+
 def _creep(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit a creep curve and write the results."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
     with flags.about(options.file):
@@ -123,7 +144,7 @@ def _creep(options: argparse.Namespace) -> int:
 
 
 def _prony(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit a series of retardation times and write the results."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
     tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
@@ -133,7 +154,7 @@ def _prony(options: argparse.Namespace) -> int:
 
 
 def _relaxation(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit a relaxation modulus and write the results."""
     output.check_directory(options)
     data, nu = _modulus(read_relaxation, options, start=options.start)
     given = flags.weighting(options, False) | flags.known(options)
@@ -143,7 +164,7 @@ def _relaxation(options: argparse.Namespace) -> int:
 
 
 def _oscillation(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit storage and loss moduli and write the results."""
     output.check_directory(options)
     data, nu = _modulus(read_oscillation, options)
     with flags.about(options.file):
@@ -154,7 +175,7 @@ def _oscillation(options: argparse.Namespace) -> int:
 
 
 def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
-    """The data, and Poisson's ratio."""
+    """Return the data, and Poisson's ratio."""
     tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
     segment = options.segment and [flags.place(one) for one in options.segment]
     data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
@@ -162,7 +183,7 @@ def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: A
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """Read, fit each model, print the table, write the one of lowest BIC and a line on each."""
+    """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
     with flags.about(options.file):
@@ -172,7 +193,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _indentation(options: argparse.Namespace) -> int:
-    """Read, fit, write."""
+    """Fit an indentation curve and write the results."""
     indenter = _indenter(options)
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
@@ -197,7 +218,7 @@ def _indentation(options: argparse.Namespace) -> int:
 
 
 def _indenter(options: argparse.Namespace) -> Any:
-    """What presses."""
+    """Return the indenter."""
     solid = (
         _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
     )
@@ -213,7 +234,7 @@ def _indenter(options: argparse.Namespace) -> Any:
 
 
 def _indented(options: argparse.Namespace, indenter: Any) -> Any:
-    """The curve, from contact on where that is asked for; segments and the window are of what is left."""
+    """Return the curve, from contact on if requested; segments and window then refer to the remaining points."""
     curve = None if options.curve is None else flags.place(options.curve)
     of_file = {"curve": curve, "spring_constant": options.spring_constant}
     if options.in_contact is None:

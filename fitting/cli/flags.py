@@ -1,4 +1,4 @@
-"""Flags that the fit commands share, what they mean to the readers and fits, and errors that speak of them."""
+"""Command-line flags shared by the fit commands, their conversion to keyword arguments, and errors in terms of flags."""
 
 import argparse
 import contextlib
@@ -17,12 +17,12 @@ from fitting.views.shell_words import in_flags
 
 
 def add_segment(parser: Any, what: str) -> None:
-    """Which parts of a file."""
+    """Add the flag that selects segments of a file."""
     parser.add_argument("--segment", action="append", metavar="S", help=what)
 
 
 def add_file(parser: Any, several: bool = False) -> None:
-    """What is read, and where the results go."""
+    """Add the input file and the output directory."""
     what = "CSV, TSV or an export with columns that name their units"
     parser.add_argument("file", metavar="FILE", help=what, **({"nargs": "+"} if several else {}))
     parser.add_argument(
@@ -32,24 +32,26 @@ def add_file(parser: Any, several: bool = False) -> None:
 
 
 def add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
-    """How a file is read and a fit is made."""
+    """Add the flags for reading a file and weighting a fit."""
     parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
-    parser.add_argument("--level", type=float, default=0.95, metavar="L", help="of the intervals (0.95)")
-    parser.add_argument("--window", metavar="BEGIN:END", help="times that are taken [s], one may be empty")
-    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", where the numbers read both ways')
+    parser.add_argument(
+        "--level", type=float, default=0.95, metavar="L", help="confidence level of the intervals (0.95)"
+    )
+    parser.add_argument("--window", metavar="BEGIN:END", help="selected times [s], one side may be empty")
+    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", if it is ambiguous')
     _add_pairs(parser, "column", "KIND=HEADER", f"where a quantity is ({kinds})")
-    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, before what the header says")
+    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, which takes precedence over the header")
 
 
 def add_model(parser: Any, laws: bool = False) -> None:
-    """One of the classical materials, or of the fractional laws too, and what is known of its parameters."""
+    """Add the flags for the model, with fractional laws if ``laws``, and for known parameters."""
     names = ", ".join([*(cls.__name__ for cls in CLASSICAL), *(LAWS if laws else ())])
     parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
     add_known(parser)
 
 
 def add_known(parser: Any) -> None:
-    """What is known of the parameters."""
+    """Add the flags for fixed and bounded parameters."""
     _add_pairs(parser, "fix", "NAME=VALUE", "hold a parameter")
     _add_pairs(parser, "bound", "NAME=LOW:HIGH", "bound a parameter, one side may be empty")
 
@@ -59,38 +61,40 @@ def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
 
 
 def add_test(parser: Any, kinds: str) -> None:
-    """How a curve over time is read and weighted."""
+    """Add the flags for reading and weighting a curve over time."""
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
     add_common(parser, "estimated", errors, kinds)
     add_volume(parser)
-    parser.add_argument(
-        "--start", type=float, metavar="T", help="when the load began, on the file's clock [s]"
-    )
+    parser.add_argument("--start", type=float, metavar="T", help="time of loading on the file's clock [s]")
     add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
 
 
 def add_resample(parser: Any) -> None:
-    """How many points are taken."""
-    what = "means over time, so many for each power of ten, in place of the samples"
+    """Add the flag for resampling."""
+    what = "average the samples to N points per decade of time"
     parser.add_argument("--resample", type=float, metavar="N", help=what)
 
 
 def add_volume(parser: Any) -> None:
-    """What is known of the volume."""
+    """Add the flags for Poisson's ratio."""
     parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
-    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio to carry along (0.3)")
+    parser.add_argument(
+        "--nu", type=float, default=0.3, help="Poisson's ratio of the resulting material (0.3)"
+    )
 
 
 def add_creep(parser: Any) -> None:
-    """How a creep curve is read and weighted."""
+    """Add the flags for reading and weighting a creep curve."""
     add_test(parser, "t, J, strain, stress, sigma: standard deviations")
     parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
     add_resample(parser)
-    parser.add_argument("--stress", type=float, metavar="S", help="constant, of a file of strain alone [Pa]")
+    parser.add_argument(
+        "--stress", type=float, metavar="S", help="constant stress of a file with strain alone [Pa]"
+    )
 
 
 def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **given: Any) -> Any:
-    """The data of a file; errors speak of flags."""
+    """Return the data of a file; error messages name flags."""
     columns = {kind: place(text) for kind, text in pairs("--column", options.column)}
     window = options.window and span("--window", options.window)
     places = {"columns": columns, "units": dict(pairs("--unit", options.unit)), "window": window}
@@ -102,7 +106,7 @@ def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **g
 
 @contextlib.contextmanager
 def about(file: str) -> Iterator[None]:
-    """Errors within name the file, and speak of flags; a terminal says meanwhile what is fitted."""
+    """Prefix errors with the file and name flags in them; meanwhile a terminal shows which file is being fitted."""
     try:
         with tqdm(desc=f"fitting {file}", bar_format="{desc} ...", disable=None, leave=False):
             yield
@@ -111,12 +115,12 @@ def about(file: str) -> Iterator[None]:
 
 
 def place(text: str) -> int | str:
-    """A position, or a name."""
+    """Return a position, or a name."""
     return int(text) if text.isdigit() else text
 
 
 def number(flag: str, text: str) -> float:
-    """A number, or a ValueError that names the flag."""
+    """Return a number; ValueError that names the flag."""
     try:
         return float(text)
     except ValueError:
@@ -124,7 +128,7 @@ def number(flag: str, text: str) -> float:
 
 
 def weighting(options: argparse.Namespace, has_sigma: bool, usual: str = "estimated") -> dict[str, Any]:
-    """Weights or sigma, and the level; the standard deviations of a file go before the usual weights."""
+    """Return weights or sigma, and the level; standard deviations in a file take precedence over the default weights."""
     level = {"level": options.level}
     if options.weights.lower() in KINDS:
         kind = options.weights.lower()
@@ -133,7 +137,7 @@ def weighting(options: argparse.Namespace, has_sigma: bool, usual: str = "estima
 
 
 def known(options: argparse.Namespace) -> dict[str, Any]:
-    """Fixed values and bounds."""
+    """Return fixed values and bounds."""
     return {
         "fixed": {name: number("--fix", text) for name, text in pairs("--fix", options.fix)},
         "bounds": {name: span("--bound", text) for name, text in pairs("--bound", options.bound)},
@@ -141,7 +145,7 @@ def known(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
-    """(name, value) of "name=value"."""
+    """Return (name, value) of each "name=value"."""
     for text in texts:
         if "=" not in text:
             raise ValueError(f"{flag}: expected NAME=..., got {text!r}")
@@ -149,7 +153,7 @@ def pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:
 
 
 def span(flag: str, text: str) -> tuple[float | None, float | None]:
-    """The ends of "low:high", None for one that is empty."""
+    """Return the ends of "low:high", None for an empty one."""
     low, mark, high = text.partition(":")
     if not mark:
         raise ValueError(f"{flag}: expected LOW:HIGH, got {text!r}")
@@ -157,7 +161,7 @@ def span(flag: str, text: str) -> tuple[float | None, float | None]:
 
 
 def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
-    """A creep curve, and what the fits of it take alike."""
+    """Return a creep curve, and the keyword arguments that all fits of it share."""
     tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
     data = read(
         read_creep, file, options, stress=options.stress, start=options.start,
@@ -170,7 +174,7 @@ def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
 
 
 def resampled(options: argparse.Namespace, file: str, data: Any) -> Any:
-    """As ``--resample`` says."""
+    """Return the data resampled according to ``--resample``."""
     if options.resample is None:
         return data
     with about(file):

@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit design`` and ``fit propagate``: which test to make, and what follows from one."""
+"""The commands ``jaxcontact fit design`` and ``jaxcontact fit propagate``."""
 
 import argparse
 from pathlib import Path
@@ -14,36 +14,40 @@ from fitting.fits.creep import fit_creep
 from fitting.models.structure import Volume, resolve
 from fitting.views import output
 
-RESULTS = {"creep": "J_1_per_Pa", "relaxation": "G_Pa", "depth": "depth_m"}  # and their columns
+RESULTS = {"creep": "J_1_per_Pa", "relaxation": "G_Pa", "depth": "depth_m"}  # results and their columns
 
 
 def add_design(parser: Any) -> None:
-    """The flags of ``fit design``."""
+    """Add the flags of ``fit design``."""
     parser.add_argument(
-        "--model", default="Burgers", metavar="M", help="about the material expected (Burgers)"
+        "--model", default="Burgers", metavar="M", help="model of the expected material (Burgers)"
     )
-    what = "a parameter of it in SI, as G1=2e9; one for each"
+    what = "a parameter of the material in SI, as G1=2e9; one for each"
     parser.add_argument("--value", action="append", default=[], metavar="NAME=VALUE", help=what)
-    target = "sd of the logarithm of each parameter that is wanted (0.1)"
+    target = "target sd of the logarithm of each parameter (0.1)"
     parser.add_argument("--target", type=float, default=0.1, metavar="SD", help=target)
-    noise = "of a point, as a share of its value (0.01)"
+    noise = "standard deviation of a point relative to its value (0.01)"
     parser.add_argument("--noise", type=float, default=0.01, metavar="S", help=noise)
-    parser.add_argument("--points", type=int, default=200, metavar="N", help="of the test (200)")
-    parser.add_argument("--first", type=float, default=1.0, metavar="T", help="of logarithmic times [s] (1)")
+    parser.add_argument(
+        "--points", type=int, default=200, metavar="N", help="number of points of the test (200)"
+    )
+    parser.add_argument(
+        "--first", type=float, default=1.0, metavar="T", help="first of logarithmic times [s] (1)"
+    )
     parser.set_defaults(command=_design)
 
 
 def add_carry(parser: Any) -> None:
-    """The flags of ``fit propagate``, beside those of ``fit creep``."""
+    """Add the flags of ``fit propagate`` beyond those of ``fit creep``."""
     what = "creep J(t), relaxation G(t), or depth of a rigid ball on a half-space under a held load (creep)"
     parser.add_argument("--of", default="creep", choices=tuple(RESULTS), help=what)
-    parser.add_argument("--times", required=True, metavar="T,T,...", help="at which it is wanted [s]")
-    parser.add_argument("--load", type=float, metavar="P", help="of the ball [N]")
-    parser.add_argument("--radius", type=float, metavar="R", help="of the ball [m]")
+    parser.add_argument("--times", required=True, metavar="T,T,...", help="times of the result [s]")
+    parser.add_argument("--load", type=float, metavar="P", help="load on the ball [N]")
+    parser.add_argument("--radius", type=float, metavar="R", help="radius of the ball [m]")
 
 
 def _design(options: argparse.Namespace) -> int:
-    """Print the tests."""
+    """Print the table of tests."""
     structure = resolve(options.model)
     values = {name: flags.number("--value", text) for name, text in flags.pairs("--value", options.value)}
     if set(values) != set(structure.where) or not all(value > 0 for value in values.values()):
@@ -58,7 +62,7 @@ def _design(options: argparse.Namespace) -> int:
 
 
 def carry(options: argparse.Namespace) -> int:
-    """Fit the creep curve, print its summary and the result, and write both."""
+    """Fit the creep curve, print its summary and the propagated result, and write both."""
     output.check_directory(options, (*output.RESULTS, "propagated.csv"))
     times = np.array([flags.number("--times", text) for text in options.times.split(",")])
     if not np.all(np.isfinite(times) & (times >= 0)):
@@ -69,7 +73,7 @@ def carry(options: argparse.Namespace) -> int:
         found = fit_creep(data, options.model, **given, **flags.known(options))
     if found.refused:
         raise ValueError(
-            f"{options.file}: the fit is refused, and nothing follows from it: {found.refused[0]}"
+            f"{options.file}: the fit is refused, so no result can be propagated: {found.refused[0]}"
         )
     band = propagate(found, result)
     name, rows = RESULTS[options.of], np.column_stack([times, band.value, band.sd, band.low, band.high])
@@ -85,7 +89,7 @@ def carry(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace, times: Any) -> Any:
-    """The function of a material that is asked for."""
+    """Return the requested function of a material."""
     given = (options.load, options.radius)
     if options.of != "depth":
         if given != (None, None):

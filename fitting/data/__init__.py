@@ -1,1 +1,1 @@
-"""Measured curves in SI units, and where contact and loading begin in them."""
+"""Measured curves in SI units, and the detection of contact and loading in them."""

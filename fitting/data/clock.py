@@ -1,22 +1,23 @@
-"""Whether the times of a curve count from the load: J(t) and G(t) are functions of the time since then.
+"""Detection of whether the times of a curve count from the load, since J(t) and G(t) are functions of the time since
+loading.
 
-The clock of a machine may have run before. Then the first time is late: many spacings after zero where samples are
-evenly spaced. Times whose spacing grows in proportion to them, as of logarithmic sampling, count from the load whatever
-the first of them is. Late times of even spacing may do so too, with the first samples left out, and nothing in them tells
-the two apart: the caller decides.
+The clock of an instrument may have started earlier. Then the first time is late: many sample intervals after zero where
+samples are evenly spaced. Times whose spacing grows in proportion to them, as in logarithmic sampling, count from the
+load whatever the first of them is. Late times of even spacing may count from the load too, with the first samples left
+out, and the times alone do not distinguish the two cases, so the caller must decide.
 """
 
 import numpy as np
 
-LATE = 5.0  # spacings of the samples by which the first may be late if the clock starts with the load
-EVENLY = 2.5  # and where they are evenly spaced, so that one sample, or two, may be missing
-EVEN = 0.2  # by which spacings differ then, at most
-FIRST = 9  # spacings that are looked at
-ALIKE = 0.3  # by which a spacing may differ from one that grows with time
+LATE = 5.0  # largest first time, in sample intervals, if the clock starts with the load
+EVENLY = 2.5  # the same for even spacing, where one or two samples may be missing
+EVEN = 0.2  # largest relative difference of even spacings
+FIRST = 9  # number of spacings examined
+ALIKE = 0.3  # relative tolerance of spacing that grows with time
 
 
 def counts_from_zero(t: np.ndarray) -> bool:
-    """Whether the clock seems to start with the load: an early first sample, or spacing that grows."""
+    """Return whether the clock appears to start with the load: an early first sample, or growing spacing."""
     different = np.unique(t[np.isfinite(t)])
     if different.size < 3:
         return True
@@ -31,7 +32,7 @@ def counts_from_zero(t: np.ndarray) -> bool:
 
 
 def since_load(t: np.ndarray, start: float | None) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the times (n,) since the load, which began at ``start`` [s] on their clock, and notes in words.
+    """Return the times (n,) since the load, which began at ``start`` [s] on their clock, and notes.
 
     Without a start the times count from the load, and a note says so if their spacing suggests otherwise.
 

@@ -1,15 +1,16 @@
-"""Where an indentation curve enters contact: the zero of time and depth, and the zero and signs of the load.
+"""Detection of first contact in an indentation curve: the zeros of time, depth and load, and the signs of load and
+depth.
 
-Before contact the load is constant. After it the load of a half-space follows the indenter,
+Before contact the load is constant. After it the load on a half-space depends on the depth as
 
     load = b + c (depth - d)^p,   p = 3/2 for a ball (``probe.py``).
 
-A film adds higher powers of the depth with positive coefficients (E. K. Dimitriadis et al., Biophys. J. 82 (2002)
-2798: powers 3/2, 2, 5/2, 3, 7/2 for a ball), and creep during the approach lowers the power. A sum of powers with
-coefficients >= 0 covers all of them. A curve has points before contact only if no such sum that begins at its first
-sample describes the first rise of the load to within its scatter; for a half-space the powers end at p, if p alone
-describes the rise from some depth on. Then d is that of the single power p where this describes the data as well,
-else that of the sum. A curve that was cut at d is described by the same law from its first sample on, so that nothing
+A film adds higher powers of the depth with positive coefficients (E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798:
+powers 3/2, 2, 5/2, 3, 7/2 for a ball), and creep during the approach lowers the power. A sum of powers with
+coefficients >= 0 covers all these cases. A curve has points before contact only if no such sum that begins at its first
+sample describes the initial rise of the load to within its scatter; for a half-space the powers end at p, if p alone
+describes the rise from some depth on. Then d is that of the single power p where this describes the data as well as the
+sum, else that of the sum. A curve that was cut at d is described by the same law from its first sample on, so nothing
 more is found before contact in it.
 """
 
@@ -21,22 +22,25 @@ import scipy
 
 from fitting.data.segments import noise, smooth
 
-ONSET = 0.15  # share of the largest load up to which the law is fitted
-SCAN = 61  # depths tried for the contact
-LEAST = 5  # first points, whose median is the load in air
-PRESENT = 0.5  # change of the load over its first value, at most, if the curve begins in contact
-SURE = 5.0  # standard deviations of its noise by which the depth changes for sure
-FEW = 2  # points before contact
-POWERS = np.array([1 / 2, 2 / 3, 1, 4 / 3, 5 / 3, 2, 7 / 3])  # of the sum, in units of p
-WORSE = 20.0  # variances of a point by which a sum of squares must exceed another to be rejected
-INDEPENDENT = 10  # residuals that count at least, however correlated
-ROUGH = 1e-3  # of the range of the load: least standard deviation, as no law is exact
-MOST = 400  # points, or means of neighbours, that laws are compared on
+ONSET = 0.15  # fraction of the largest load up to which the law is fitted
+SCAN = 61  # number of trial depths for the contact
+LEAST = 5  # number of first points, whose median is the load in air
+PRESENT = 0.5  # largest relative change of the load if the curve begins in contact
+SURE = 5.0  # significant change of the depth in standard deviations of its noise
+FEW = 2  # least number of points before contact
+POWERS = np.array([1 / 2, 2 / 3, 1, 4 / 3, 5 / 3, 2, 7 / 3])  # powers of the sum, in units of p
+WORSE = 20.0  # excess of a rejected sum of squares, in variances of a point
+INDEPENDENT = 10  # least effective number of correlated residuals
+ROUGH = 1e-3  # least standard deviation over the range of the load, as no law is exact
+MOST = 400  # largest number of points, or means of neighbours, on which laws are compared
 
 
 class FirstTouch(NamedTuple):
-    """t [s], depth [m]: of the first contact; load [N]: the baseline; load_sign, depth_sign: +1 or -1, which
-    make compression and indentation positive; before: samples before contact. t, depth, load as measured."""
+    """First contact in a curve.
+
+    t [s], depth [m]: of the first contact; load [N]: the baseline; load_sign, depth_sign: +1 or -1, which make
+    compression and indentation positive; before: number of samples before contact. t, depth, load as measured.
+    """
 
     t: float
     depth: float
@@ -50,13 +54,14 @@ def find_contact(
     t: np.ndarray, load: np.ndarray, depth: np.ndarray, at: float | None = None, power: float = 1.5,
     film: bool = False,
 ) -> FirstTouch:  # fmt: skip
-    """First contact of a curve that approaches, t, load, depth (n,), at depth ``at`` [m] if that is known.
+    """Return the first contact of an approach curve t, load, depth (n,), at depth ``at`` [m] if that is known.
 
     power: of the law of the half-space; film: whether the body may be a film, whose load rises more steeply.
 
-    A curve that begins in contact, with the load there from the start, no way before it rises, or a rise that the law
-    describes from the first sample on, has nothing before contact, and its load and depth are left as they are. So has
-    a hold whose load changes only in its last samples, or while the indenter comes back.
+    Nothing is before contact, and load and depth are not shifted, in a curve that begins in contact: the load is
+    present from the start, the depth does not change before the load rises, or the law describes the rise from the
+    first sample on. The same holds for a hold whose load changes only in its last samples, or while the indenter
+    retracts.
     """
     base = float(np.median(load[:LEAST]))
     force = np.abs(load - base)
@@ -73,7 +78,7 @@ def find_contact(
     top = int(np.argmax(y >= ONSET * y.max())) + 1
     rise = Rise(x[:top], y[:top], power)
     course = smooth(x[:top])
-    lifted = course[0] - course.min() > SURE * noise(depth)  # so that it did not begin in contact
+    lifted = course[0] - course.min() > SURE * noise(depth)  # then the curve did not begin in contact
     point = rise.contact(film, lifted) if at is None else depth_sign * at
     before = int(np.flatnonzero(x[:top] <= point).max(initial=-1)) + 1
     if at is None and (before < FEW or point == -np.inf):
@@ -84,8 +89,10 @@ def find_contact(
 
 
 def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:
-    """(of the depth, of the load), +1 or -1: a tip moves in before the load rises, and is pushed back where
-    it is deepest. load (n,) counts from its baseline.
+    """Return the signs (of the depth, of the load), +1 or -1.
+
+    A tip moves inwards before the load rises, and the load is compressive at the largest depth. load (n,) counts from
+    its baseline.
     """
     first = int(np.argmax(np.abs(load) >= ONSET * np.abs(load).max()))
     inward = -1 if depth[first] < depth[0] else 1
@@ -94,7 +101,7 @@ def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:
 
 
 class Rising(NamedTuple):
-    """residual (n,): of a fitted law, over the range of the load; offset: the load before contact."""
+    """A law fitted to the rise of the load: residual (n,), over the range of the load; offset: the load before contact."""
 
     residual: np.ndarray
     offset: float
@@ -105,14 +112,14 @@ class Rising(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """The first rise of the load: x, y (n,) depth and load, positive inwards; power: of a half-space."""
+    """The initial rise of the load: x, y (n,) depth and load, positive inwards; power: of a half-space."""
 
     x: np.ndarray
     y: np.ndarray
     power: float
 
     def contact(self, film: bool, lifted: bool) -> float:
-        """The depth of first contact, -inf if the curve begins in contact."""
+        """Return the depth of first contact, -inf if the curve begins in contact."""
         few = self._thinned()
         if few.x.size <= LEAST and not lifted:
             return -np.inf
@@ -126,10 +133,11 @@ class Rise(NamedTuple):
         return self._best(self.single) if simple else laws[few.summed]
 
     def _allowed(self, residual: np.ndarray) -> float:
-        """The largest sum of squares of a law that is not rejected beside that of the best, residual (n,).
+        """Return the largest sum of squares that is not rejected against that of the best law, whose residual is given,
+        (n,).
 
-        The variance of a point is at least that of the measured noise. Residuals that are correlated, as where the
-        best law does not describe the data, count for as many fewer points.
+        The variance of a point is at least that of the measured noise. Correlated residuals, as where the best law does
+        not describe the data, reduce the effective number of points.
         """
         squares, n = float(residual @ residual), residual.size
         lag = float(residual[1:] @ residual[:-1]) / squares if squares > 0 else 0.0
@@ -138,11 +146,11 @@ class Rise(NamedTuple):
         return squares + WORSE * variance
 
     def single(self, point: float) -> "Rising":
-        """y = b + c (x - point)^p, c >= 0, of least squares."""
+        """Return the least-squares fit of y = b + c (x - point)^p, c >= 0."""
         return self._fit(point, np.array([self.power]))
 
     def summed(self, point: float, highest: float = POWERS[-1]) -> "Rising":
-        """y = b + sum_i c_i (x - point)^p_i, c_i >= 0, of least squares, p_i up to ``highest`` p."""
+        """Return the least-squares fit of y = b + sum_i c_i (x - point)^p_i, c_i >= 0, p_i up to ``highest`` p."""
         return self._fit(point, POWERS[highest >= POWERS] * self.power)
 
     @property
@@ -150,7 +158,7 @@ class Rise(NamedTuple):
         return float(np.ptp(self.y)) or 1.0
 
     def _thinned(self) -> "Rise":
-        """Means of neighbouring samples, at most ``MOST``."""
+        """Return means of neighbouring samples, at most ``MOST``."""
         each = -(-self.x.size // MOST)
         if each == 1:
             return self
@@ -159,12 +167,12 @@ class Rise(NamedTuple):
         return self._replace(x=mean(self.x), y=mean(self.y))
 
     def _best(self, law: Callable[[float], "Rising"]) -> float:
-        """The depth of least squares: the best of a scan, then a minimum between its neighbours."""
+        """Return the depth with the smallest sum of squares: the best of a scan, refined between its neighbours."""
         trial = np.linspace(self.x.min(), self.x[-1], SCAN)
         best = int(np.argmin([law(point).squares for point in trial]))
         low, high = trial[max(best - 1, 0)], trial[min(best + 1, SCAN - 1)]
         error = lambda share: law(low + share * (high - low)).squares
-        # it stops at an absolute 1e-5
+        # the tolerance is an absolute 1e-5, hence the scaled variable
         found = scipy.optimize.minimize_scalar(error, bounds=(0.0, 1.0), method="bounded")
         return float(low + found.x * (high - low))
 
@@ -184,9 +192,9 @@ class Rise(NamedTuple):
 def tip_depth(
     path: str, t: np.ndarray, load: np.ndarray, height: np.ndarray, spring_constant: float | None
 ) -> tuple[np.ndarray, str]:
-    """Depth of the tip of a cantilever, depth = z - load/k with z the way of its base towards the sample.
+    """Return the depth of the tip of a cantilever, depth = z - load/k, z the displacement of its base towards the sample.
 
-    The sign of z is that of the way before the load rises.
+    The sign of z follows from the displacement before the load rises.
 
     Args:
         path: for messages.

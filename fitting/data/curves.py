@@ -1,4 +1,4 @@
-"""Measured curves: frozen, checked once, in SI units."""
+"""Measured creep curves: immutable, validated once, in SI units."""
 
 import dataclasses
 from typing import Any
@@ -12,7 +12,7 @@ CONVENTIONS = ("J", "1/(2G)", "D")
 
 
 def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
-    """A finite float array (n,), n >= 5; ValueError with its name otherwise."""
+    """Return a finite float array (n,), n >= 5; ValueError with its name otherwise."""
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -29,7 +29,7 @@ def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarra
 
 
 def deviations(name: str, value: object, like: np.ndarray) -> np.ndarray:
-    """Standard deviations (n,), > 0."""
+    """Return standard deviations (n,), > 0."""
     found = array(name, value, like)
     if np.any(found <= 0):
         raise ValueError(f"{name}: expected standard deviations > 0, got {found.min():g}")
@@ -55,18 +55,18 @@ class CreepData:
         strain: (n,), with
         stress: a pair (times, values [Pa]), piecewise linear, a repeated time being a jump, or an array (n,)
             measured at t. The stress is zero before its first time.
-        convention: what J or strain/stress is: "J" = gamma/tau in shear; "1/(2G)" as phi in the paper's
+        convention: meaning of J or strain/stress: "J" = gamma/tau in shear; "1/(2G)" as phi in the paper's
             Eq. (14); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
-        notes: what a reader took and mended.
+        notes: remarks of a reader on what was read and corrected.
         nu: Poisson's ratio of a tensile test, for "D" only.
-        sigma: (n,) standard deviations of J or strain, if they are known; ``fit_creep`` takes them.
-        scatter: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
-        start: of J, when the load began on the clock of t [s], from which t counts in the result; 0 if it does already.
-            None takes t as the time since the load, and adds a note if their spacing suggests an earlier start of the
-            clock (``fitting/data/clock.py``).
+        sigma: (n,) standard deviations of J or strain, if known; ``fit_creep`` uses them.
+        scatter: (n,) standard deviations up to a common factor, which a fit estimates; set by ``resample``.
+        start: time [s] of loading on the clock of t, which is subtracted, for J only; 0 if t counts from the load.
+            None takes t as the time since the load, and adds a note if the spacing suggests that the clock started
+            earlier (``fitting/data/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: any other input, with the expected and the received value.
 
     Example:
         >>> data = fitting.CreepData(t=[1, 2, 3, 4, 5], J=[2, 3, 4, 5, 6], convention="D", nu=0.5)
@@ -94,7 +94,9 @@ class CreepData:
             put("start", 0.0)
             put("notes", (*self.notes, *late))
         elif self.start is not None:
-            raise ValueError(f"start: goes with J, as the stress has times of its own; got {self.start!r}")
+            raise ValueError(
+                f"start: expected none with strain and stress, whose times are given; got {self.start!r}"
+            )
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         _check_convention(self.convention, self.nu)
@@ -105,7 +107,7 @@ class CreepData:
                 put(name, deviations(name, getattr(self, name), self.t))
         if self.J is not None:
             if self.stress is not None:
-                raise ValueError("stress: goes with strain, not with J")
+                raise ValueError("stress: expected none with J, got a stress")
             put("J", array("J", self.J, self.t))
             if np.any(self.J <= 0):
                 raise ValueError(f"J: expected > 0, got {self.J.min():g}")
@@ -132,13 +134,13 @@ class CreepData:
 
     @property
     def response(self) -> np.ndarray:
-        """What is fitted, (n,): J [1/Pa], or the strain, times 2 for "1/(2G)" and 2 (1 + nu) for "D"."""
+        """The fitted quantity (n,): J [1/Pa], or the strain, times 2 for "1/(2G)" and 2 (1 + nu) for "D"."""
         values: Any = self.strain if self.J is None else self.J
         return values * self._factor
 
     @property
     def curve(self) -> tuple[str, str, np.ndarray, np.ndarray]:
-        """Return (name, unit, times, values) of what is fitted."""
+        """Name, unit, times and values of the fitted quantity."""
         name, unit = ("J", "1/Pa") if self.J is not None else ("strain", "-")
         return name, unit, self.t, self.response
 
@@ -149,7 +151,7 @@ class CreepData:
 
     @property
     def _factor(self) -> float:
-        """From the convention to gamma/tau."""
+        """Factor from the convention to gamma/tau."""
         return {"J": 1.0, "1/(2G)": 2.0, "D": 2.0 * (1.0 + (self.nu or 0.0))}[self.convention]
 
 
@@ -159,11 +161,11 @@ def _check_convention(convention: str, nu: float | None) -> None:
     if convention == "D" and (nu is None or not -1.0 < nu <= 0.5):
         raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile compliance (convention 'D'), got {nu!r}")
     if convention != "D" and nu is not None:
-        raise ValueError(f"nu: goes with convention 'D', not with {convention!r}; got {nu!r}")
+        raise ValueError(f"nu: expected none with convention {convention!r}, only 'D' needs it; got {nu!r}")
 
 
 def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(knots, values) of the stress, checked."""
+    """Return (knots, values) of the stress after validation."""
     if stress is None:
         raise ValueError("stress: expected (times, values) or an array as long as t, got None")
     knots, values = stress if isinstance(stress, tuple) and len(stress) == 2 else (t, stress)

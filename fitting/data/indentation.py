@@ -1,4 +1,4 @@
-"""Measured indentation curves: frozen, checked once, in SI units."""
+"""Measured indentation curves: immutable, validated once, in SI units."""
 
 import dataclasses
 from typing import Any
@@ -18,24 +18,25 @@ DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class IndentationData:
-    """An indentation curve, load and depth over time.
+    """An indentation curve: load and depth over time.
 
     Args:
         t: (n,) [s], not decreasing.
         load: (n,) [N].
         depth: (n,) [m].
-        notes: what a reader or a method took and mended.
+        notes: remarks of a reader or a method on what was read, left out and corrected.
         marks: (n,) of "approach", "hold", "retract" where the file marks its segments, else None.
-        sigma_depth: (n,) standard deviations of the depth [m], if they are known; ``fit_indentation`` takes
-            them under load control.
-        sigma_load: (n,) likewise of the load [N], under depth control.
-        scatter_depth, scatter_load: (n,) the same up to a common factor, which a fit finds; ``resample`` gives them.
-        whole: (3, m): time, load and depth of the curve that this one was taken from, with the same zeros;
+        sigma_depth: (n,) standard deviations of the depth [m], if known; ``fit_indentation`` uses them under load
+            control.
+        sigma_load: (n,) standard deviations of the load [N], if known; used under depth control.
+        scatter_depth, scatter_load: (n,) standard deviations up to a common factor, which a fit estimates; set by
+            ``resample``.
+        whole: (3, m): time, load and depth of the curve from which this one was taken, with the same zeros;
             None if nothing was left out. ``plot`` shows it.
         cut: whether the curve begins at first contact because ``in_contact`` cut it there.
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: any other input, with the expected and the received value.
 
     Example:
         >>> data = fitting.IndentationData(t=range(7), load=[0, 1, 2, 2, 2, 2, 2], depth=[0, 1, 2, 3, 3, 3, 3])
@@ -78,7 +79,8 @@ class IndentationData:
 
     @property
     def segments(self) -> np.ndarray:
-        """(n,) of "approach", "hold", "retract": as the file marks them, else as the course shows."""
+        """Segment of each point, (n,) of "approach", "hold", "retract": as the file marks them, else inferred from the
+        curve."""
         if self.marks is not None:
             return self.marks
         found = self.contact
@@ -86,17 +88,17 @@ class IndentationData:
 
     @property
     def contact(self) -> FirstTouch:
-        """The first contact as the load shows it, in the zeros of this curve; see ``fitting.data.contact``."""
+        """First contact according to the load, with respect to the zeros of this curve; see ``fitting.data.contact``."""
         return find_contact(self.t, self.load, self.depth)
 
     def only(self, *segments: str) -> "IndentationData":
-        """The points of some segments; all of them without a name.
+        """Return the points of some segments, or all points if no name is given.
 
         Args:
             segments: of "approach", "hold", "retract".
 
         Returns:
-            The points, with a note. The load before them is in no history: it counts as a step at the first.
+            The points, with a note. Earlier load is not part of the history: the load steps at the first point.
 
         Raises:
             ValueError: another name, or fewer than 5 points.
@@ -116,10 +118,10 @@ class IndentationData:
         return self._take(keep, f"{' and '.join(segments)} taken: {keep.sum()} of {keep.size} points")
 
     def window(self, begin: float | None = None, end: float | None = None) -> "IndentationData":
-        """The points from ``begin`` to ``end`` [s], None for an open side.
+        """Return the points from ``begin`` to ``end`` [s], None for an open side.
 
         Returns:
-            The points, with a note; t as it was.
+            The points, with a note; t is unchanged.
 
         Raises:
             ValueError: begin is not before end, or fewer than 5 points.
@@ -138,19 +140,19 @@ class IndentationData:
     def in_contact(
         self, depth: float | None = None, indenter: Any = None, film: bool = False
     ) -> "IndentationData":
-        """The curve from first contact on, with time, load and depth counted from there.
+        """Return the curve from first contact on, with time, load and depth counted from there.
 
         The first contact, the zero of the load and the signs come from ``fitting.data.contact``. The first point is the
-        contact itself, (0, 0, 0), between two samples. The curve ends where a retract has unloaded it. A curve that
-        was cut at contact before, or that begins in contact, stays as it is.
+        contact itself, (0, 0, 0), between two samples. The curve ends where the retract has removed the load. A curve
+        that was already cut at contact, or that begins in contact, is returned unchanged.
 
         Args:
-            depth: of first contact [m] as measured, where it is known.
-            indenter: as of ``fit_indentation``, for the law of the first load; None: a ball.
+            depth: known measured depth of first contact [m].
+            indenter: as in ``fit_indentation``, for the law of the first load; None: a ball.
             film: whether a film is to be fitted, on which the load rises more steeply than on a half-space.
 
         Returns:
-            The points, with notes on what was taken; the same data if they begin in contact.
+            The points, with notes; the same data if they begin in contact.
 
         Raises:
             ValueError: the depth of contact is outside the curve, or fewer than 5 points follow.
@@ -175,7 +177,7 @@ class IndentationData:
         return self._zeroed(found)
 
     def _zeroed(self, found: FirstTouch) -> "IndentationData":
-        """From the contact on, in its zeros and signs."""
+        """Return the curve from the contact on, with zeros and signs of the contact."""
         t = self.t - found.t
         load = found.load_sign * (self.load - found.load)
         depth = found.depth_sign * (self.depth - found.depth)
@@ -184,7 +186,7 @@ class IndentationData:
         again = lambda y: None if y is None else np.concatenate([y[first : first + 1], y[first:last]])
         notes = [
             f"contact at {found.t:.4g} s and {found.depth:.4g} m: {first} points before it left out,"
-            f" {found.load:.3g} N taken off the load"
+            f" {found.load:.3g} N subtracted from the load"
         ]
         notes += [f"{what} with the other sign" for what, sign in
                   (("load", found.load_sign), ("depth", found.depth_sign)) if sign < 0]  # fmt: skip
@@ -197,11 +199,11 @@ class IndentationData:
         )  # fmt: skip
 
     def whole_curve(self) -> np.ndarray:
-        """(3, m): ``whole``, or this curve."""
+        """Return ``whole``, or this curve, (3, m)."""
         return np.stack([self.t, self.load, self.depth]) if self.whole is None else self.whole
 
     def _take(self, keep: np.ndarray, note: str) -> "IndentationData":
-        """Some of the points, with a note."""
+        """Return some of the points, with a note."""
         if keep.sum() < 5:
             raise ValueError(f"expected at least 5 points, got: {note}")
         some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *DEVIATIONS)}
@@ -209,7 +211,7 @@ class IndentationData:
         return IndentationData(**fields, notes=(*self.notes, note), whole=self.whole_curve(), cut=self.cut)
 
     def plot(self) -> Any:
-        """Load and depth over time, what was left out in grey.
+        """Return a figure of load and depth over time, with points that were left out in grey.
 
         Returns:
             A matplotlib Figure.
@@ -230,7 +232,7 @@ def _marks(value: Any, t: np.ndarray) -> np.ndarray:
 
 
 def _unloaded(load: np.ndarray) -> int:
-    """Points until the load is back at zero after its greatest."""
+    """Return the number of points until the load has returned to zero after its maximum."""
     top = int(np.argmax(load))
     back = np.flatnonzero(load[top:] <= 0)
     return top + int(back[0]) if back.size else load.size

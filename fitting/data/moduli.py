@@ -1,4 +1,4 @@
-"""Measured moduli: relaxation over time, and storage and loss over frequency. Frozen, checked, in SI units."""
+"""Measured moduli, relaxation over time or storage and loss over frequency: immutable, validated, in SI units."""
 
 import dataclasses
 
@@ -13,20 +13,20 @@ CONVENTIONS = ("G", "E")
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RelaxationData:
-    """Stress over strain after a strain step.
+    """Relaxation modulus, stress over strain after a strain step.
 
     Args:
         t: (n,) [s] since the step, > 0 or from 0 on, not decreasing.
         modulus: (n,) [Pa].
         convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
         nu: Poisson's ratio, for "E" only.
-        notes: what was taken and mended.
-        start: when the strain began on the clock of t [s], from which t counts in the result; 0 if it does already.
-            None takes t as the time since the step, and adds a note if their spacing suggests an earlier start of the
-            clock (``fitting/data/clock.py``).
+        notes: remarks on what was read and corrected.
+        start: time [s] of the strain step on the clock of t, which is subtracted; 0 if t counts from the step.
+            None takes t as the time since the step, and adds a note if the spacing suggests that the clock started
+            earlier (``fitting/data/clock.py``).
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: any other input, with the expected and the received value.
 
     Example:
         >>> data = fitting.RelaxationData(t=[1, 2, 3, 4, 5], modulus=[9, 6, 4, 3, 2], convention="E", nu=0.5)
@@ -62,7 +62,7 @@ class RelaxationData:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class OscillationData:
-    """Storage and loss modulus over frequency.
+    """Storage and loss moduli over angular frequency.
 
     Args:
         omega: (n,) angular frequency [rad/s] > 0, in any order.
@@ -70,10 +70,10 @@ class OscillationData:
         loss: (n,) G'' or E'' [Pa].
         convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
         nu: Poisson's ratio, for "E" only.
-        notes: what was taken and mended.
+        notes: remarks on what was read and corrected.
 
     Raises:
-        ValueError: anything else, with what was expected and what came.
+        ValueError: any other input, with the expected and the received value.
 
     Example:
         >>> data = fitting.OscillationData(omega=[1, 2, 3, 4, 5], storage=[1, 2, 3, 4, 5], loss=[1, 1, 1, 1, 1])
@@ -104,16 +104,16 @@ class OscillationData:
 
     @property
     def shear(self) -> np.ndarray:
-        """G' + i G'' [Pa], (n,) complex."""
+        """Complex shear modulus G' + i G'' [Pa], (n,) complex."""
         return (self.storage + 1j * self.loss) * factor(self.convention, self.nu)
 
 
 def factor(convention: str, nu: float | None) -> float:
-    """From the convention to shear; ValueError where the two do not go together."""
+    """Return the factor from a modulus of this convention to shear; ValueError unless convention and nu are consistent."""
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {', '.join(CONVENTIONS)}, got {convention!r}")
     if convention == "E" and (nu is None or not -1.0 < nu <= 0.5):
         raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile modulus (convention 'E'), got {nu!r}")
     if convention != "E" and nu is not None:
-        raise ValueError(f"nu: goes with convention 'E', not with {convention!r}; got {nu!r}")
+        raise ValueError(f"nu: expected none with convention {convention!r}, only 'E' needs it; got {nu!r}")
     return 1.0 if convention == "G" else 0.5 / (1.0 + (nu or 0.0))

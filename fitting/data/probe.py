@@ -1,11 +1,11 @@
-"""What presses: P = size depth^power/((1 - nu) J) on a half-space of the compliance J.
+"""Indenter geometry: P = size depth^power/((1 - nu) J) on a half-space of compliance J.
 
     ball of radius R            P = 8 sqrt(R)/3 depth^(3/2)/((1 - nu) J)         (Hertz)
     cone of half-angle a        P = 4 tan(a)/pi depth^2/((1 - nu) J)             (Love; Sneddon)
     flat punch of radius R      P = 4 R depth/((1 - nu) J)                       (Boussinesq)
 
-Source: I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47. A pyramid is taken for the cone of its area at every depth
-(``jc.Cone.berkovich``). With time the integral of Lee and Radok takes the place of J in each.
+Source: I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47. A pyramid is replaced by the cone of equal area at every depth
+(``jc.Cone.berkovich``). For a viscoelastic half-space J is replaced by the hereditary integral of Lee and Radok.
 """
 
 import math
@@ -16,8 +16,11 @@ import jaxcontact as jc
 
 
 class Probe(NamedTuple):
-    """power, size: of the module's formula; widest: the contact radius [m] that a depth [m] may have, also on a film;
-    words; key: of its size in the JSON, with the value."""
+    """Law of an indenter.
+
+    power, size: of the formula in the module's docstring; widest: function from a depth [m] to the largest contact
+    radius [m], also on a film; words: description; key: name of its size in the JSON, with the value.
+    """
 
     power: float
     size: float
@@ -27,7 +30,7 @@ class Probe(NamedTuple):
 
 
 def probe_of(indenter: Any) -> Probe:
-    """ValueError unless it is a ball, a cone or a flat punch of a size that can be."""
+    """Return the law of an indenter; ValueError unless it is a ball, a cone or a flat punch of valid size."""
     if isinstance(indenter, jc.Cone):
         angle = float(indenter.half_angle)
         if not 0.0 < angle < 0.5 * math.pi:

@@ -1,4 +1,4 @@
-"""Segments of an indentation curve, approach, hold, retract: as the file marks them, or the course shows."""
+"""Segments of an indentation curve (approach, hold, retract), as marked in the file or inferred from the curve."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,14 @@ WORDS = {  # parts of names, looked for in this order: "unload" before "load"
     "hold": ("hold", "pause", "dwell", "halte", "intermediate"),
     "approach": ("approach", "extend", "trace", "load", "belast", "annäher", "false"),
 }
-REACHED = 0.97  # share of the largest load at which a hold may begin
-STILL = 0.1  # a rate in a hold over the rate before it
-FALLS = 0.2  # share of the largest load that a retract takes off at least
-SMOOTH = 5  # samples in a running median
+REACHED = 0.97  # fraction of the largest load at which a hold may begin
+STILL = 0.1  # largest rate in a hold over the rate before it
+FALLS = 0.2  # least fraction of the largest load that a retract removes
+SMOOTH = 5  # number of samples in a running median
 
 
 def named(name: str) -> str | None:
-    """The segment that a name means: "extend", "Hold Segment Type", "Entlastung"; None for none."""
+    """Return the segment that a name means ("extend", "Hold Segment Type", "Entlastung"), or None."""
     for segment, words in WORDS.items():
         if any(word in name.lower() for word in words):
             return segment
@@ -26,7 +26,7 @@ def named(name: str) -> str | None:
 
 
 def label(marks: Sequence[str], load: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """Segments (n,) of marks (n,): by name; numbered ones by what the depth does in them."""
+    """Return the segments (n,) of marks (n,): by name, or for numbered ones by the change of load and depth."""
     found = {mark: named(mark) for mark in dict.fromkeys(marks)}
     every = np.asarray(marks)
     for mark in found:
@@ -36,7 +36,7 @@ def label(marks: Sequence[str], load: np.ndarray, depth: np.ndarray) -> np.ndarr
 
 
 def _behaviour(load: np.ndarray, depth: np.ndarray, way: float, force: float) -> str:
-    """Retract: depth and load fall; hold: one of them stays; approach: else."""
+    """Return "retract" where depth and load fall, "hold" where one of them is constant, otherwise "approach"."""
     deeper, harder = (depth[-1] - depth[0]) / (way or 1.0), (load[-1] - load[0]) / (force or 1.0)
     if min(abs(deeper), abs(harder)) < STILL and max(deeper, harder) < 0.5:
         return "hold"
@@ -44,10 +44,10 @@ def _behaviour(load: np.ndarray, depth: np.ndarray, way: float, force: float) ->
 
 
 def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """Segments (n,) of an unmarked curve, t, load, depth (n,), load and depth positive inwards.
+    """Return the segments (n,) of an unmarked curve t, load, depth (n,), load and depth positive inwards.
 
-    The curve retracts after its greatest depth, if the load falls there. It is held from where the load
-    first comes near its greatest, if load or depth then change ten times slower than before.
+    The curve retracts after its largest depth if the load falls there. A hold begins where the load first comes near
+    its maximum, if load or depth then changes ten times more slowly than before.
     """
     P, h = smooth(load), smooth(depth)
     deepest = h.size - int(np.argmax(h[::-1] >= h.max() - 3 * noise(depth)))
@@ -67,7 +67,7 @@ def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
 
 
 def _still(t: np.ndarray, y: np.ndarray, start: int, stop: int) -> bool:
-    """Whether y changes much slower from start to stop than on its rise before."""
+    """Return whether y changes much more slowly from start to stop than during its rise before."""
     if stop - start < 3 or t[stop - 1] == t[start]:
         return False
     rise = int(np.argmax(y >= y[0] + STILL * (y[start] - y[0])))
@@ -76,10 +76,10 @@ def _still(t: np.ndarray, y: np.ndarray, start: int, stop: int) -> bool:
 
 
 def smooth(y: np.ndarray) -> np.ndarray:
-    """A running median."""
+    """Return the running median."""
     return scipy.ndimage.median_filter(y, size=SMOOTH, mode="nearest")
 
 
 def noise(y: np.ndarray) -> float:
-    """Standard deviation of white noise on a smooth curve, from its second differences."""
+    """Return the standard deviation of white noise on a smooth curve, from its second differences."""
     return float(np.median(np.abs(np.diff(y, 2)))) / 0.6745 / 6**0.5

@@ -1,4 +1,4 @@
-"""Units of a column: their spellings and the factor to SI, one table for each quantity."""
+"""Units of columns: their spellings and the factors to SI, one table for each quantity."""
 
 import math
 import re
@@ -11,7 +11,7 @@ KILOPOND = 9.80665  # [N]
 
 
 def _prefixed(unit: str, prefixes: str) -> dict[str, float]:
-    """The unit bare and with each of the prefixes."""
+    """Return the unit without and with each of the prefixes."""
     return {prefix + unit: PREFIX[prefix] for prefix in ("", *prefixes)}
 
 
@@ -56,7 +56,7 @@ COMPLIANCE = {
     **{f"{area}/{force}": AREA[area] / FORCE[force] for force in FORCE for area in AREA},
     "%/Pa": 1e-2, "%/kPa": 1e-5, "%/MPa": 1e-8,
 }  # fmt: skip
-CAPITALS = {("load", "MN")}  # of an indentation: mN by a program that writes in capitals, or none at all
+CAPITALS = {("load", "MN")}  # ambiguous in indentation: mN written in capitals
 KINDS = {
     "t": TIME,
     "omega": FREQUENCY,
@@ -98,11 +98,11 @@ SIGNS = str.maketrans(
 
 
 def factor(kind: str, text: str) -> float:
-    """Factor from unit ``text`` to SI for a column of ``kind``; KeyError if it is not one.
+    """Return the factor from unit ``text`` to SI for a column of ``kind``; KeyError if it is not a unit of that kind.
 
     "1/MPa", "MPa^-1", "MPa⁻¹", "MPa-1", "1_per_MPa", "per MPa" and "mm²/N" are one unit; the micro sign
     may be µ, μ or u. Upper and lower case may differ where no other unit is meant: "SEC", "kpa", but not
-    "MPA", which is mPa or MPa.
+    "MPA", which may be mPa or MPa.
 
     Args:
         kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load", "depth", "angle" or
@@ -110,7 +110,7 @@ def factor(kind: str, text: str) -> float:
         text: the unit as written.
 
     Returns:
-        The number that takes a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad or 1.
+        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad or 1.
 
     Raises:
         KeyError: the text is no unit of that kind.
@@ -126,7 +126,7 @@ def factor(kind: str, text: str) -> float:
 
 
 def is_unit(kind: str, text: str) -> bool:
-    """Whether the text is a unit of the kind."""
+    """Return whether the text is a unit of the kind."""
     try:
         return factor(kind, text) > 0
     except KeyError:
@@ -134,12 +134,12 @@ def is_unit(kind: str, text: str) -> bool:
 
 
 def accepted(kind: str) -> str:
-    """The usual units of a kind, for a message."""
+    """Return the usual units of a kind, for a message."""
     return ", ".join([*list(KINDS[kind])[: SHOWN[kind]], "..."])
 
 
 def _plain(text: str) -> str:
-    """One spelling: inverses as "1/Pa", powers as "mm2", a product as "N.mm-2", no closing dot."""
+    """Return a canonical spelling: inverses as "1/Pa", powers as "mm2", a product as "N.mm-2", no final dot."""
     unit = text.strip().translate(SIGNS).replace("**", "^").removesuffix(".")
     while re.fullmatch(r"\([^()]*\)|\[[^\[\]]*\]|\(\[[^\[\]]*\]\)", unit):
         unit = unit[1:-1]

@@ -1,10 +1,10 @@
-"""How much each point counts: the error that is taken for granted in a fit, or estimated from the data.
+"""Weights of the data points: errors that are given, assumed, or estimated from the data.
 
-An estimated error has the variance a^2 + (b y)^2: readings near zero carry the noise of the instrument, a,
-however small they are, and large ones a share b of their value. a/b is that of greatest likelihood for what
-is left of four successive points when a parabola is taken off, under Student's t, which a few wild points
-do not sway; the model to be fitted has no part in it. A fit begins with these weights, and goes on with those that its
-residuals make likely (``evidence.settled``). b follows from the residuals of the fit.
+An estimated error has the variance a^2 + (b y)^2: readings near zero have the noise a of the instrument, large ones an
+error proportional to their value. a/b maximises the likelihood of the deviations of four successive points from a
+parabola under Student's t distribution, which is robust against outliers; it does not depend on the model to be fitted.
+A fit begins with these weights and then updates them from its residuals (``evidence.settled``). b follows from the
+residuals of the fit.
 """
 
 from typing import Any
@@ -12,17 +12,20 @@ from typing import Any
 import numpy as np
 
 KINDS = ("estimated", "relative", "absolute")
-FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # a/b tried, over the largest value
+FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
 TAILS = 3.0  # degrees of freedom of Student's t
-SCALES = 20  # steps to its scale
-FEW = 8  # differences below which nothing is estimated
+SCALES = 20  # iterations for its scale
+FEW = 8  # number of differences below which nothing is estimated
 
 
 def choose_weights(
     t: np.ndarray, y: np.ndarray, weights: str | None, sigma: Any, scatter: Any = None
 ) -> tuple[np.ndarray, str]:
-    """Weights (n,) [1/unit of y] of values y (n,) at t (n,), and their label; ValueError unless one choice is
-    made. scatter (n,): standard deviations up to a factor, in place of a choice."""
+    """Return weights (n,) [1/unit of y] of values y (n,) at t (n,), and their label; ValueError unless one choice is
+    made.
+
+    scatter (n,): standard deviations up to a factor, used if nothing else is chosen.
+    """
     weights = weights.lower() if isinstance(weights, str) else weights
     if weights is None and sigma is None and scatter is not None:
         return 1.0 / scatter, "averaged"
@@ -47,7 +50,7 @@ def choose_weights(
 
 
 def noise_floor(t: np.ndarray, y: np.ndarray) -> float:
-    """a/b [unit of y], > 0 where values are zero; of the values' size where too few points tell."""
+    """Return a/b [unit of y], > 0 where values are zero; the largest value where there are too few points."""
     size = float(np.max(np.abs(y)))
     rough, level = differences(t, y / size)
     if rough.size < FEW or not np.any(rough):
@@ -57,7 +60,7 @@ def noise_floor(t: np.ndarray, y: np.ndarray) -> float:
 
 
 def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(third divided differences of unit norm, mean |y| of their points), both (m,); none over equal times."""
+    """Return third divided differences of unit norm and the mean |y| of their points, both (m,), skipping equal times."""
     windows = np.lib.stride_tricks.sliding_window_view
     x, values = windows(t, 4), windows(y, 4)
     apart = np.all(np.diff(x, axis=1) > 0, axis=1)
@@ -69,11 +72,13 @@ def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _likelihood(rough: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Of differences (m,) under Student's t with standard deviations in proportion to the rows of shape (k, m), (k,),
-    each at its best scale, up to a constant."""
+    """Return the log likelihood (k,) of differences (m,) under Student's t, each at its best scale, up to a constant.
+
+    The standard deviations are proportional to the rows of shape (k, m).
+    """
     square = (rough / np.maximum(shape, 1e-300)) ** 2
     scale = np.median(square, 1, keepdims=True) + 1e-300
-    for _ in range(SCALES):  # the weighted mean that its likelihood equation is
+    for _ in range(SCALES):  # fixed-point iteration of the likelihood equation
         scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale), 1, keepdims=True) + 1e-300
     terms = 0.5 * (TAILS + 1.0) * np.log1p(square / (TAILS * scale)) + np.log(shape) + 0.5 * np.log(scale)
     return -np.sum(terms, 1)

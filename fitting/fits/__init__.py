@@ -1,1 +1,1 @@
-"""The fits themselves, one module for each kind of data."""
+"""Fit functions, one module for each kind of data."""

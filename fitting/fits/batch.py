@@ -1,4 +1,4 @@
-"""Many creep curves on one time grid in one compiled call."""
+"""Fits of many creep curves on one time grid in one compiled call."""
 
 from typing import Any, NamedTuple
 
@@ -20,14 +20,15 @@ VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
 
 
 class BatchFit(NamedTuple):
-    """Fits of m curves.
+    """Fits of m creep curves on one time grid.
 
     Attributes:
         values: {parameter: (m,)} [Pa, Pa s].
-        intervals: {parameter: (m, 2)}, empty unless asked for.
-        lag1: correlation of neighbouring residuals (m,), nan without intervals.
-        refused: (m,) bool, fits that do not stand (``fitting.inference.verdict``); False without intervals.
-        notes: on the data, in words.
+        intervals: {parameter: (m, 2)}, empty unless requested.
+        lag1: lag-1 correlation of the residuals (m,), nan without intervals.
+        refused: (m,) bool, fits that are rejected by their residuals (``fitting.inference.verdict``); False without
+            intervals.
+        notes: remarks on the data.
     """
 
     values: dict[str, np.ndarray]
@@ -48,18 +49,18 @@ def fit_creep_batch(
     fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
     start: float | None = None,
 ) -> BatchFit:  # fmt: skip
-    """Fit many curves on one time grid at once; the same fit as ``fit_creep`` of each.
+    """Fit many curves on one time grid at once; each fit is that of ``fit_creep``.
 
     Args:
         t: times (n,) [s].
-        J: a curve in each row, (m, n) [1/Pa].
+        J: one curve in each row, (m, n) [1/Pa].
         model: as in ``fit_creep``.
         weights: "estimated", "relative" or "absolute"; no point is left out.
-        intervals: whether to find them too, which takes about ten times as long.
+        intervals: whether to compute intervals too, which takes about ten times as long.
         fixed: as in ``fit_creep``, for all curves.
-        bounds: likewise.
-        level: of the intervals.
-        start: as of ``CreepData``.
+        bounds: as in ``fit_creep``, for all curves.
+        level: confidence level of the intervals.
+        start: as in ``CreepData``.
 
     Returns:
         Values, intervals and residual correlations.
@@ -90,7 +91,7 @@ def fit_creep_batch(
         solve = lambda weights: _solve(samples, problems, weights)
         found = evidence.settled(samples, solve([one.weights for one in samples]), solve, p)
         problems, best = found[0].whole
-    else:  # no residual is looked at
+    else:  # the residuals are not needed
         best = _minimise_all(problems)
     unit = np.array([structure.units(s.compliance, s.time) for s in scaled])
     rows = [structure.parameters(row) for row in np.asarray(best.parts)[:, own] * unit]
@@ -123,14 +124,16 @@ def _solve(samples: list[Sample], problems: varpro.TauSearch, weights: list[np.n
 
 
 def _free(problems: varpro.TauSearch) -> np.ndarray:
-    """Places of the compliances that are fitted, which are those of every curve."""
+    """Return the places of the fitted compliances, which are the same for every curve."""
     lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
     return np.flatnonzero(lower < upper)
 
 
 def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
-    """Return the RSS allowed for each curve (m,), or for each of its extents (m, 5) where they differ; slope0 has the
-    greatest."""
+    """Return the RSS allowed for each curve (m,), or for each of its profiled quantities (m, 5) where they differ.
+
+    The level of slope0 is the largest of those of the coordinates.
+    """
     levels = np.zeros((len(judged), 5))
     levels[:, _free(problems)] = [one.levels() for one in judged]
     levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
@@ -139,13 +142,13 @@ def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
 
 
 def _stack(problems: list[varpro.TauSearch]) -> varpro.TauSearch:
-    """One problem with a leading axis; times, range of tau and sides of the box are common to all."""
+    """Return one problem with a leading axis; the times, the range of tau and the sides of the box are common to all."""
     columns = {name: np.stack([getattr(q, name) for q in problems]) for name in VARYING}
     return problems[0]._replace(**columns)
 
 
 def _axes(problems: varpro.TauSearch) -> varpro.TauSearch:
-    """What vmap runs over: the common basis and range stay unbatched, so their exponentials are shared."""
+    """Return the axes of vmap: the common basis and range stay unbatched, so their exponentials are shared."""
     return varpro.TauSearch(**{name: 0 if name in VARYING else None for name in problems._fields})
 
 

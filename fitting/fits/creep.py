@@ -1,6 +1,6 @@
-"""Fit of a material to creep data; the intervals are profile likelihoods (``evidence.py``).
+"""Fit of a material to creep data, with profile-likelihood intervals (``evidence.py``).
 
-The fit is deterministic and needs no start: ``creep_search.py``.
+The search is deterministic and needs no initial guess (``creep_search.py``).
 """
 
 import dataclasses
@@ -25,15 +25,15 @@ from fitting.views import report
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class CreepFit(Fit):
-    """The fit of a creep curve; ``Fit`` has what it shares with other fits.
+    """Result of the fit of a creep curve; the attributes common to all fits are documented in ``Fit``.
 
     Attributes:
-        combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and
-            J(T) [1/Pa], which stay known where single parameters do not; none of a fractional law.
-        kept: (n,) bool, the points that count, which ``fitted`` and ``residuals`` are of.
-        point_weights: (n,) [1/unit of the data], what the residuals were multiplied by, of all points.
-        options: those that ``fit_creep`` was given.
-        profile: (2, m) limits of J [1/Pa] at times (m,) [s].
+        combinations: {name: (value, sd, low, high)} of J0 [1/Pa], slope0 = 1/eta1 + 1/eta2 [1/(Pa s)] and J(T) [1/Pa],
+            which stay identifiable where single parameters are not; empty for a fractional law.
+        kept: (n,) bool, the points that were fitted; ``fitted`` and ``residuals`` have values at these points.
+        point_weights: (n,) [1/unit of the data], the weights of the residuals of all points.
+        options: the options that ``fit_creep`` was given.
+        profile: function that returns the limits (2, m) of J [1/Pa] at times (m,) [s].
     """
 
     combinations: dict[str, tuple[float, float, float, float]]
@@ -43,17 +43,19 @@ class CreepFit(Fit):
     profile: Callable[[Any], np.ndarray] = dataclasses.field(repr=False)
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s]: of the profile likelihood, or for a
-        fractional law linearised in log J."""
+        """Return the limits (low, high) of J(t) [1/Pa] at the level of the fit, t (m,) [s].
+
+        They come from the profile likelihood, or for a fractional law from linearisation in log J.
+        """
         low, high = self.profile(np.atleast_1d(np.asarray(t, dtype=float)))
         return low, high
 
     def compare(self, *others: type | str) -> "Comparison":
-        """This fit's data, weights, fixed values and bounds with other models too; see ``fitting.compare``."""
+        """Fit further models to the same data with the same weights, fixed values and bounds; see ``fitting.compare``."""
         return compare(self.data, [self.model, *others], **self.options)
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``Fit.to_dict``, with the combinations."""
+        """Return ``Fit.to_dict`` with the combinations."""
         combinations = {name: plain(row) for name, row in self.combinations.items()}
         return super().to_dict() | {"combinations": combinations, "convention": self.data.convention}
 
@@ -64,7 +66,7 @@ class CreepFit(Fit):
         if not self.refused or not self.misfit:
             return []
         return [
-            "  next: fit_prony(data) takes as many retardation times as the data ask for (jaxcontact fit prony)"
+            "  next: fit_prony(data) chooses the number of retardation times from the data (jaxcontact fit prony)"
         ]
 
     def _combination_lines(self) -> list[str]:
@@ -86,25 +88,24 @@ def fit_creep(
     nu: float = 0.3,
     level: float = 0.95,
 ) -> CreepFit:
-    """Fit a material to a creep curve. Deterministic; no start is needed.
+    """Fit a material to a creep curve; the search is deterministic and needs no initial guess.
 
-    On real data the choice of weights moves the moduli by factors; the summary says which were taken.
+    On real data the choice of weights can change the moduli by factors; the summary states the weights that were used.
 
     Args:
         data: the curve, n points.
-        model: a material class with at most one retardation time, or a fractional one, or its name; ``fit_prony``
-            takes more. The material that comes back of a fractional law is its cut (``jc.Springpot.prony``) to the
-            times of the data, and no point is left out of its fit.
-        weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data
-            (``weights.py``) and then from the residuals (``noise.py``), and points that nothing beside them supports
-            left out (``unsupported.py``);
+        model: a material class with at most one retardation time, or a fractional one, or its name; ``fit_prony`` takes
+            more. For a fractional law the returned material is its Prony approximation (``jc.Springpot.prony``) over
+            the times of the data, and no point is left out of the fit.
+        weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
+            then from the residuals (``noise.py``), with isolated outliers left out (``unsupported.py``);
             "relative" (errors proportional to the data); "absolute" (one error for all).
-        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known; that of the
-            data where they have one. Of data that were resampled, ``scatter`` is the default.
+        sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that
+            the data carry, if any. For resampled data, ``scatter`` is the default.
         fixed: {parameter: value} [Pa, Pa s] of any subset.
         bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
-        nu: Poisson's ratio to carry along; creep in shear does not see it.
-        level: of the intervals.
+        nu: Poisson's ratio that the returned material is given; creep in shear does not depend on it.
+        level: confidence level of the intervals.
 
     Returns:
         The material with its intervals, and how well the data determine it.
@@ -124,7 +125,8 @@ def fit_creep(
 
 
 def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
-    """As ``fit_creep``; given (n,): estimated weights to take as they are, without leaving a point out."""
+    """Fit a creep curve as ``fit_creep`` does; given (n,): estimated weights to use unchanged, without leaving a point
+    out."""
     sample = creep_sample(data, options["weights"], options["sigma"])
     if given is not None:
         sample = sample._replace(weights=given, final=True)
@@ -134,7 +136,7 @@ def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray
 
 
 def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
-    """As ``fit_creep``, of a material with at most one retardation time."""
+    """Fit a material with at most one retardation time."""
     search = CreepSearch.of(data, sought, sample)
     problem = FitProblem(data, sought, search.space, sample, search.scaled.time, options["level"])
     first, again = search.solve(sample.weights), lambda weights: [search.solve(weights[0])]
@@ -150,7 +152,7 @@ def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dic
 
 
 def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
-    """As ``fit_creep``, of a fractional law."""
+    """Fit a fractional law."""
     curve = Crept.of(data, sample.weights)
     sought = curve.bounded(sought)
     law, space = sought.structure, curve.space(sought)
@@ -169,16 +171,14 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
 
 
 def _left_out(data: CreepData, kept: np.ndarray) -> list[str]:
-    """Notes on points that were left out, those not kept (n,) bool."""
+    """Return a note on the points that were left out, those not in ``kept`` (n,) bool."""
     times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
-    left = (
-        f"{np.sum(~kept)} of {kept.size} points left out, which nothing beside them supports: t = {times} s"
-    )
+    left = f"{np.sum(~kept)} of {kept.size} points left out as isolated outliers: t = {times} s"
     return [] if kept.all() else [left]
 
 
 def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
-    """Return the curve with the weights that were asked for, else by the errors that the data have, else estimated."""
+    """Return the curve with the requested weights; by default the known errors of the data, otherwise estimated ones."""
     if weights is None and sigma is None:
         sigma = data.error
         weights = "estimated" if sigma is None and data.scatter is None else None
@@ -186,15 +186,15 @@ def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
 
 
 def _r2(fit: Fit) -> str:
-    """For a table, "-" where it is not defined."""
+    """Return R2 as text for a table, "-" where it is not defined."""
     return "-" if math.isnan(fit.r2) else f"{fit.r2:.6f}"
 
 
 class Comparison(NamedTuple):
-    """Fits of one data set; as text a table.
+    """Fits of several models to one data set; its text is a table.
 
     Attributes:
-        fits: lowest BIC first.
+        fits: the fits, lowest BIC first.
     """
 
     fits: tuple[CreepFit, ...]
@@ -219,15 +219,15 @@ def compare(
     bounds: dict[str, tuple] | None = None,
     **options: Any,
 ) -> Comparison:
-    """Fit several models to one creep curve; print the result for a table.
+    """Fit several models to one creep curve; the printed result is a table.
 
-    All have the same points and the same estimated weights: those of the model with the most parameters.
+    All fits use the points and the estimated weights of the model with the most parameters.
 
     Args:
         data: the curve.
         models: material classes or their names.
-        fixed: as in ``fit_creep``; goes to every model that has the parameter.
-        bounds: likewise.
+        fixed: as in ``fit_creep``; applied to every model that has the parameter.
+        bounds: as ``fixed``.
         options: the other keywords of ``fit_creep``.
 
     Returns:
@@ -264,6 +264,6 @@ def compare(
 
 
 def _points(data: CreepData, kept: np.ndarray) -> CreepData:
-    """Some of the points, (n,) bool."""
+    """Return the data at the selected points, (n,) bool."""
     some = {name: getattr(data, name) for name in ("t", "J", "strain", "sigma")}
     return dataclasses.replace(data, **{k: v if v is None else v[kept] for k, v in some.items()})

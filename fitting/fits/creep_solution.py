@@ -1,4 +1,4 @@
-"""The search of a classical creep fit as ``conclusion.py`` takes it: optimum, profiles and combinations."""
+"""Search of a classical creep fit in the form that ``conclusion.py`` takes: optimum, profiles and combinations."""
 
 import dataclasses
 import math
@@ -21,7 +21,7 @@ from fitting.search.varpro import PLACES, TauSearch
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CreepSearch:
-    """A creep curve in its own units, and which of its points are fitted."""
+    """A creep curve in scaled units, and the rule that selects the fitted points."""
 
     data: CreepData
     structure: Structure
@@ -44,7 +44,8 @@ class CreepSearch:
         return SearchSpace.linear(self.structure, box, unit, own)
 
     def solve(self, weights: np.ndarray) -> Solved:
-        """Return the optimum with weights (n,) [1/unit of the response], with residuals and slopes of all points."""
+        """Return the optimum with weights (n,) [1/unit of the response], with the residuals and the Jacobian at all
+        points."""
         padded = padding.without_weight(weights * float(np.max(np.abs(self.data.response))))
         problem, n = self.scaled.problem._replace(weights=padded), weights.size
         kept, fewer, best = self.choose(problem, n)
@@ -59,20 +60,23 @@ class CreepSearch:
 
 
 def places(problem: TauSearch) -> np.ndarray:
-    """Places of the compliances that are fitted, among (j0, j2, f, j2/tau)."""
+    """Return the places of the fitted compliances among (j0, j2, f, j2/tau)."""
     lower, upper = (np.asarray(side) for side in problem.limits)
     return np.flatnonzero(lower < upper)
 
 
 class Extents(NamedTuple):
-    """Profile likelihoods about an optimum of a problem in the units ``scaled``."""
+    """Profile likelihoods about the optimum of a problem in the units ``scaled``."""
 
     problem: TauSearch
     best: Optimum
     scaled: Scaled
 
     def at(self, judged: Judged, t: np.ndarray) -> np.ndarray:
-        """Extents (5 + k, 2) as ``creep_search.profile`` has them, at times t (k,) [s]; compiled for a few k."""
+        """Return the ends (5 + k, 2) of the intervals of ``creep_search.profile`` at times t (k,) [s].
+
+        The times are padded so that only a few values of k are compiled.
+        """
         times = t / self.scaled.time
         times = padding.repeated(times) if t.size > 1 else times
         levels = judged.levels(self._gradients(times)[places(self.problem)])
@@ -81,12 +85,14 @@ class Extents(NamedTuple):
         return np.asarray(some)[: 5 + t.size]
 
     def creep(self, judged: Judged, t: np.ndarray) -> np.ndarray:
-        """Limits (2, k) of J [1/Pa] at times t (k,) [s]."""
+        """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
         return self.at(judged, t)[5:].T * self.scaled.compliance
 
     def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
-        """J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], T the duration: (value, sd, low, high), from the extents (6, 2)
-        at T and the slopes (m, k) of the compliances that are fitted."""
+        """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.
+
+        ends (6, 2): the interval ends at T; slopes (m, k): the whitened Jacobian of the fitted compliances.
+        """
         (j0, j2, f, ratio), tau = np.asarray(self.best.parts), float(self.best.tau)
         free, whole = places(self.problem), np.zeros((len(slopes), 4))
         whole[:, free] = slopes
@@ -98,14 +104,15 @@ class Extents(NamedTuple):
         return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
 
     def landscape(self, space: SearchSpace) -> Landscape:
-        """Return the residuals over the compliances of the material."""
+        """Return the residuals as a function of the compliances of the material."""
         own = space.material
         residual = Partial(creep_search.residuals_at, self.problem)
         box = np.stack(space.bounds, -1)[own]
         return Landscape(residual, np.asarray(self.best.parts)[own], box, space.unit[own])
 
     def _gradients(self, times: np.ndarray) -> np.ndarray:
-        """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) by (j0, j2, f, j2/tau), (4, m), scaled."""
+        """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) with respect to (j0, j2, f, j2/tau), (4, m),
+        scaled."""
         (_, j2, _, _), tau = np.asarray(self.best.parts), float(self.best.tau)
         decay, one = np.exp(-times / tau), np.ones(times.size)
         # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)

@@ -1,14 +1,15 @@
-"""Fractional laws fitted to a creep curve: in log G, log V and alpha.
+"""Fractional laws fitted to a creep curve, in the coordinates log G, log V and alpha.
 
-After a step of stress the strain is the law's own J(t), up to alpha = 1, where a springpot is a dashpot. Under a stress
-history, linear between its knots, that of a power law is a sum of powers of the times since each knot: with the jumps
-and slopes of the stress, and p_a(t) = t^a/Gamma(1 + a),
+After a step of stress the strain is the exact J(t) of the law, up to alpha = 1, where a springpot is a dashpot. Under a
+stress history that is linear between its knots, the strain of a power law is a sum of powers of the times since each
+knot: with the jumps and slopes of the stress, and p_a(t) = t^a/Gamma(1 + a),
 
     strain = stress/G + 1/V sum_i (jump_i p_alpha(t - t_i) + slope_i (p_(1+alpha)(t - t_(i-1)) - p_(1+alpha)(t - t_i))).
 
-The strain of a Kelvin-Voigt law, or under a history of many knots, is that of its cut (``jaxcontact.inputs.fractional``), as
-``history.py`` has it of any retardation times, up to alpha = 0.98. The modes that are faster than any gap of the data are
-there too, as one fast retardation time: a springpot has no strain at the very instant of a step.
+For a Kelvin-Voigt law, or under a history of many knots, the strain is that of the Prony approximation of the law
+(``jaxcontact.inputs.fractional``), evaluated as in ``history.py``, up to alpha = 0.98. The modes that are faster than
+any gap of the data are represented by one fast retardation time, because a springpot has no strain at the instant of a
+step.
 """
 
 import dataclasses
@@ -32,14 +33,14 @@ from fitting.search import creep_search, padding
 from fitting.search.nonlinear import Objective
 
 LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
-EXACT = 1e-8  # of the cut that is fitted
-CUT = 1e-5  # of the one that is handed out
-EDGE = 16.0  # e-folds beyond what the data show, where log G and log V end
-ORDERS = (0.02, 0.98)  # where alpha of a cut ends
-MOST = 4_000_000  # samples times knots for which the sum of powers is taken
-OFF = 60  # times at which two laws are compared
-FAST = 40.0  # rate of the modes that no gap of the data resolves, times the shortest of them
-STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, share of the spring
+EXACT = 1e-8  # relative error of the Prony approximation used in the fit
+CUT = 1e-5  # relative error of the Prony approximation that is returned
+EDGE = 16.0  # e-folds beyond the range of the data at which log G and log V are bounded
+ORDERS = (0.02, 0.98)  # bounds of alpha of a Prony approximation
+MOST = 4_000_000  # largest number of samples times knots for the sum of powers
+OFF = 60  # number of times at which two laws are compared
+FAST = 40.0  # rate of the unresolved modes, times the shortest gap of the data
+STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, spring's share
 
 
 UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
@@ -47,16 +48,17 @@ UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Law(ParameterList):
-    """A fractional material as the list of its own parameters; its material is cut between the times ``span`` [s]."""
+    """A fractional material as the list of its parameters; it is approximated by a Prony series over the times ``span``
+    [s]."""
 
     span: tuple[float, float] = (1.0, 1.0)
 
     def compliances(self, values: Array) -> Any:
-        """The law itself, which has ``creep``."""
+        """Return the law itself, which provides ``creep``."""
         return self.model(**self.parameters(values))
 
     def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
-        """Its cut, for the solver."""
+        """Return the Prony approximation of the law, for the solver."""
         law = self.model(**values, **volume.keyword)
         if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
             return law.prony(*self.span, CUT)
@@ -70,21 +72,21 @@ class Law(ParameterList):
         return min((element, lower), key=lambda material: self._off(law, material))
 
     def _off(self, law: Any, material: jc.Prony) -> float:
-        """The largest relative difference of J(t) within the span."""
+        """Return the largest relative difference of J(t) within the span."""
         t = np.geomspace(*self.span, OFF)
         return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the material is good for."""
+        """Note on the range of validity of the returned material."""
         low, high = self.span
         return (
-            f"material: the law cut to retardation times, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
+            f"material: the law approximated by a Prony series, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
         )
 
 
 def creep_structure(model: type | str) -> Structure:
-    """Of a classical material or a fractional one, given itself or its name."""
+    """Return the structure of a classical or fractional material, given as a class or by name."""
     law = by_name(model, LAWS.values()) if isinstance(model, str) else model
     if law not in LAWS.values():
         return resolve(model, also=tuple(LAWS))
@@ -94,7 +96,7 @@ def creep_structure(model: type | str) -> Structure:
 
 
 def _orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Bounds of the parameters with those of alpha below 1; ValueError where nothing is left."""
+    """Return the parameter bounds with those of alpha limited to 1; ValueError where the interval becomes empty."""
     low, high = table["alpha"]
     if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
         raise ValueError(f"alpha: expected between 0 and 1, and {ORDERS[0]} to 1 if fixed, got {low:g}")
@@ -103,28 +105,32 @@ def _orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, flo
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class LawSpace(ParameterSpace):
-    """Coordinates log G, log V and alpha."""
+    """Search space with the coordinates log G, log V and alpha."""
 
     def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """As of any law, and open for what the edge of alpha keeps from being known."""
+        """Return the interval ends of ``ParameterSpace``, open for parameters that a bound of alpha makes
+        unidentifiable."""
         hidden = self._hidden(theta, ends)[:, None] & (self.lower < self.upper)[:, None]
         return super().spans(theta, np.where(hidden, np.stack(self.bounds, -1), ends))
 
     def _hidden(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Parameters (m,) that the edge of alpha, where a law is all but a spring or a dashpot, keeps from being known:
-        V where the interval of alpha ends there, G too where its best does."""
+        """Return which parameters (m,) bool are unidentifiable because alpha is at a bound, where the law is nearly a
+        spring or a dashpot.
+
+        V is unidentifiable where the interval of alpha reaches the bound, G also where the best value does.
+        """
         alpha = self.structure.where["alpha"]
-        found = bool(
-            np.isin(theta[alpha], ORDERS)
-        )  # at alpha = 1 a law is a classical one, with a viscosity V
+        found = bool(np.isin(theta[alpha], ORDERS))  # at alpha = 1 the law is classical with viscosity V
         reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
         return np.array([{"V": reached, "G": found, "alpha": False}[name] for name in self.structure.where])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Crept:
-    """A creep curve in parts of its duration, largest response and largest stress, padded; decades before its end
-    of the shortest gap; n points."""
+    """A padded creep curve scaled by its duration, largest response and largest stress.
+
+    decades: decades between the shortest gap and the end of the curve; n: number of points.
+    """
 
     basis: Any
     y: np.ndarray
@@ -136,7 +142,7 @@ class Crept:
 
     @classmethod
     def of(cls, data: CreepData, weight: np.ndarray) -> "Crept":
-        """From weights (n,)."""
+        """Return the scaled curve of the data with weights (n,)."""
         size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
         basis, stress = creep_search.basis(data)
         times = np.append(0.0, data.t) if data.J is not None else np.sort(np.append(data.t, data.stress[0]))
@@ -147,22 +153,22 @@ class Crept:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Times that the data see [s]."""
+        """Shortest and longest times [s] that the data resolve."""
         return self.duration * 10.0**-self.decades, self.duration
 
     @property
     def arrays(self) -> tuple[Any, ...]:
-        """What a residual takes."""
+        """Arguments of the residual function after the coordinates."""
         return self.basis, self.y, self.weight, self.compliance, math.log(self.duration)
 
     def bounded(self, sought: Sought) -> Sought:
-        """Return what is sought with bounds of alpha, its material cut to the times of the data."""
+        """Return the sought structure with bounds of alpha, its material approximated over the times of the data."""
         assert isinstance(sought.structure, Law)
         law = dataclasses.replace(sought.structure, span=self.span)
         return sought._replace(structure=law, table=_orders(sought.table))
 
     def space(self, sought: Sought) -> LawSpace:
-        """Return the box of the search."""
+        """Return the search space with its bounds."""
         size, lapse = -math.log(self.compliance), math.log(self.duration)
         V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
         highest = self.highest(sought.structure.model)
@@ -172,7 +178,7 @@ class Crept:
         return LawSpace.of(sought.structure, np.array(rows), np.array([name != "alpha" for name in names]))
 
     def objective(self, space: LawSpace) -> Objective:
-        """Return the least squares over the coordinates (m,)."""
+        """Return the least-squares objective over the coordinates (m,)."""
         kind = {"model": space.structure.model, "decades": self.decades}
         return Objective(
             lambda theta: np.asarray(_residual(theta, *self.arrays, **kind))[: self.n],
@@ -182,7 +188,7 @@ class Crept:
         )
 
     def landscape(self, space: LawSpace, theta: np.ndarray) -> Landscape:
-        """Return the residuals over the parameters about theta (m,), in parts of their best values."""
+        """Return the residuals as a function of the parameters about theta (m,), relative to their best values."""
         values = space.values(theta)
         box = np.stack([space.values(end) for end in space.bounds], -1) / values[:, None]
         logs = tuple(space.logarithmic.tolist())
@@ -190,11 +196,12 @@ class Crept:
         return Landscape(Partial(kind, values, *self.arrays), np.ones(values.size), box, values)
 
     def highest(self, model: type) -> float:
-        """Order at which the search for alpha ends."""
+        """Return the upper bound of alpha in the search."""
         return 1.0 if has_own_strain(model, self.basis) else ORDERS[1]
 
     def starts(self, law: Law) -> list[np.ndarray]:
-        """Coordinates from pairs of alpha and of the share that a spring has in the largest response."""
+        """Return starting coordinates from pairs of alpha and the fraction of the largest response that is due to the
+        spring."""
         pairs = STARTS if "G" in law.where else STARTS[:: len({share for _, share in STARTS})]
         return [self._start(law, alpha, share) for alpha, share in pairs]
 
@@ -203,14 +210,16 @@ class Crept:
         G = size - math.log(share)
         if law.model is jc.FractionalMaxwell:
             part = 1.0 - share
-        elif law.model is jc.FractionalKelvinVoigt:  # what it has reached is a share of what it tends to
+        elif (
+            law.model is jc.FractionalKelvinVoigt
+        ):  # the response reached is a fraction of the asymptotic one
             G = size + math.log(share)
         V = size - math.log(part) + alpha * math.log(self.duration) - math.lgamma(1.0 + alpha)
         return np.array([{"G": G, "V": V, "alpha": alpha}[name] for name in law.where])
 
 
 def _within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) -> tuple[float, float]:
-    """A range of a coordinate cut to the bounds of its parameter."""
+    """Return the range of a coordinate restricted to the bounds of its parameter."""
     with np.errstate(divide="ignore"):
         low, high = bounds if name == "alpha" else map(float, np.log(bounds))
     return (low, high) if low == high else (max(whole[0], low), min(whole[1], high))
@@ -219,7 +228,7 @@ def _within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) 
 def _at_values(
     model: type, decades: int, logs: tuple[bool, ...], unit: Array, *arrays_and_values: Any
 ) -> Array:
-    """Weighted residuals at parameters in parts of ``unit``, which come last; logs: those searched by logarithms."""
+    """Return the weighted residuals at parameters relative to ``unit``, which come last; logs: logarithmic coordinates."""
     *arrays, values = arrays_and_values
     by_log = np.array(logs)
     theta = jnp.where(by_log, jnp.log(values * unit), values * unit)
@@ -230,7 +239,7 @@ def _at_values(
 def _residual(
     theta: Array, basis: Any, y: Array, weight: Array, compliance: Array, lapse: Array, *, model: type, decades: int
 ) -> Array:  # fmt: skip
-    """Weighted (n,), at coordinates (m,), of which the last are log V and alpha."""
+    """Return the weighted residuals (n,) at coordinates (m,), of which the last two are log V and alpha."""
     *spring, log_V, alpha = theta
     given = {"G": jnp.exp(spring[0]) * compliance} if spring else {}
     law = model(**given, V=jnp.exp(log_V - alpha * lapse) * compliance, alpha=alpha)
@@ -238,14 +247,14 @@ def _residual(
 
 
 def has_own_strain(model: type, basis: Any) -> bool:
-    """Whether the strain is found without a cut, for every alpha up to 1."""
+    """Return whether the strain is computed exactly, without the Prony approximation, for every alpha up to 1."""
     if isinstance(basis, history.Step):
         return True
     return model is not jc.FractionalKelvinVoigt and basis.pick.size * basis.gap.size <= MOST
 
 
 def _strain(law: Any, basis: Any, decades: int) -> Array:
-    """Strain (n,) under the scaled stress."""
+    """Return the strain (n,) under the scaled stress."""
     if isinstance(basis, history.Step):
         return law.creep(basis.t)
     if has_own_strain(type(law), basis):
@@ -258,7 +267,7 @@ def _strain(law: Any, basis: Any, decades: int) -> Array:
 
 
 def _powers(basis: history.History, alpha: Array) -> Array:
-    """Strain (n,) of a springpot of V = 1 under a history: the sum of the module's formula."""
+    """Return the strain (n,) of a springpot of V = 1 under a stress history, by the formula in the module's docstring."""
     power = lambda t, order: jc.Springpot(V=1.0, alpha=order).creep(t)
     times = jnp.cumsum(basis.gap)
     jump = basis.stress - basis.start - basis.slope * basis.gap
@@ -271,5 +280,5 @@ def _powers(basis: history.History, alpha: Array) -> Array:
 
 @functools.partial(jax.jit, static_argnames=("model", "decades"))
 def _slopes(theta: Array, *arrays: Any, model: type, decades: int) -> Array:
-    """Their Jacobian (n, m)."""
+    """Return the Jacobian (n, m) of the residuals with respect to the coordinates."""
     return jax.jacfwd(lambda at: _residual(at, *arrays, model=model, decades=decades))(jnp.asarray(theta))

@@ -1,4 +1,4 @@
-"""Fit of a material to an indentation curve: a ball on a half-space, or on a film on a substrate."""
+"""Fit of a material to the indentation curve of a half-space, or of a film on a substrate."""
 
 import dataclasses
 import time
@@ -23,19 +23,21 @@ from fitting.views import report
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class IndentationFit(Fit):
-    """The fit of an indentation curve; ``Fit`` has what it shares with other fits.
+    """Result of the fit of an indentation curve; the attributes common to all fits are documented in ``Fit``.
 
     Attributes:
-        control: "load" or "depth", what drove the model.
-        nu or bulk_modulus [Pa] (the other is None), indenter, film: what the moduli are conditional on.
-        nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)}.
-        kept: (n,) bool, the points fitted, which ``fitted`` and ``residuals`` are of.
-        adhesion: the work of it that was given [J/m2], 0 for none.
-        slow_edge: {parameter: value} of the same fit with J(t) in place of J(0) at the edge of a contact that sticks,
-            the two ends of what the edge may do; {} without adhesion.
-        runs: (forward, gradient) evaluations of the model.
-        starts: (sought, agreed): minima that were sought, and those as low as this one.
-        seconds: for all of the fit.
+        control: "load" or "depth", the measured history that was prescribed in the model.
+        nu or bulk_modulus [Pa] (the other is None), indenter, film: given quantities on which the moduli are
+            conditional.
+        nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)} of those that were
+            fitted.
+        kept: (n,) bool, the points that were fitted; ``fitted`` and ``residuals`` have values at these points.
+        adhesion: the given work of adhesion [J/m2], 0 without adhesion.
+        slow_edge: {parameter: value} of the same fit with J(t) in place of J(0) at the edge of the adhesive contact,
+            the opposite limit of the behaviour of the edge; {} without adhesion.
+        runs: (forward, gradient) numbers of evaluations of the model.
+        starts: (number of local searches, number that reached this minimum).
+        seconds: wall time of the whole fit [s].
     """
 
     indenter: Any
@@ -52,7 +54,7 @@ class IndentationFit(Fit):
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``Fit.to_dict``, with the nuisances and what the moduli are conditional on."""
+        """Return ``Fit.to_dict`` with the nuisance parameters and the quantities on which the moduli are conditional."""
         key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
         return super().to_dict() | {
             "control": self.control,
@@ -79,14 +81,14 @@ class IndentationFit(Fit):
     def _conditions(self) -> list[str]:
         film, runs = self.film, f"{self.runs[0]} forward and {self.runs[1]} gradient runs"
         sought, agreed = self.starts
-        spent = f"  {agreed} of {sought} starts came to this minimum; {runs} in {self.seconds:.3g} s"
+        spent = f"  {agreed} of {sought} starts converged to this minimum; {runs} in {self.seconds:.3g} s"
         volume = Volume.of(self.nu, self.bulk_modulus)
         if self.adhesion:
             slow = ", ".join(f"{name} = {value:.5g}" for name, value in self.slow_edge.items())
             return [
-                f"  the moduli are conditional on {volume}, a half-space, {self.adhesion:g} J/m2 and an edge that closes"
-                " at once (JKR)",
-                f"  were the edge as slow as the test: {slow}",
+                f"  the moduli are conditional on {volume}, a half-space, {self.adhesion:g} J/m2 and the"
+                " instantaneous compliance at the edge (JKR)",
+                f"  with the relaxed compliance at the edge: {slow}",
                 spent,
             ]
         if film.thickness is None:
@@ -95,7 +97,7 @@ class IndentationFit(Fit):
         n, m = film.grid.shape
         return [
             f"  the moduli are conditional on thickness = {film.thickness:.4g} m and {volume}, "
-            "from which a wide contact cannot tell them apart",
+            "which a wide contact does not determine separately",
             f"  grid {n} x {m}; discretisation bias over standard error, within the intervals: {bias}",
             spent,
         ]
@@ -127,46 +129,47 @@ def fit_indentation(
 ) -> IndentationFit:
     """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball, cone or punch.
 
-    The measured history itself is in the hereditary integral (Lee and Radok; Ting where the depth falls
-    after one maximum). Times count from the first sample, at which load and depth may step on. With a
-    ``layer`` the contact solver is the forward model.
+    The measured history is used in the hereditary integral (Lee and Radok; Ting where the depth falls after a single
+    maximum). Times count from the first sample, at which load and depth may step. With a ``layer`` the contact solver
+    is the forward model.
 
     Args:
         data: the curve, n points.
         model: a material class or its name.
         indenter: a ``jc.Sphere``, ``jc.Cone`` (``jc.Cone.berkovich()``) or, on a half-space, ``jc.FlatPunch``, elastic
             or rigid.
-        nu: Poisson's ratio of the material, held; or
-        bulk_modulus: [Pa], held, of an elastic response in volume, while the shear creeps.
-        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
-        control: what drives the model and is not fitted: "load", under which the contact must grow, or "depth".
+        nu: Poisson's ratio of the material, held constant; or
+        bulk_modulus: constant bulk modulus [Pa] of an elastic response in volume, while the shear creeps.
+        tau: retardation times (k,) [s]; required for ``jc.Prony``.
+        control: the measured quantity that is prescribed and therefore not fitted: "load", under which the contact must
+            grow, or "depth".
         weights: "absolute" (one error for all points; the default without a sigma), "relative" or "estimated".
-        sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); that of the
-            data where they have one.
-        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); by default the
+            standard deviation that the data carry, if any.
+        fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
-        contact_point: in the measured depth [m], a number that is known or "fit".
-        drift: likewise [m/s].
-        machine_compliance: likewise [m/N].
-        rise: put a load that rises linearly for so long [s] and is then held in place of the measured one,
-            for comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is the step); later
-            points are fitted.
-        adhesion: work of adhesion [J/m2], known, of a ball that sticks to a half-space: Johnson, Kendall and Roberts
-            with the hereditary integral, for a contact that grows, from the jump into contact at the first sample on
-            (``fitting/models/adhesion.py`` derives it). The edge is taken to close at once; ``slow_edge`` has the
-            parameters if it is slow.
+        contact_point: offset of the measured depth [m], a known number or "fit".
+        drift: drift of the measured depth [m/s], a known number or "fit".
+        machine_compliance: compliance of the instrument [m/N], a known number or "fit".
+        rise: replace the measured load by one that rises linearly for this time [s] and is then held constant, for
+            comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is a step); only later points are
+            fitted.
+        adhesion: known work of adhesion [J/m2] of an adhesive ball on a half-space: the theory of Johnson, Kendall and
+            Roberts with the hereditary integral, for a growing contact, from the jump into contact at the first sample
+            (derived in ``fitting/models/adhesion.py``). The edge is assumed to respond with the instantaneous
+            compliance; ``slow_edge`` holds the parameters for the opposite limit.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
-        substrate: the known material under it, elastic or not.
-        grid: ``jc.Grid`` for the film, square, or the number of its cells along a side, n x n cells as wide as the
-            contact needs; else both are chosen so that what discretisation does to the parameters is below a fifth
-            of their standard errors or a thousandth of themselves. Samples at which the contact is fewer than 4
-            cells across are not fitted, and a note says how many.
-        level: of the intervals.
+        substrate: the known material below the film, elastic or viscoelastic.
+        grid: a square ``jc.Grid`` for the film, or the number n of cells along a side of an n x n grid whose width
+            follows from the contact; by default both are chosen so that the discretisation error of each parameter is
+            below a fifth of its standard error or a thousandth of its value. Samples at which the contact is fewer than
+            4 cells across are not fitted, and a note gives their number.
+        level: confidence level of the intervals.
 
     Returns:
-        The material with its intervals, how well the data determine it, and what it is conditional on.
+        The material with its intervals, how well the data determine it, and the quantities on which it is conditional.
 
     Raises:
         ValueError: bad values, too few points in contact, a load that falls under load control, or a film
@@ -205,7 +208,7 @@ def _check_layered(pressing: Pressing) -> None:
 
 
 def _concluded(problem: FitProblem, found: Found, started: float) -> IndentationFit:
-    """Return the fit from the optimum."""
+    """Return the fit that follows from the optimum of the search."""
     press, best, objective = found.press, found.best, found.objective
     problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
@@ -222,7 +225,7 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
 
 
 def _sample(press: Press) -> Sample:
-    """What is fitted, in SI; the segments of the curve are series of their own."""
+    """Return the fitted curve in SI units; each segment of the curve is a separate series."""
     unit = press.units.depth if press.pressing.control == "load" else press.units.load
     marks = press.data.segments
     series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
@@ -231,7 +234,7 @@ def _sample(press: Press) -> Sample:
 
 
 def _slow(found: Found) -> dict[str, float]:
-    """{parameter: value} in SI of the fit with a slow edge."""
+    """Return {parameter: value} in SI units of the fit with the relaxed compliance at the edge, {} without adhesion."""
     if found.slow is None:
         return {}
     space = found.press.space
@@ -240,7 +243,7 @@ def _slow(found: Found) -> dict[str, float]:
 
 
 def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """(value, low, high) in SI of those that were fitted."""
+    """Return {name: (value, low, high)} in SI units of the nuisance parameters that were fitted."""
     low, high = ends.T
     rows = np.stack([space.to_si(vector) for vector in (theta, low, high)], -1)
     fitted = [i for i in space.free if not space.material[i]]

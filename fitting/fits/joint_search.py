@@ -1,11 +1,11 @@
-"""Several tests of one material as one least squares, each with an error of its own.
+"""Joint least-squares fit of one material to several tests, each with an error scale of its own.
 
-Every test has an error s_k times that of its weights. The likeliest material is that of the least
+The standard deviations of test k are s_k times those implied by its weights. The maximum-likelihood material minimises
 
     sum over the tests of n_k log RSS_k,
 
-which is least squares with each test's weights over s_k, s_k^2 = RSS_k/(n_k (1 - p/n)), found in turns (G. E. P. Box,
-N. R. Draper, Biometrika 52 (1965) 355, for tests without common noise).
+which is least squares with each test's weights divided by s_k, s_k^2 = RSS_k/(n_k (1 - p/n)), found by iteration (G. E.
+P. Box, N. R. Draper, Biometrika 52 (1965) 355, for tests without common noise).
 """
 
 import dataclasses
@@ -28,13 +28,16 @@ from fitting.models.history import columns
 from fitting.search import nonlinear, padding
 from fitting.search.nonlinear import Best, Objective
 
-TURNS, STILL = 50, 1e-6  # of the weights, and their change that is none
-LEAST = 1e-9  # standard deviation of a point, as a share of what its weight says
+TURNS, STILL = 50, 1e-6  # iterations of the error scales at most, and their relative change at convergence
+LEAST = 1e-9  # smallest error scale s_k
 
 
 class Part(NamedTuple):
-    """A test: kind, "creep", "relaxation" or "oscillation"; sample; x, y: what the residuals take, scaled and padded;
-    unit: of the response, in that of the sample."""
+    """One of several tests that are fitted together.
+
+    kind: "creep", "relaxation" or "oscillation"; sample; x, y: the scaled and padded arguments of the residuals; unit:
+    of the response, in that of the sample.
+    """
 
     kind: str
     sample: Sample
@@ -43,20 +46,19 @@ class Part(NamedTuple):
     unit: float
 
     def weighed(self, weights: np.ndarray) -> "Part":
-        """Return the test with other weights (n,)."""
+        """Return the test with new weights (n,)."""
         return self._replace(sample=self.sample._replace(weights=weights))
 
     @property
     def arrays(self) -> tuple[Any, Any, Any]:
-        """What the residuals take."""
+        """The arguments of the residual function: abscissae, values and weights."""
         return self.x, self.y, padding.without_weight(self.sample.weights * self.unit)
 
 
 class Tests(NamedTuple):
-    """Tests, weighted over the errors (k,) of each, which are parts of what its own weights say; the sample of a fit to
-    all of them.
+    """Several tests that are fitted together, with weights divided by the error scales ``errors`` (k,) of the tests.
 
-    As one curve they follow one another, each over its unit.
+    This is the sample of a joint fit. As one curve the tests follow one another, each divided by its unit.
     """
 
     parts: tuple[Part, ...]
@@ -69,17 +71,17 @@ class Tests(NamedTuple):
 
     @property
     def label(self) -> str:
-        """The weights of the tests."""
+        """Labels of the weights of the tests."""
         return ", ".join(dict.fromkeys(part.sample.label for part in self.parts)) + ", of each test apart"
 
     @property
     def own_weights(self) -> list[np.ndarray]:
-        """Weights (n,) of each test without its error."""
+        """Weights (n,) of each test before division by its error scale."""
         return [part.sample.weights * s for part, s in zip(self.parts, self.errors, strict=True)]
 
     @property
     def ends(self) -> np.ndarray:
-        """Where each test but the last ends among all points."""
+        """Indices among all points at which each test except the last ends."""
         return np.cumsum([part.sample.t.size for part in self.parts])[:-1]
 
     def curve(self, kept: np.ndarray) -> Curve:
@@ -88,7 +90,7 @@ class Tests(NamedTuple):
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
     def error(self, solved: Solved, deviation: float) -> tuple[str, ...]:
-        """Return no note: the errors are fields of the fit."""
+        """Return no notes: the error scales are fields of the fit."""
         return ()
 
     def each(self, solved: Solved) -> list[tuple[Sample, Solved]]:
@@ -103,13 +105,13 @@ class Tests(NamedTuple):
         ]
 
     def scaled(self, factors: np.ndarray) -> "Tests":
-        """Return the tests with other errors, by factors (k,)."""
+        """Return the tests with their error scales multiplied by factors (k,)."""
         rows = zip(self.parts, factors, strict=True)
         parts = tuple(part.weighed(part.sample.weights / factor) for part, factor in rows)
         return Tests(parts, self.errors * factors)
 
     def reweighed(self, solved: Solved, p: int) -> "Tests":
-        """Return the tests with estimated weights that agree with the residuals."""
+        """Return the tests with weights re-estimated from the residuals."""
         rows = zip(self.parts, self.errors, self.own_weights, self.each(solved), strict=True)
         parts = []
         for part, s, weights, (sample, own) in rows:
@@ -125,15 +127,15 @@ class Tests(NamedTuple):
         )
 
     def judge(self, solved: Solved, p: int, level: float) -> Judged:
-        """Judge the residuals of all tests: the noise of each is judged apart, and a test that is not described refuses
-        the fit."""
+        """Return the evidence of all tests; their noise is estimated separately, and one rejected test rejects the
+        joint fit."""
         rows, n = self.each(solved), solved.residual.size
         noises = [sample.noise(own, p) for sample, own in rows]
         quality = [
             evidence.judged(sample, own, found, p, level).evidence
             for (sample, own), found in zip(rows, noises, strict=True)
         ]
-        # their parameters are shared: s^2 of each test is RSS/(n_k (1 - p/n))
+        # the parameters are shared, so s^2 of each test is RSS_k/(n_k (1 - p/n))
         shares = [(own.residual.size - p) / (own.residual.size * (1.0 - p / n)) for _, own in rows]
         whole = self._whole(solved)
         lag1 = lag_one(solved.residual, whole.blocks)
@@ -149,7 +151,7 @@ class Tests(NamedTuple):
         return judged._replace(evidence=whole_evidence)
 
     def _whole(self, solved: Solved) -> Sample:
-        """All tests as one sample."""
+        """Return all tests as one sample."""
         weight = [part.sample.weights * part.unit for part in self.parts]
         shift = np.cumsum([0, *(part.sample.blocks[-1] + 1 for part in self.parts)])
         blocks = [part.sample.blocks + k for part, k in zip(self.parts, shift, strict=False)]
@@ -157,7 +159,8 @@ class Tests(NamedTuple):
 
 
 def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
-    """Return the least squares from several starts, in turns with the errors and the estimated weights of the tests."""
+    """Return the least-squares solution from several starts, alternating with the error scales and the estimated
+    weights."""
     first = nonlinear.minimise_from(_objective(space, tests), starts)
     tests, solved = _turns(space, tests, first)
     for _ in range(evidence.TURNS if any(part.sample.adjustable for part in tests.parts) else 0):
@@ -172,7 +175,7 @@ def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Te
 
 
 def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
-    """The least squares and the errors of the tests in turns, until the errors stand still."""
+    """Alternate the least-squares solution and the error scales of the tests until the scales have converged."""
     sizes = np.array([part.sample.t.size for part in tests.parts])
     dof = sizes * (1.0 - space.free.size / sizes.sum())
     for _ in range(TURNS):
@@ -187,7 +190,7 @@ def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
 
 
 def _objective(space: Space, tests: Tests) -> Objective:
-    """The least squares of all tests over their errors."""
+    """Return the least-squares objective of all tests, each divided by its error scale."""
     at, arrays = space.point, tuple(part.arrays for part in tests.parts)
     kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
     return Objective(
@@ -198,7 +201,7 @@ def _objective(space: Space, tests: Tests) -> Objective:
 
 
 def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
-    """Weighted (n,), of all tests."""
+    """Return the weighted residuals (n,) of all tests."""
     each = []
     for (x, y, weight), kind, size in zip(arrays, kinds, sizes, strict=True):
         if kind == "creep":
@@ -220,6 +223,6 @@ def _evaluate(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: 
 def _slopes(
     point: Coordinates, free: Array, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]
 ) -> Array:
-    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
     some = lambda values: _residual(point.moved(free, values), arrays, kinds, sizes)
     return jax.jacfwd(some)(point.vector()[free])

@@ -1,11 +1,11 @@
-"""Fit of a material to a relaxation modulus over time, or to storage and loss modulus over frequency.
+"""Fit of a material to a relaxation modulus over time, or to storage and loss moduli over frequency.
 
-Both are those of the compliance that every fit here varies (``structure.py``): G(t) by the modes of
+Both follow from the compliances that every fit in this package varies (``structure.py``): G(t) from the modes of
 ``halfspace.relaxation_modes``, and G' + i G'' = 1/J* with
 
     J*(omega) = j0 + sum_i j_i/(1 + i omega tau_i) + f/(i omega).
 
-Neither is linear in the compliances, so the fit begins from several retardation times and shares of them.
+Neither is linear in the compliances, so the fit begins from several retardation times and retarded fractions.
 """
 
 import dataclasses
@@ -31,32 +31,33 @@ from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import padding
 from fitting.search.nonlinear import Objective
 
-STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))  # tau over the duration, share
-LEAST = 1e-6  # scaled compliance below which no logarithm begins
+# tau over the duration, retarded fraction
+STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))
+LEAST = 1e-6  # smallest scaled compliance of a logarithmic coordinate at a start
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ModulusFit(Fit):
-    """The fit of a modulus; ``Fit`` has what it shares with other fits.
+    """Result of the fit of a modulus; the attributes common to all fits are documented in ``Fit``.
 
     Attributes:
-        starts: (sought, agreed): minima that were sought, and those as low as this one.
+        starts: (number of local searches, number that reached this minimum).
     """
 
     starts: tuple[int, int]
 
     @property
     def abscissa(self) -> tuple[str, str]:
-        """What the data are over, and its unit."""
+        """The symbol and the unit of the abscissa of the data."""
         return ("t", "s") if isinstance(self.data, RelaxationData) else ("omega", "rad/s")
 
     @property
     def since(self) -> np.ndarray:
-        """Times that the data see [s]."""
+        """The times [s] that the data cover; of an oscillation, the reciprocals of its angular frequencies."""
         return self.curve[2] if isinstance(self.data, RelaxationData) else 1.0 / self.data.omega[::-1]
 
     def modulus(self, at: Any) -> np.ndarray:
-        """Shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
+        """Return the shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
         at, c = jnp.asarray(at, dtype=float), self.compliances()
         if isinstance(self.data, RelaxationData):
             weights, rates = relaxation_modes(c, jnp.zeros(()))
@@ -64,12 +65,12 @@ class ModulusFit(Fit):
         return np.asarray(_complex_modulus(c, at))
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``Fit.to_dict``, with the starts."""
+        """Return ``Fit.to_dict`` with the numbers of starts."""
         return super().to_dict() | {"starts": self.starts[0], "starts_agreed": self.starts[1]}
 
     def _conditions(self) -> list[str]:
         sought, agreed = self.starts
-        return [f"  {agreed} of {sought} starts came to this minimum"]
+        return [f"  {agreed} of {sought} starts converged to this minimum"]
 
 
 def fit_relaxation(
@@ -82,14 +83,14 @@ def fit_relaxation(
     Args:
         data: the curve, n points.
         model: a material class or its name.
-        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
-        weights: "estimated" (the default without a sigma), "relative" or "absolute", as in ``fit_creep``, but
+        tau: retardation times (k,) [s]; required for ``jc.Prony``.
+        weights: "estimated" (the default without a sigma), "relative" or "absolute", as in ``fit_creep``, except
             that no point is left out.
-        sigma: in place of weights, the standard deviation of G(t) [Pa], a number or (n,), taken as known.
-        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        sigma: in place of weights, the known standard deviation of G(t) [Pa], a number or (n,).
+        fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
-        nu: Poisson's ratio to carry along.
-        level: of the intervals.
+        nu: Poisson's ratio that the returned material is given.
+        level: confidence level of the intervals.
 
     Returns:
         The material with its intervals, and how well the data determine it.
@@ -115,18 +116,18 @@ def fit_oscillation(
     weights: str | None = "relative", sigma: Any = None, fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
 ) -> ModulusFit:  # fmt: skip
-    """Fit a material to storage and loss modulus over frequency.
+    """Fit a material to storage and loss moduli over frequency.
 
     Args:
         data: the moduli at n frequencies.
         model: a material class or its name.
-        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
+        tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "relative" (errors of both in proportion to |G*|) or "absolute".
-        sigma: in place of weights, the standard deviation of G' and G'' [Pa], a number or (n,), taken as known.
-        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number or (n,).
+        fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
-        nu: Poisson's ratio to carry along.
-        level: of the intervals.
+        nu: Poisson's ratio that the returned material is given.
+        level: confidence level of the intervals.
 
     Returns:
         The material with its intervals, and how well the data determine it.
@@ -150,7 +151,7 @@ def fit_oscillation(
 
 
 def check_relaxes(structure: Structure) -> None:
-    """ValueError for a model that has no relaxation modulus."""
+    """Raise ValueError for a model that has no relaxation modulus."""
     if structure.model is jc.KelvinVoigt:
         raise ValueError(
             "model: a Kelvin-Voigt solid does not relax: expected StandardLinearSolid or another"
@@ -160,8 +161,10 @@ def check_relaxes(structure: Structure) -> None:
 def weigh(
     data: RelaxationData | OscillationData, weights: str | None, sigma: Any
 ) -> tuple[str, Sample, float]:
-    """Return the kind of test, what is fitted, in shear, G(t) or G' and then G'', and the duration [s]; ValueError unless
-    one choice of weights is made."""
+    """Return the kind of test, the fitted sample in shear (G(t), or G' followed by G''), and the duration [s].
+
+    ValueError unless exactly one choice of weights is made.
+    """
     if isinstance(data, RelaxationData):
         weight, label = choose_weights(data.t, data.shear, weights, sigma)
         sample = Sample.of(("G", "Pa", data.t, data.shear), weight, label)
@@ -170,12 +173,12 @@ def weigh(
     both = np.append(data.omega, data.omega)
     weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
     curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))
-    second = np.cumsum(np.diff(both, prepend=both[0]) < 0)  # G'' begins where the frequencies begin again
+    second = np.cumsum(np.diff(both, prepend=both[0]) < 0)  # G'' begins where the frequencies start again
     return "oscillation", Sample.of(curve, weight, label, second), 1.0 / float(data.omega[0])
 
 
 def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
-    """Scale, search and conclude."""
+    """Scale the data, search for the optimum and return the fit."""
     kind, sample, duration = weighed
     unit = 1.0 / float(np.max(np.abs(sample.measured)))
     space = material_space(sought, unit, duration)
@@ -190,14 +193,15 @@ def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: f
 
 
 def material_space(sought: Sought, unit: float, duration: float) -> Space:
-    """Return the space of a search over a material alone, in units of compliance [1/Pa] and time [s]."""
+    """Return the search space of the material parameters alone, in units of compliance [1/Pa] and time [s]."""
     units = sought.structure.units(unit, duration)
     box = np.concatenate([sought.structure.box(sought.table) / units[:, None], np.zeros((len(NUISANCES), 2))])
     return Space.of(sought.structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
 
 
 def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
-    """Coordinates from pairs of a retardation time over the duration and its share; of a series, its parts alike."""
+    """Return starting coordinates from pairs of tau over the duration and the retarded fraction; for a series, equal
+    compliances."""
     structure = space.structure
     if structure.tau is not None:
         even = np.append(np.ones(1 + structure.branches) / (1 + structure.branches), 0.1)
@@ -208,7 +212,7 @@ def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarra
 
 
 def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
-    """Of scaled data, padded within."""
+    """Return the least-squares objective of scaled data, which are padded internally."""
     arrays = [padding.repeated(x), padding.repeated(y), padding.without_weight(weight)]
     at, n = space.point, x.size
     return Objective(
@@ -220,7 +224,7 @@ def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np
 
 
 def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Weighted (n,), of a kind of test, at scaled times or frequencies x (n,)."""
+    """Return the weighted residuals (n,) of one kind of test at scaled times or frequencies x (n,)."""
     c = point.compliances()
     if kind == "relaxation":
         weights, rates = relaxation_modes(c, jnp.zeros(()))
@@ -231,19 +235,19 @@ def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -
 
 
 def _complex_modulus(c: Any, omega: Array) -> Array:
-    """G' + i G'' at omega of any shape."""
+    """Return G' + i G'' at angular frequencies omega of any shape."""
     delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)
     return 1.0 / (c.spring + delayed + c.flow / (1j * omega))
 
 
 @functools.partial(jax.jit, static_argnames="kind")
 def _evaluate(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Weighted residuals (n,)."""
+    """Return the weighted residuals (n,)."""
     return residual(point, x, y, weight, kind)
 
 
 @functools.partial(jax.jit, static_argnames="kind")
 def _slopes(point: Coordinates, free: Array, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
     some = lambda values: residual(point.moved(free, values), x, y, weight, kind)
     return jax.jacfwd(some)(point.vector()[free])

@@ -1,9 +1,9 @@
-"""Fit of a series of Kelvin-Voigt elements with given or chosen retardation times: ``jc.Prony``.
+"""Fit of a series of Kelvin-Voigt elements with given or automatically chosen retardation times: ``jc.Prony``.
 
     J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t
 
-is linear in what is sought, and everything is >= 0: a bounded linear least squares with one optimum.
-Single elements of a series are often not determined although their sum is; the intervals say which.
+is linear in the unknown compliances, which are all >= 0, so the fit is a bounded linear least-squares problem with one
+optimum. Single elements of a series are often not identifiable although their sum is; the intervals show which.
 """
 
 import dataclasses
@@ -24,15 +24,15 @@ from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Sought, Structure, series
 from fitting.search.nonlinear import Objective
 
-PER_DECADE = 3  # retardation times at most, where they are chosen
+PER_DECADE = 3  # largest number of automatically chosen retardation times per decade
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PronyFit(Fit):
-    """The fit of a ``jc.Prony`` with given times, which has what every ``Fit`` has.
+    """Result of the fit of a ``jc.Prony`` with given retardation times; the attributes are those of ``Fit``.
 
-    Its parameters are "J0", "J1" .. [1/Pa] and "fluidity" [1/(Pa s)], those that were sought; ``tau`` (k,)
-    are the times.
+    Its parameters are those of "J0", "J1" .. [1/Pa] and "fluidity" [1/(Pa s)] that were fitted; ``tau`` (k,) holds the
+    retardation times.
     """
 
 
@@ -40,21 +40,21 @@ def fit_prony(
     data: CreepData, tau: Any = None, *, weights: str | None = None, sigma: Any = None, instantaneous: bool = True,
     flow: bool = True, nu: float = 0.3, level: float = 0.95,
 ) -> PronyFit:  # fmt: skip
-    """Fit a series of retardation times to a creep curve; one optimum, no start is needed.
+    """Fit a series of retardation times to a creep curve; the optimum is unique and no initial guess is needed.
 
     Args:
         data: the curve, n points.
-        tau: retardation times (k,) [s]; None: times evenly spaced in their logarithm over those of the data, as many
-            as the lowest BIC asks for (at most three a decade), which a note says.
-        weights: as in ``fit_creep``, but that no point is left out; or
-        sigma: the standard deviation, a number or (n,) [unit of the data], taken as known.
-        instantaneous: whether J0 is sought; else it is 0.
-        flow: whether the fluidity is sought; else it is 0.
-        nu: Poisson's ratio to carry along.
-        level: of the intervals.
+        tau: retardation times (k,) [s]; None chooses times evenly spaced in their logarithm over the range of the data,
+            in the number with the lowest BIC (at most three per decade), and records them in a note.
+        weights: as in ``fit_creep``, except that no point is left out; or
+        sigma: the known standard deviation, a number or (n,) [unit of the data].
+        instantaneous: whether J0 is fitted; otherwise it is 0.
+        flow: whether the fluidity is fitted; otherwise it is 0.
+        nu: Poisson's ratio that the returned material is given.
+        level: confidence level of the intervals.
 
     Returns:
-        The series with its intervals: of single elements, which are often not determined, and of J(t).
+        The series with the intervals of its elements, which are often not identifiable singly, and of J(t).
 
     Raises:
         ValueError: times that are not > 0, two choices of weights, or too few points.
@@ -81,13 +81,13 @@ def fit_prony(
 
 
 def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
-    """Response (n, m) to a compliance of one, zero for those that are not sought."""
+    """Return the response (n, m) to each compliance set to one, zero for compliances that are not fitted."""
     sought = np.isin(np.arange(structure.size), list(structure.where.values()))
     return np.where(sought, _columns(data, structure.tau), 0.0)
 
 
 def _space(sought: Sought, columns: np.ndarray) -> SearchSpace:
-    """Return the space of the compliances, each over that whose weighted response has a norm of one."""
+    """Return the search space of the compliances, each scaled so that its weighted response has norm one."""
     norms = np.linalg.norm(columns, axis=0)
     unit = 1.0 / np.where(norms > 0.0, norms, 1.0)
     box = sought.structure.box(sought.table) / unit[:, None]
@@ -95,14 +95,15 @@ def _space(sought: Sought, columns: np.ndarray) -> SearchSpace:
 
 
 def _objective(A: np.ndarray, y: np.ndarray, space: SearchSpace) -> Objective:
-    """|A x - y|^2 for x >= 0."""
+    """Return the least-squares objective |A x - y|^2 for x >= 0."""
     return Objective(
         lambda x: A @ x - y, lambda x, free: A[:, free], *space.bounds, floor=1e-26 * float(y @ y)
     )
 
 
 def _chosen(data: CreepData, sample: Sample, instantaneous: bool, flow: bool) -> np.ndarray:
-    """Retardation times (k,) [s] of lowest BIC, of the compliances that are not zero: of k = 1, 2, ..."""
+    """Return the retardation times (k,) [s] of lowest BIC for k = 1, 2, ..., counting only nonzero compliances as
+    parameters."""
     first, last = float(np.min(data.t[data.t > 0.0])), float(data.t[-1])
     most = int(np.clip(PER_DECADE * np.log10(last / first), 1, data.t.size // 4))
     weight, found = sample.weights, []
@@ -119,17 +120,19 @@ def _chosen(data: CreepData, sample: Sample, instantaneous: bool, flow: bool) ->
 
 
 def _columns(data: CreepData, tau: Any) -> np.ndarray:
-    """Response to a compliance of one at once, at each time, and to a fluidity of one, (n, k + 2)."""
+    """Return the response (n, k + 2) to a unit instantaneous compliance, to a unit compliance at each time, and to a
+    unit fluidity."""
     return np.asarray(history.columns(_basis(data), 1.0 / tau))
 
 
 def _basis(data: CreepData) -> history.Step | history.History:
-    """A step of one, or the stress that was measured."""
+    """Return the stress history of the test: a unit step, or the measured stress."""
     return history.Step(data.t) if data.J is not None else history.merge(data.t, *data.stress)
 
 
 def _landscape(space: SearchSpace, solved: Solved, A: np.ndarray, y: np.ndarray) -> Landscape:
-    """Return the residuals over compliances, each in parts of that which alone has all of the response y (n,)."""
+    """Return the residuals as a function of the compliances, each scaled so that it alone gives a response of the norm
+    of y (n,)."""
     free, y, J = space.upper > space.lower, solved.weights * y, solved.weights[:, None] * A
     unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))
     box = np.where(free[:, None], [0.0, np.inf], 0.0)

@@ -1,6 +1,6 @@
-"""One material for several tests: creep, relaxation and oscillation, fitted at once (``joint_search.py``).
+"""Fit of one material to several tests at once: creep, relaxation and oscillation (``joint_search.py``).
 
-Intervals are profiles with the error of each test held.
+The intervals are profile likelihoods in which the error scale of each test is held.
 """
 
 import dataclasses
@@ -28,15 +28,15 @@ SHARES = (0.1, 0.5, 0.9)
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class JointFit(Fit):
-    """The fit of one material to several tests; ``Fit`` has what it shares with other fits.
+    """Result of the fit of one material to several tests; the attributes common to all fits are documented in ``Fit``.
 
-    ``data``, ``curves`` and ``errors`` are in the order given; ``curve``, ``fitted`` and ``residuals`` hold all
-    tests one after the other, each over its own scale and standard deviation.
+    ``data``, ``curves`` and ``errors`` are in the order given; ``curve``, ``fitted`` and ``residuals`` hold all tests
+    one after the other, each divided by its own scale and standard deviation.
 
     Attributes:
         curves: (name, unit, times or frequencies, values, fitted) of each test.
-        errors: (k,) s_k, over what the weights of each test say.
-        starts: (sought, agreed): minima that were sought, and those as low as this one.
+        errors: (k,) error scales s_k, relative to the standard deviations implied by the weights of each test.
+        starts: (number of local searches, number that reached this minimum).
     """
 
     curves: tuple[tuple[str, str, np.ndarray, np.ndarray, np.ndarray], ...]
@@ -44,7 +44,7 @@ class JointFit(Fit):
     starts: tuple[int, int]
 
     def to_dict(self) -> dict[str, Any]:
-        """As ``Fit.to_dict``, with the tests and their errors."""
+        """Return ``Fit.to_dict`` with the tests and their error scales."""
         tests = [
             {"response": name, "unit": unit, "points": values.size, "standard_deviation_over_weights": s}
             for (name, unit, _, values, _), s in zip(self.curves, self.errors, strict=True)
@@ -52,7 +52,7 @@ class JointFit(Fit):
         return super().to_dict() | {"tests": tests, "starts": self.starts[0], "starts_agreed": self.starts[1]}
 
     def plot(self, path: Any = None) -> Any:
-        """Figure with the data and the fit of every test, and the verdict; saved where a path is given."""
+        """Return a figure with the data and the fit of every test, and the verdict; save it where a path is given."""
         return fit_picture.draw_tests(self, path)
 
     def _points(self) -> str:
@@ -67,7 +67,7 @@ class JointFit(Fit):
             f"  {name}: standard deviation of a point {s:.2g} of what its weight says"
             for (name, *_), s in zip(self.curves, self.errors, strict=True)
         ]
-        return [*lines, f"  {self.starts[1]} of {self.starts[0]} starts came to this minimum"]
+        return [*lines, f"  {self.starts[1]} of {self.starts[0]} starts converged to this minimum"]
 
 
 def fit_together(
@@ -75,7 +75,7 @@ def fit_together(
     fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, nu: float = 0.3,
     level: float = 0.95,
 ) -> JointFit:  # fmt: skip
-    """Fit one material to several tests of it, each with an error of its own, which is estimated.
+    """Fit one material to several tests of it, each with an estimated error scale of its own.
 
     Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (errors a + b J; the
     standard deviations of a creep test that has them), and relative for an oscillation. No point is left out.
@@ -83,11 +83,11 @@ def fit_together(
     Args:
         data: creep, relaxation and oscillation tests, two or more.
         model: a material class or its name.
-        tau: retardation times (k,) [s] of ``jc.Prony``, which needs them.
-        fixed: {parameter: value} [Pa, Pa s, or SI of a series] of any subset.
+        tau: retardation times (k,) [s]; required for ``jc.Prony``.
+        fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
-        nu: Poisson's ratio to carry along.
-        level: of the intervals.
+        nu: Poisson's ratio that the returned material is given.
+        level: confidence level of the intervals.
 
     Returns:
         The material with its intervals, and how well it describes each test.
@@ -141,7 +141,7 @@ def _duration(one: Any) -> float:
 
 
 def _compliance(one: Any) -> float:
-    """That a scaled one stands for [1/Pa]."""
+    """Return the compliance [1/Pa] that a scaled value of one stands for."""
     if not isinstance(one, CreepData):
         return 1.0 / float(np.max(np.abs(one.shear)))
     stress = 1.0 if one.J is not None else float(np.max(np.abs(one.stress[1])))
@@ -149,13 +149,13 @@ def _compliance(one: Any) -> float:
 
 
 def _taus(data: tuple, duration: float) -> np.ndarray:
-    """Retardation times over the duration to start from: from the shortest that any test sees."""
+    """Return initial retardation times over the duration, from the shortest time that any test resolves."""
     first = [1.0 / one.omega[-1] if isinstance(one, OscillationData) else one.t[one.t > 0][0] for one in data]
     return np.geomspace(min(0.1, max(min(first) / duration, 1e-8)), 3.0, 8)
 
 
 def _part(one: Any, unit: float, duration: float) -> Part:
-    """A test, scaled by a compliance [1/Pa] and a time [s]."""
+    """Return a test scaled by a compliance [1/Pa] and a time [s]."""
     if isinstance(one, CreepData):
         kind, sample = "creep", creep_sample(one, None, None)
         x, response = _stressed(one, unit, duration)
@@ -168,7 +168,7 @@ def _part(one: Any, unit: float, duration: float) -> Part:
 
 
 def _stressed(one: CreepData, unit: float, duration: float) -> tuple[Any, float]:
-    """The scaled times of a creep test with its stress, and the unit of its response."""
+    """Return the scaled times of a creep test with its stress, and the unit of its response."""
     t = padding.repeated(one.t / duration)
     if one.J is not None:
         return Step(t), unit

@@ -1,1 +1,1 @@
-"""Noise, intervals, verdicts and results of a fit."""
+"""Noise models, intervals, verdicts and results of fits."""

@@ -1,4 +1,4 @@
-"""The end of every fit: from the optimum of a search to a material or law with intervals, verdict and notes.
+"""Final stage of every fit: from the optimum of a search to a material or law with intervals, verdict and notes.
 
 A fit module makes a ``FitProblem`` (data, what is sought, sample), finds its optimum (``least_squares``, or a search of its
 own that returns a ``Solved``), and hands both to ``conclude``:
@@ -29,12 +29,12 @@ Kind = TypeVar("Kind", bound=Fit)
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class FitProblem:
-    """What a fit is to find from what.
+    """The data, the sought structure and the search space of one fit.
 
     data: as the user gave them; sought: the material or law with its bounds; space: the coordinates of the search;
-    sample: the curve that is fitted, a ``Sample``, or several that are judged as one (``joint_search.Tests``); duration
-    [s] that the data see; level: of the intervals. ValueError unless intervals at this level can be found from so many
-    points.
+    sample: the fitted curve, a ``Sample``, or several curves that are judged together (``joint_search.Tests``);
+    duration: time [s] that the data cover; level: confidence level of the intervals. ValueError unless intervals at
+    this level can be found from the number of points.
     """
 
     data: Any
@@ -54,20 +54,24 @@ class FitProblem:
 
 
 class Conclusion(NamedTuple):
-    """fields: those of a ``Fit``; ends (m, 2): of the intervals of the coordinates, and further rows as the search has
-    them; judged: the residuals' evidence, slopes and levels."""
+    """Fields of a finished fit, with the interval ends of its coordinates.
+
+    fields: those of a ``Fit``; ends (m, 2): interval ends of the coordinates, followed by further rows that the search
+    returned; judged: the evidence, whitened Jacobian and levels from the residuals.
+    """
 
     fields: dict[str, Any]
     ends: np.ndarray
     judged: Judged
 
     def fit(self, kind: type[Kind], **own: Any) -> Kind:
-        """Return the fit of a kind, with its own fields, which go before the common ones."""
+        """Return the fit as an instance of ``kind``, with its own fields, which override the common ones."""
         return kind(**self.fields | own)
 
 
 def solution(objective: Objective, best: Best, weights: np.ndarray, kept: np.ndarray | None = None) -> Solved:
-    """Return the optimum of an objective with weights (n,) for ``conclude``; kept (n,) bool: all unless given."""
+    """Return the optimum of an objective with weights (n,) in the form that ``conclude`` takes; kept (n,) bool: all by
+    default."""
     inside = ((best.theta > objective.lower) & (best.theta < objective.upper))[objective.free]
     on = np.ones(best.residual.size, dtype=bool) if kept is None else kept
     profile = lambda judged: profiles.profile(objective, best, judged.levels())
@@ -77,9 +81,9 @@ def solution(objective: Objective, best: Best, weights: np.ndarray, kept: np.nda
 def least_squares(
     problem: FitProblem, objective: Callable[[np.ndarray], Objective], starts: Sequence[np.ndarray]
 ) -> Solved:
-    """Return the lowest minimum from several starts, with weights that agree with its residuals.
+    """Return the lowest minimum from several starts, with weights that are consistent with its residuals.
 
-    objective: of weights (n,) [1/unit of the sample].
+    objective: function of the weights (n,) [1/unit of the sample].
     """
     weights = problem.sample.weights
     first = nonlinear.minimise_from(objective(weights), starts)
@@ -95,10 +99,10 @@ def least_squares(
 
 
 def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
-    """Return what is said of the optimum of a search.
+    """Return the fields of a fit from the optimum of its search.
 
-    The noise of the residuals is judged (``noise.py``), the coordinates are profiled to the levels that follow, the
-    verdict is passed (``verdict.py``), and all is put in SI for the material.
+    The noise of the residuals is estimated (``noise.py``), the coordinates are profiled to the levels that follow, the
+    goodness of fit is judged (``verdict.py``), and everything is converted to SI units for the material.
     """
     assert solved.profile is not None
     judged = problem.sample.judge(solved, problem.p, problem.level)
@@ -112,7 +116,8 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
 
 
 def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
-    """Undo the scaling; ends (m, 2); slopes (n, k): of the free coordinates, as ``evidence.Judged`` has them."""
+    """Undo the scaling; ends (m, 2): of the intervals; slopes (n, k): whitened Jacobian of the free coordinates
+    (``evidence.Judged``)."""
     own, theta, free, moves = space.material, solved.theta, space.free, solved.moves
     unit, slope, inside = space.unit[own], space.slope(theta), np.zeros(theta.size, dtype=bool)
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)
@@ -127,7 +132,7 @@ def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.n
 
 
 def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """J (n, m) less its part along the columns of others (n, k) that are not zero."""
+    """Return J (n, m) minus its projection on the nonzero columns of others (n, k)."""
     Q = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
     return J - Q @ (Q.T @ J)
 
@@ -135,7 +140,7 @@ def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
 def _fields(
     problem: FitProblem, solved: Solved, quality: Evidence, found: Estimate, slopes: np.ndarray
 ) -> dict[str, Any]:
-    """The fields of a ``Fit``."""
+    """Return the fields of a ``Fit``."""
     sample, sought, data = problem.sample, problem.sought, problem.data
     names = [problem.space.names[i] for i in problem.space.free]
     parameters = _parameters(sought, found, problem.level, quality)
@@ -149,7 +154,7 @@ def _fields(
 
 
 def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence) -> Parameters:
-    """The parameters of an estimate."""
+    """Return the material parameters of an estimate."""
     structure, table, log = sought.structure, sought.table, found.log
     values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
     intervals = structure.intervals(found.spans, table)

@@ -14,26 +14,26 @@ BEYOND_CHANCE = 3.3  # standard errors 1/sqrt(n) of a correlation: one in two th
 
 
 def basis(jacobian: np.ndarray) -> np.ndarray:
-    """Orthonormal columns (n, k) that span those of the Jacobian; k is its rank, up to rounding."""
+    """Return orthonormal columns (n, k) that span those of the Jacobian; k is its numerical rank."""
     size = np.linalg.norm(jacobian, axis=0)
     U, s, _ = np.linalg.svd(jacobian[:, size > 0] / size[size > 0], full_matrices=False)
     return U[:, s > ROUNDING * s.max(initial=0.0)]
 
 
 def within(blocks: np.ndarray) -> np.ndarray:
-    """Whether each point and the next one are in one block, (n - 1,) bool."""
+    """Return whether each point and the next one are in the same block, (n - 1,) bool."""
     return blocks[1:] == blocks[:-1]
 
 
 def lag_one(residual: np.ndarray, blocks: np.ndarray) -> float:
-    """Correlation of neighbouring residuals of a block about their common mean."""
+    """Return the correlation of neighbouring residuals of a block about their common mean."""
     r = residual - residual.mean()
     total, same = float(r @ r), within(blocks)
     return float(r[1:][same] @ r[:-1][same]) / total if total > 0 else 0.0
 
 
 def inverse_forms(M: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-    """M^T V^-1 M of columns M (..., n, m) for every RHO, (..., k, m, m); V^-1 is tridiagonal."""
+    """Return M^T V^-1 M of columns M (..., n, m) for every RHO, (..., k, m, m); V^-1 is tridiagonal."""
     same = within(blocks)
     turned = np.swapaxes(M, -1, -2)
     ends = np.append(True, ~same).astype(int) + np.append(~same, True)
@@ -45,7 +45,7 @@ def inverse_forms(M: np.ndarray, blocks: np.ndarray) -> np.ndarray:
 
 
 def forms(M: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
-    """M^T V M (..., m, m) of columns M (..., n, m) for one rho."""
+    """Return M^T V M (..., m, m) of columns M (..., n, m) for one rho."""
     flat = np.moveaxis(M, -2, 0).reshape(M.shape[-2], -1)
     bands = np.stack([np.ones(len(flat)), np.append(-rho * within(blocks), 0.0)])
     # past[i] = M[i] + rho past[i - 1] within a block
@@ -57,5 +57,5 @@ def forms(M: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
 
 
 def log_determinant(blocks: np.ndarray) -> np.ndarray:
-    """log |V| for every RHO, (k,)."""
+    """Return log |V| for every RHO, (k,)."""
     return np.sum(within(blocks)) * np.log1p(-(RHO**2))

@@ -1,10 +1,10 @@
-"""The end of every fit: what its residuals say of the noise, of the intervals and of the model.
+"""Inference from the residuals of a fit: noise, intervals and goodness of fit.
 
-An interval holds the values whose best residual sum of squares (RSS) rises by no more than a level above the least.
-For white noise of known weights that is F s^2, F the quantile of F(1, n - p) and s^2 = RSS/(n - p), or chi^2 where
-sigma is given (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Where the noise may be
-correlated, or its dependence on the values was estimated, each coordinate has a level of its own (``noise.py``).
-``verdict.py`` refuses a wrong model.
+An interval holds the values for which the smallest residual sum of squares (RSS) exceeds the minimum by no more than a
+given level. For white noise of known relative weights that level is F s^2, F the quantile of F(1, n - p) and s^2 =
+RSS/(n - p), or chi^2 where sigma is given (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1).
+Where the noise may be correlated, or its dependence on the values was estimated, each coordinate has a level of its own
+(``noise.py``). ``verdict.py`` rejects a model whose residuals show that it does not describe the data.
 """
 
 import dataclasses
@@ -20,22 +20,22 @@ from fitting.inference.noise import Noise
 from fitting.inference.verdict import reasons
 from fitting.models.search_space import Landscape
 
-NOT_DETERMINED = 0.5  # sd of a log parameter above which its value says nothing
-ROUNDING = 1e-13  # share of the data's sum of squares below which a rise of RSS cannot be told
-NEGLIGIBLE = 1e-8  # the same, below which a misfit is no reason to refuse
-EXACT = 1e-20  # share of the data's sum of squares below which residuals are rounding
-FLAT = 1e-9  # range of the data over their size below which R2 is not defined
-TURNS, SAME = 4, 0.05  # of estimating the weights, and the relative change of them that is none
+NOT_DETERMINED = 0.5  # sd of a log parameter above which it is not identifiable
+ROUNDING = 1e-13  # fraction of the data's sum of squares below which a rise of RSS is rounding
+NEGLIGIBLE = 1e-8  # fraction of the data's sum of squares below which no fit is rejected
+EXACT = 1e-20  # fraction of the data's sum of squares below which residuals are rounding
+FLAT = 1e-9  # range of the data over their magnitude below which R2 is not defined
+TURNS, SAME = 4, 0.05  # reweighting iterations at most, and the relative change of weights at convergence
 
 Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
 
 
 class Sample(NamedTuple):
-    """The data of a fit as a curve, and their weights.
+    """The data of a fit as a curve, with their weights.
 
-    name, unit: of what is measured; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,) [1/unit of
-    measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points that are
-    neighbours in one series; final: whether estimated weights are taken as they are.
+    name, unit: of the measured quantity; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,)
+    [1/unit of measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points of
+    one series; final: whether estimated weights are used unchanged.
     """
 
     name: str
@@ -54,17 +54,17 @@ class Sample(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether the weights are the reciprocals of known standard deviations."""
+        """True if the weights are the reciprocals of known standard deviations."""
         return self.label == "sigma"
 
     @property
     def adjustable(self) -> bool:
-        """Whether the weights follow from the residuals of the fit."""
+        """True if the weights are estimated from the residuals of the fit."""
         return self.label == "estimated" and not self.final
 
     @property
     def least_count(self) -> int:
-        """Number of points that are fitted."""
+        """Number of fitted points."""
         return int(np.count_nonzero(self.weights))
 
     @property
@@ -77,13 +77,13 @@ class Sample(NamedTuple):
         return self.name, self.unit, self.t[kept], self.measured[kept]
 
     def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
-        """Return the points that count, with the weights of a solution, and its residuals there."""
+        """Return the fitted points with the weights of a solution, and the solution restricted to them."""
         on = solved.kept
         some = {name: getattr(self, name)[on] for name in ("t", "measured", "blocks")}
         return self._replace(weights=solved.weights[on], **some), solved.some(on)
 
     def noise(self, solved: "Solved", p: int) -> Noise:
-        """Return the noise of the residuals of a fit of p parameters to all these points."""
+        """Return the noise model of the residuals of a fit of p parameters to all these points."""
         residual, shapes, floors = solved.residual, np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
             fitted = self.measured + residual / self.weights
@@ -93,49 +93,52 @@ class Sample(NamedTuple):
         return noise.judge(residual, slopes, solved.inside, self.blocks, shapes, floors, p, self.known, real)
 
     def judge(self, solved: "Solved", p: int, level: float) -> "Judged":
-        """Judge the residuals of a fit of p parameters, for intervals at a level."""
+        """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
         some, left = self.of_solution(solved)
         return judged(some, left, some.noise(left, p), p, level)
 
     def reweighed(self, found: "Solved", p: int) -> np.ndarray:
-        """Return the weights (n,) that the residuals of a solution make likely."""
+        """Return the weights (n,) estimated from the residuals of a solution."""
         some, left = self.of_solution(found)
         if not some.real(left.residual, p):
             return found.weights
         return 1.0 / np.hypot(some.noise(left, p).floor, self.measured + found.residual / found.weights)
 
     def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
-        """A Jacobian (n, k) as with the relative weights of fitted values: those of noisy data put noise into it."""
+        """Return the Jacobian (n, k) for relative weights taken from fitted values, because weights from noisy data add
+        noise to it."""
         if self.label != "relative":
             return jacobian
         return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
 
     def real(self, residual: np.ndarray, p: int) -> bool:
-        """Whether weighted residuals are more than rounding, or more than what the stated sigma accounts for: else they
-        are no sign of anything."""
+        """Return whether weighted residuals exceed rounding, or a plausible part of the stated sigma; otherwise they
+        carry no information."""
         rss = float(residual @ residual)
         return rss > (0.5 * (residual.size - p) if self.known else EXACT * self.size)
 
     def error(self, solved: "Solved", deviation: float) -> tuple[str, ...]:
-        """Return a note on the error that was estimated; deviation: standard deviation of the weighted residuals."""
+        """Return a note on the estimated error; deviation: standard deviation of the weighted residuals."""
         if self.label != "estimated":
             return ()
         some, _ = self.of_solution(solved)
         floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
         unit = "of strain" if self.unit == "-" else self.unit
         return (
-            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of it and {deviation * floor:.2g} {unit}",
+            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and"
+            f" {deviation * floor:.2g} {unit}",
         )
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """How well a model describes the data of its fit.
+    """Measures of how well a model describes the data of its fit.
 
-    fitted, residuals (n,): response and weighted residuals; rss: weighted; noise: its standard deviation (share of the
-    data for relative weights); lag1: correlation of neighbouring residuals; misfit: lag1 is beyond chance; widening: of
-    the intervals, for what correlation the noise may have; refused: why the fit does not stand, () if it does. r2
-    (unweighted), nan for constant data; aic, bic; p: free parameters.
+    fitted, residuals (n,): response and weighted residuals; rss: weighted residual sum of squares; noise: standard
+    deviation of the weighted residuals (a fraction of the data for relative weights); lag1: correlation of neighbouring
+    residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
+    noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
+    aic, bic; p: number of free parameters.
     """
 
     fitted: np.ndarray
@@ -153,9 +156,12 @@ class Evidence:
 
 
 class Judged(NamedTuple):
-    """evidence; slopes (m, k): the Jacobian of the free coordinates whose normal matrix is the inverse of their
-    covariance; levels(gradients) (q,): of RSS that bound the intervals of functions of the free coordinates with
-    gradients (k, q), of the coordinates themselves without."""
+    """Evidence of a fit with the quantities from which its intervals follow.
+
+    evidence; slopes (m, k): the whitened Jacobian of the free coordinates, whose normal matrix is the inverse of their
+    covariance; levels(gradients) (q,): the RSS that bounds the intervals of functions of the free coordinates with
+    gradients (k, q), by default of the coordinates themselves.
+    """
 
     evidence: Evidence
     slopes: np.ndarray
@@ -163,15 +169,15 @@ class Judged(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """A least squares solution, and what its search has to say.
+    """A least-squares solution with further results of its search.
 
-    theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates, of which some are
-    ``inside`` (k,) bool their bounds; kept (n,) bool: the points that count; weights (n,); profile(judged) (m, 2): ends
-    of the intervals of the coordinates, and further rows as the search has them; whole: what the search returned.
+    theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates; inside (k,) bool: the
+    free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); profile(judged) (m, 2):
+    interval ends of the coordinates, and further rows that the search returns; whole: the result of the search itself.
 
-    notes; moves(name) (m,): change of the coordinates with a quantity that was held; landscape: of the residuals, None
-    where they are dear; left (m,): a bias of the coordinates that the intervals have to hold; against: reasons to refuse
-    the fit beyond those of its residuals.
+    notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
+    residuals as a function of the parameters, None where they are expensive; left (m,): a remaining bias of the
+    coordinates that the intervals must include; against: reasons for rejection beyond those of the residuals.
     """
 
     theta: np.ndarray
@@ -189,7 +195,7 @@ class Solved(NamedTuple):
     against: tuple[str, ...] = ()
 
     def some(self, on: np.ndarray) -> "Solved":
-        """Return the points ``on`` (n,) bool alone."""
+        """Return the solution restricted to the points ``on`` (n,) bool."""
         return self._replace(
             residual=self.residual[on],
             jacobian=self.jacobian[on],
@@ -199,7 +205,7 @@ class Solved(NamedTuple):
 
 
 def check(level: float, n: int, p: int) -> None:
-    """ValueError unless intervals at this level can be found from n points with p parameters."""
+    """Raise ValueError unless intervals at this level can be found from n points with p parameters."""
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     if n <= p:
@@ -207,7 +213,7 @@ def check(level: float, n: int, p: int) -> None:
 
 
 def judged(sample: Sample, solved: Solved, found: Noise, p: int, level: float) -> Judged:
-    """Judge a fit of p parameters to all points of a sample, with the noise that was found."""
+    """Return the evidence of a fit of p parameters to all points of a sample, with the estimated noise model."""
     residual, jacobian = solved.residual, solved.jacobian
     rss, least = float(residual @ residual), ROUNDING * sample.size
 
@@ -223,10 +229,10 @@ def judged(sample: Sample, solved: Solved, found: Noise, p: int, level: float) -
 def settled(
     samples: Sequence[Sample], first: list[Solved], solve: Callable[[list[np.ndarray]], list[Solved]], p: int
 ) -> list[Solved]:
-    """Return the solutions whose estimated weights agree with their residuals, from first ones.
+    """Return solutions whose estimated weights are consistent with their residuals, from initial solutions.
 
-    solve: from the weights (n,) of each sample to their solutions. The weights are those of the mean variance of the
-    noise over all that is likely (``noise.py``); weights that the user chose stay.
+    solve: function from the weights (n,) of each sample to their solutions. The weights follow from the variance of the
+    noise averaged over its posterior (``noise.py``); weights chosen by the user are kept.
     """
     found = first
     for turn in range(TURNS if samples[0].adjustable else 0):
@@ -238,14 +244,14 @@ def settled(
 
 
 def close(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether weights (n,) agree so far that no further turn is needed."""
+    """Return whether weights (n,) agree closely enough to end the iteration."""
     return bool(np.max(np.abs(np.log(one / other))) <= SAME)
 
 
 def _weigh(
     sample: Sample, residuals: np.ndarray, jacobian: np.ndarray, found: Noise, p: int, level: float
 ) -> Evidence:
-    """Gather; jacobian (n, k): of the coordinates off their bounds."""
+    """Return the evidence; jacobian (n, k): of the coordinates that are not at a bound."""
     measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
     real = sample.real(residuals, p)
     fitted = measured + residuals / sample.weights
@@ -263,7 +269,7 @@ def _weigh(
 
 
 def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:
-    """R2, nan where the data are constant to rounding."""
+    """Return R2, nan where the data are constant to rounding."""
     if np.ptp(measured) <= FLAT * np.max(np.abs(measured)):
         return math.nan
     total = float(np.sum((measured - measured.mean()) ** 2))
@@ -271,7 +277,7 @@ def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> fl
 
 
 def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
-    """(AIC, BIC) of Gaussian errors, up to a constant common to all models of the same data and weights.
+    """Return (AIC, BIC) for Gaussian errors, up to a constant common to all models of the same data and weights.
 
     -2 log L = rss where sigma is known, n log(rss/n) otherwise, with one more parameter for it.
     """
@@ -282,8 +288,11 @@ def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
 
 
 def identified(intervals: dict, table: dict, level: float, refused: Any = ()) -> dict[str, bool]:
-    """Fixed, or closed on both sides, off the bounds, and no wider than sd(log) = 0.5 would be, by a fit
-    that is not refused."""
+    """Return which parameters are fixed or identifiable.
+
+    A parameter is identifiable if its interval is closed on both sides, off the bounds and no wider than for sd(log) =
+    0.5, and the fit is not rejected.
+    """
     z = student.two_sided(level)
     result = {}
     for name, (low, high) in intervals.items():

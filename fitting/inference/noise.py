@@ -1,15 +1,15 @@
-"""The noise of a fit's data: how large it is at each point and how correlated, and the intervals that follow.
+"""Estimate of the variance and correlation of the noise of a fit's data, and the intervals that follow.
 
 The covariance matrix of the weighted noise is s^2 D V D. V is the identity or that of an AR(1) series of correlation
-rho (``correlation.py``). D is the identity for weights that the user chose; for estimated weights it has the standard
-deviations (a^2 + (b f)^2)^(1/2) of fitted values f, times the weights, on a grid of a/b. rho and a/b are judged by the
-restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), which knows that a fit of p
-parameters takes variance and correlation out of n residuals. For estimated weights the estimates have the covariance
-s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each direction has the
-mean of it over the directions. Intervals come from the mixture of Student distributions over all rho and a/b, with the
-weight that the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), even in log(a/b), give to each: so they hold
-although neither is known. Where the residuals have heavy tails, the likelihood of a/b counts less, by the variance of
-its score.
+rho (``correlation.py``). D is the identity for weights that the user chose; for estimated weights it holds the standard
+deviations (a^2 + (b f)^2)^(1/2) of fitted values f, times the weights, on a grid of a/b. rho and a/b are estimated by
+the restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), which accounts for the
+variance and correlation that a fit of p parameters removes from n residuals. For estimated weights the estimates have
+the covariance s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each
+direction is given the mean of this over the directions. Intervals come from the mixture of Student's t distributions
+over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), so
+their coverage holds although neither is known. Where the residuals have heavy tails, the likelihood of a/b is tempered
+by the variance of its score.
 """
 
 import math
@@ -24,19 +24,23 @@ from fitting.search.uncertainty import ROUNDING
 
 WHITE = 0.3  # prior probability of white noise
 MORE_LIKELY_THAN_NOT = 0.5
-NEGLIGIBLE = 1e-5  # probability, in parts of the largest, of noise that is left out of the mixture
-LEAST_SPREAD = 1e-100  # of residuals that are all zero: squares of what is divided by it are still numbers
-STEP = 0.5  # of log(a/b)
-BEYOND = 64.0  # factor by which a/b goes beyond the least and the greatest value
-LEAST = 1e-5  # a/b over the largest value at which its range ends in any case
+NEGLIGIBLE = 1e-5  # probability relative to the largest below which a noise model is left out of the mixture
+LEAST_SPREAD = 1e-100  # spread assumed for residuals that are all zero; its inverse square is still finite
+STEP = 0.5  # step of log(a/b)
+BEYOND = 64.0  # factor by which the grid of a/b extends beyond the smallest and the largest value
+LEAST = 1e-5  # lower limit of a/b over its largest value
 BISECTIONS = 30
 
 
 class Noise(NamedTuple):
-    """lag1: correlation of neighbouring residuals about their mean; likeliest: rho; left: correlation of neighbours that
-    it leaves; white: whether the noise is more likely white than not. share (m,): probability of each noise in the
-    mixture; variance (m, k, k): its covariance in the space of the Jacobian's columns, of weighted residuals; columns
-    (k, p): the Jacobian in that space; dof: degrees of freedom of s; floor: a/b, the mean over the mixture."""
+    """The posterior of the noise model of a fit.
+
+    lag1: correlation of neighbouring residuals about their mean; likeliest: the most likely rho; left: lag-1
+    correlation that remains after an AR(1) series of that rho; white: whether the noise is more likely white than not.
+    share (m,): probability of each noise model in the mixture; variance (m, k, k): its covariance in the space of the
+    Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s;
+    floor: a/b averaged over the mixture.
+    """
 
     lag1: float
     likeliest: float
@@ -49,8 +53,10 @@ class Noise(NamedTuple):
     floor: float
 
     def rises(self, gradients: np.ndarray, level: float) -> np.ndarray:
-        """Rise of RSS (q,) that bounds the intervals at a level of functions of the free coordinates with ``gradients``
-        (p, q)."""
+        """Return the rise of RSS (q,) that bounds the intervals, at a level, of functions of the free coordinates.
+
+        gradients (p, q): of the functions with respect to the free coordinates.
+        """
         directions = np.linalg.pinv(self.columns, rcond=1e-9).T @ gradients
         size = np.linalg.norm(directions, axis=0)
         directions = directions / np.where(size > 0, size, 1.0)
@@ -59,8 +65,10 @@ class Noise(NamedTuple):
         return _quantiles(self.share, np.where(size > 0, variance, mean[:, None]), level, self.dof) ** 2
 
     def widening(self, level: float, scale: float) -> float:
-        """Half the interval over that of white noise of standard deviation ``scale`` of the weighted residuals, in the
-        mean over the directions."""
+        """Return the mean ratio of interval widths to those for white noise.
+
+        scale: standard deviation of the weighted residuals; the mean is over the directions.
+        """
         if not self.columns.size:
             return 1.0
         mean = np.trace(self.variance, axis1=1, axis2=2)[:, None] / len(self.columns)
@@ -69,8 +77,10 @@ class Noise(NamedTuple):
         return 1.0 if abs(found - 1.0) < ROUNDING else found
 
     def whitened(self, jacobian: np.ndarray, spread: float) -> np.ndarray:
-        """Slopes whose normal matrix is the inverse covariance of the coordinates, of the Jacobian (n, p); spread: s of
-        the weighted residuals, widened, where it is the same in all directions."""
+        """Return the Jacobian (n, p) whitened so that its normal matrix is the inverse covariance of the coordinates.
+
+        spread: s of the weighted residuals, widened, where it is the same in all directions.
+        """
         mean = np.einsum("m,mkl->kl", self.share, self.variance)
         if not mean.size or np.allclose(
             mean, mean[0, 0] * np.eye(len(mean)), rtol=1e-9, atol=1e-9 * mean[0, 0]
@@ -84,11 +94,12 @@ def judge(
     residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, shapes: np.ndarray,
     floors: np.ndarray, p: int, known: bool, real: bool = True,
 ) -> Noise:  # fmt: skip
-    """The noise of weighted residuals (n,) in blocks (n,), from the Jacobian (n, k) of the free coordinates, of which
-    some are ``inside`` (k,) their bounds.
+    """Return the noise model of weighted residuals (n,) in blocks (n,), from the Jacobian (n, k) of the free
+    coordinates.
 
-    shapes (m, n): the diagonals D that are tried, and floors (m,), their a/b; p: parameters; known: whether the size of
-    the noise is; real: whether the residuals are more than rounding.
+    inside (k,): coordinates that are not at a bound; shapes (m, n): the diagonals D that are tried, and floors (m,),
+    their a/b; p: number of parameters; known: whether the variance of the noise is known; real: whether the residuals
+    exceed rounding.
     """
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
@@ -103,10 +114,10 @@ def judge(
     places = np.argwhere(share > NEGLIGIBLE * share.max())
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
     spread, square = _spread(Q, blocks, shapes, places), shapes[places[:, 0]] ** 2
-    if len(shapes) == 1:  # the mean over the directions, which holds in short strongly correlated series too
+    if len(shapes) == 1:  # the mean over the directions is accurate in short strongly correlated series too
         each = np.trace(spread, axis1=1, axis2=2) / max(Q.shape[1], 1)
         spread = each[:, None, None] * np.eye(Q.shape[1])
-    # s^2 from E[RSS], which the fit takes part of
+    # s^2 from E[RSS], reduced by the fit
     scale = rss * (n - Q.shape[1]) / (n - p) / (square.sum(1) - np.trace(spread, axis1=1, axis2=2))
     floor = math.sqrt(float(share * scale @ floors[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
@@ -117,14 +128,17 @@ def judge(
 
 
 def _excess(residual: np.ndarray) -> float:
-    """1 + kappa/2, kappa the excess kurtosis of the residuals (n,), not below 0: the variance of the score of a scale
-    over that of Gaussian noise, by which heavy tails make a likelihood of scales worth less."""
+    """Return 1 + kappa/2, kappa the excess kurtosis of the residuals (n,), at least 1.
+
+    This is the variance of the score of a scale relative to that of Gaussian noise, by which heavy tails weaken a
+    likelihood of scales.
+    """
     square = (residual - residual.mean()) ** 2
     return max(0.5 * float(np.mean(square**2) / np.mean(square) ** 2) - 0.5, 1.0)
 
 
 def _left(residual: np.ndarray, rho: float, blocks: np.ndarray) -> float:
-    """Correlation of neighbours that an AR(1) series of correlation rho leaves."""
+    """Return the lag-1 correlation that remains after an AR(1) series of correlation rho is subtracted."""
     same = within(blocks)
     return lag_one((residual[1:] - rho * residual[:-1])[same], blocks[1:][same])
 
@@ -132,9 +146,9 @@ def _left(residual: np.ndarray, rho: float, blocks: np.ndarray) -> float:
 def joined(
     noises: Sequence[Noise], jacobian: np.ndarray, shares: Sequence[float], lag1: float, dof: float
 ) -> Noise:
-    """The noise of several tests, independent of each other, with the Jacobian (n, k) of all.
+    """Return the noise of several independent tests, with the Jacobian (n, k) of all of them.
 
-    shares: factors on the variance of each; of a test with several noises in its mixture the mean is taken.
+    shares: factors on the variance of each test; a mixture of noise models within a test is replaced by its mean.
     """
     Q = basis(jacobian)
     columns = Q.T @ jacobian
@@ -148,7 +162,7 @@ def joined(
 
 
 def floors_for(fitted: np.ndarray) -> np.ndarray:
-    """The a/b (m,) tried for fitted values (n,): from all but none to all but infinite."""
+    """Return the values of a/b (m,) tried for fitted values (n,), from nearly zero to nearly infinite."""
     size = np.abs(fitted)
     high = BEYOND * float(size.max())
     low = max(float(size.min()) / BEYOND, LEAST * high)
@@ -156,7 +170,10 @@ def floors_for(fitted: np.ndarray) -> np.ndarray:
 
 
 def _prior() -> np.ndarray:
-    """Return the prior weight of every RHO (k,): d rho is (1 - rho^2) of the even steps in artanh(rho)."""
+    """Return the prior weight of every RHO (k,).
+
+    The grid is uniform in artanh(rho), so d rho is proportional to 1 - rho^2.
+    """
     prior = np.sqrt(1.0 - RHO**2)
     prior *= (1.0 - WHITE) / prior.sum()
     prior[0] += WHITE
@@ -164,7 +181,7 @@ def _prior() -> np.ndarray:
 
 
 def _restricted(residual: np.ndarray, Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-    """Restricted log likelihood (m, k) of every shape and RHO, up to a constant."""
+    """Return the restricted log likelihood (m, k) of every shape and RHO, up to a constant."""
     n, k = Q.shape
     unit = math.sqrt(float(residual @ residual) / n) or 1.0
     M = np.column_stack([Q, residual / unit]) / shapes[:, :, None]
@@ -177,7 +194,7 @@ def _restricted(residual: np.ndarray, Q: np.ndarray, blocks: np.ndarray, shapes:
 
 
 def _spread(Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Q^T D V D Q (m, k, k) for (shape, rho) at ``places`` (m, 2)."""
+    """Return Q^T D V D Q (m, k, k) for (shape, rho) at ``places`` (m, 2)."""
     found = np.zeros((len(places), Q.shape[1], Q.shape[1]))
     for j in np.unique(places[:, 1]):
         here = places[:, 1] == j
@@ -186,7 +203,8 @@ def _spread(Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray, places: np.nd
 
 
 def _quantiles(share: np.ndarray, variance: np.ndarray, level: float, dof: float) -> np.ndarray:
-    """Half widths (q,) within which the mixture of Student distributions with ``variance`` (m, q) has the level."""
+    """Return the half widths (q,) that contain a probability ``level`` of the mixture of Student's t with ``variance``
+    (m, q)."""
     single, root = student.two_sided(level, dof), np.sqrt(variance)
     low, high = single * root.min(0), single * root.max(0)
     if share.size == 1:

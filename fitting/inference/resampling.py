@@ -1,12 +1,12 @@
-"""A long curve as means over steps of the logarithm of time, with what each mean is worth.
+"""Resampling of a long curve to means over steps of the logarithm of time, with their standard errors.
 
-The mean of a curve over a bin is its value at the mean time and half its curvature times the variance of the times. The
-latter is taken off, by the parabola through the means of five bins. Neighbouring samples may share their noise: as an
-AR(1) series whose correlation rho is that of neighbours about a parabola within the bins of many samples. Then n of them
-are worth n (1 - rho)/(1 + rho) independent ones (G. E. P. Box, G. M. Jenkins, Time Series Analysis, 1976), which holds
-for a few only if they are one run of many; so single samples in a row count no more than that either. Only the
-ratios of these errors are handed on: how large they are, and whether the means are still correlated, a fit judges by
-its own residuals, as with any curve.
+The mean of a curve over a bin is its value at the mean time plus half its curvature times the variance of the times.
+The latter is subtracted, by means of the parabola through the means of five bins. Neighbouring samples may have
+correlated noise: an AR(1) series whose correlation rho is estimated from the deviations from a parabola within the bins
+of many samples. Then n of them are equivalent to n (1 - rho)/(1 + rho) independent ones (G. E. P. Box, G. M. Jenkins,
+Time Series Analysis, 1976). This holds for a few samples only if they belong to a long series, so single samples in a
+row are given the same reduced weight. Only the ratios of these errors are passed on: a fit estimates their size, and
+any remaining correlation of the means, from its own residuals, as for any curve.
 """
 
 import math
@@ -19,32 +19,33 @@ from fitting.data.segments import noise
 from fitting.data.weights import noise_floor
 from fitting.inference.correlation import BEYOND_CHANCE
 
-FEW = 4  # samples in a bin below which they stay as they are
-LONG = 30  # samples of a bin that tells how correlated they are
-STEP = 0.1  # share of the greatest stress by which it changes at a jump
-LATE = 0.15  # share of a spell of time after which its bins grow no longer
-SURE, SAME = 3.0, 1e-6  # a level is reached within so much of its noise and its range
-MOST = 0.99  # rho
+FEW = 4  # number of samples in a bin below which they are kept unchanged
+LONG = 30  # number of samples of a bin from which the correlation is estimated
+STEP = 0.1  # change of the stress at a jump, as a fraction of its maximum
+LATE = 0.15  # fraction of a time span after which its bins no longer grow
+SURE, SAME = 3.0, 1e-6  # tolerances of reaching a level, in units of its noise and of its range
+MOST = 0.99  # largest rho
 
 
 def resample(data: CreepData | IndentationData, per_decade: float = 20) -> CreepData | IndentationData:
-    """Means of a curve's samples over bins that are equal in the logarithm of time, and late ones equal in time.
+    """Average a curve over bins that are equal in the logarithm of time at first and equal in time later.
 
-    Time counts from the load of a creep curve and from each of its jumps, and from the start of each segment of an
-    indentation; no bin reaches across. After 15 % of each the bins grow no longer. First and last samples of each, and
-    bins of fewer than four, stay as they are.
-    Known standard deviations become those of the means. Without, ``scatter`` has the ratios of the means' errors, which
-    a fit takes for weights; neighbours that share their noise are allowed for. A spike goes into its mean.
+    Time counts from the loading of a creep curve and from each of its jumps, and from the start of each segment of an
+    indentation; no bin crosses a boundary. After 15 % of each such span the bins no longer grow. The first and last
+    samples of each span, and samples in bins of fewer than four, are kept unchanged.
+    Known standard deviations become those of the means. Without them, ``scatter`` has the ratios of the errors of the
+    means, which a fit uses as weights; correlation between neighbours is accounted for. Spikes are averaged into the
+    mean of their bin.
 
     Args:
         data: the curve; an indentation ``in_contact``.
-        per_decade: bins in each power of ten of time.
+        per_decade: number of bins in each decade of time.
 
     Returns:
         The means, at the mean times of their samples, with a note.
 
     Raises:
-        ValueError: other data, bins that are not more than none, or fewer than 5 points left.
+        ValueError: data of another type, a number of bins that is not positive, or fewer than 5 points left.
 
     Example:
         >>> t = np.arange(1.0, 10001.0)
@@ -93,7 +94,7 @@ def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
 
 
 def _spells(data: CreepData) -> np.ndarray:
-    """Which spell between jumps of the stress each sample is in, (n,)."""
+    """Return the index of the interval between jumps of the stress in which each sample lies, (n,)."""
     if data.stress is None:
         return np.zeros(data.t.size, dtype=int)
     knots, stress = data.stress
@@ -103,7 +104,7 @@ def _spells(data: CreepData) -> np.ndarray:
 
 
 def _parts(data: IndentationData, marks: np.ndarray) -> np.ndarray:
-    """Which segment each sample is in, (n,); a hold that is marked from before its level is reached is cut there."""
+    """Return the index of the segment of each sample, (n,); a hold marked before its level is reached is split there."""
     part, hold = np.cumsum(np.append(False, marks[1:] != marks[:-1])), np.flatnonzero(marks == "hold")
     if hold.size:
         late = hold[hold.size // 2 :]
@@ -114,7 +115,8 @@ def _parts(data: IndentationData, marks: np.ndarray) -> np.ndarray:
 
 
 class _Bins:
-    """which (n,): the bin of each sample; first, count (m,): first sample and samples of each bin."""
+    """Bins of a curve. which (n,): the bin of each sample; first, count (m,): first sample and number of samples of
+    each bin."""
 
     def __init__(self, t: np.ndarray, spell: np.ndarray, begin: float, per_decade: float) -> None:
         starts = np.flatnonzero(np.diff(spell, prepend=spell[0] - 1))
@@ -127,8 +129,8 @@ class _Bins:
             step = np.floor(per_decade * (np.log10(np.minimum(since, turn)) + late))
         new = np.append(True, (np.diff(spell) != 0) | (step[1:] != step[:-1]))
         new[starts] = True
-        new[np.minimum(starts + 1, t.size - 1)] = True  # the first alone
-        new[ends] = True  # and the last
+        new[np.minimum(starts + 1, t.size - 1)] = True  # the first sample has a bin of its own
+        new[ends] = True  # and so does the last
         which = np.cumsum(new) - 1
         new |= np.bincount(which)[which] < FEW
         self.which, self.first = np.cumsum(new) - 1, np.flatnonzero(new)
@@ -136,11 +138,11 @@ class _Bins:
         self.t, self.per_decade, self.spell = t, per_decade, spell[self.first]
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Of values (n,), (m,)."""
+        """Return the means (m,) of values (n,) over the bins."""
         return np.bincount(self.which, weights=values) / self.count
 
     def value(self, values: np.ndarray) -> np.ndarray:
-        """Of values (n,) at the mean times, (m,): their means less what curvature puts into them."""
+        """Return the values (m,) at the mean times: the means of values (n,) minus the contribution of the curvature."""
         t, y = self.mean(self.t), self.mean(values)
         spread, bent = self.mean(self._centred(self.t) ** 2), np.zeros(t.size)
         for i in np.flatnonzero(spread > 0.0).tolist():
@@ -152,13 +154,14 @@ class _Bins:
         return y - bent * spread
 
     def error(self, single: np.ndarray, rho: float) -> np.ndarray:
-        """Standard deviations (m,) of the means of samples that have (n,)."""
+        """Return the standard deviations (m,) of the means of samples with standard deviations ``single`` (n,)."""
         return np.sqrt(self.mean(single**2) / self.count * (1.0 + rho) / (1.0 - rho))
 
     def correlation(self, values: np.ndarray) -> float:
-        """rho of the noise of values (n,); 0 where chance may make it, or too few tell.
+        """Return rho of the noise of values (n,), 0 where it is not significant or too few bins are large enough.
 
-        Of an AR(1) series the mean squares of y_(i+2) - y_i and y_(i+1) - y_i have the ratio 1 + rho, whatever its mean.
+        For an AR(1) series the mean squares of y_(i+2) - y_i and y_(i+1) - y_i have the ratio 1 + rho, whatever its
+        mean.
         """
         x = self._centred(self.t)
         rest = self._less(self._centred(values), x)
@@ -178,12 +181,12 @@ class _Bins:
         return y - self.mean(y)[self.which]
 
     def _less(self, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """y less its part along x in each bin, (n,)."""
+        """Return y minus its projection on x in each bin, (n,)."""
         along, square = (np.bincount(self.which, weights=x * other) for other in (y, x))
         return y - x * (along / np.where(square > 0, square, 1.0))[self.which]
 
     def note(self, rho: float) -> str:
-        """What was done."""
+        """Return a note on the resampling."""
         means, n = int(np.sum(self.count > 1)), self.which.size
         shared = f"; noise of neighbours correlated by {rho:.2f}" if rho else ""
         decade = f"{self.per_decade:g} points a decade"

@@ -1,4 +1,4 @@
-"""What every fit hands back: a material, and how well the data determine it."""
+"""Result of a fit: a material, and how well the data determine it."""
 
 import dataclasses
 import json
@@ -19,11 +19,11 @@ from fitting.views import fit_picture, report
 
 
 class Estimate(NamedTuple):
-    """What a search found, in SI, in the order of the structure's list of compliances.
+    """Result of a search in SI units, in the order of the structure's list of compliances.
 
-    best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): ends of the intervals;
-    covariance (m, m), zero for what was held; log: of the log parameters; moves(name) (m,): change of the
-    compliances with a quantity that was held; landscape: None where the residuals are runs of the contact solver.
+    best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): interval ends; covariance (m, m), zero
+    for what was held; log: covariance of the log parameters; moves(name) (m,): derivative of the compliances with
+    respect to a quantity that was held; landscape: None where the residuals require the contact solver.
     """
 
     best: np.ndarray
@@ -37,13 +37,13 @@ class Estimate(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class Parameters:
-    """What a fit found of the parameters of a material.
+    """Estimated parameters of a material and their uncertainty.
 
     material: the best fit (an infinite parameter where its compliance is zero). values, intervals, identified:
     {parameter: value | (low, high), inf on an open side | bool}, in Pa and Pa s, or 1/Pa and 1/(Pa s) of a series;
     fixed parameters have (value, value). sd_log {parameter: sd of its logarithm}, inf at an open end. tau [s]: the
-    retardation time, nan where there is none, (k,) of a series. condition: of J^T J in log parameters; weakest
-    {parameter: component} of the least known direction; weakest_sd.
+    retardation time, nan where there is none, (k,) of a series. condition: condition number of J^T J in log parameters;
+    weakest {parameter: component} of the least determined direction; weakest_sd: its standard deviation.
     """
 
     material: Any
@@ -62,9 +62,9 @@ class Parameters:
 class Fit(Evidence, Parameters):
     """A fitted material and how well the data determine it: its ``Parameters``, and the ``Evidence`` of its residuals.
 
-    structure: of the material, and model: its class; data: as they were given; weights: their label; level: of the
-    intervals; duration [s] that the data see; notes: on the data and on the fit. curve: (name, unit, times, values) of
-    what was fitted; estimate: the same in compliances, for what goes on from the fit.
+    structure: of the material, and model: its class; data: as they were given; weights: their label; level: confidence
+    level of the intervals; duration: time [s] that the data cover; notes: on the data and on the fit. curve: (name,
+    unit, times, values) of the fitted quantity; estimate: the result in compliances, for further use of the fit.
     """
 
     structure: Structure
@@ -83,49 +83,49 @@ class Fit(Evidence, Parameters):
 
     @property
     def abscissa(self) -> tuple[str, str]:
-        """What the data are over, and its unit."""
+        """The symbol and the unit of the abscissa of the data."""
         return "t", "s"
 
     @property
     def since(self) -> np.ndarray:
-        """Times of the data from the first on [s]."""
+        """Times of the data, counted from the first one [s]."""
         return self.curve[2] - self.curve[2][0]
 
     @property
     def t_over_tau(self) -> float:
-        """Duration over the longest retardation time, nan where there is none."""
+        """Ratio of the duration to the longest retardation time, nan where there is none."""
         return self.duration / float(np.max(self.tau))
 
     @property
     def verdict(self) -> str:
-        """Whether what the fit says of the parameters counts: "stands" or "refused"."""
+        """The verdict on the goodness of fit: "stands" if the fit is accepted, "refused" if its residuals reject it."""
         return "refused" if self.refused else "stands"
 
     def compliances(self) -> Compliances:
-        """Of the material, as found by the search: finite where a parameter is infinite."""
+        """Return the compliances of the material as found by the search, finite where a parameter is infinite."""
         return self.structure.compliances(jnp.asarray(self.estimate.best))
 
     def covariance(self) -> np.ndarray:
-        """Of the list of compliances (m, m) [SI], zero for what was held."""
+        """Return the covariance of the list of compliances (m, m) [SI], zero for what was held."""
         return self.estimate.covariance
 
     def moves(self, name: str) -> np.ndarray:
-        """Change of the compliances (m,) [SI] with a quantity held in the fit; ValueError if it had none."""
+        """Return the change of the compliances (m,) [SI] with a quantity held in the fit; ValueError if it had none."""
         return self.estimate.moves(name)
 
     def predict(self, t: Any) -> np.ndarray:
-        """Shear creep compliance J(t) [1/Pa], t [s] of any shape; exact for infinite parameters too."""
+        """Return the shear creep compliance J(t) [1/Pa] at t [s] of any shape; exact for infinite parameters too."""
         return np.asarray(self.compliances().creep(jnp.asarray(t, dtype=float)))
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
+        """Return the limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
         return linear_band(self.structure, self.estimate, self.level, t)
 
     def __repr__(self) -> str:
         return self.summary()
 
     def summary(self) -> str:
-        """The fit in words, for the terminal."""
+        """Return the result as text for the terminal."""
         lines = [
             "; ".join([f"{self.model.__name__} fit of {self._points()}", *self._choices()]),
             *(report.parameter(self, name) for name in self.values),
@@ -140,12 +140,12 @@ class Fit(Evidence, Parameters):
         return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
 
     def _points(self) -> str:
-        """What was fitted, for the first line."""
+        """Return the number and range of the fitted points, for the first line of the summary."""
         t, (over, unit) = self.curve[2], self.abscissa
         return f"{t.size} points, {over} = {t[0]:.4g} to {t[-1]:.4g} {unit}"
 
     def _choices(self) -> list[str]:
-        """What the user chose, for the first line."""
+        """Return the user's choices, for the first line of the summary."""
         return [f"weights: {self.weights}"]
 
     def _nuisance_lines(self) -> list[str]:
@@ -155,15 +155,15 @@ class Fit(Evidence, Parameters):
         return []
 
     def _conditions(self) -> list[str]:
-        """What the result holds for."""
+        """Return the conditions under which the result holds."""
         return []
 
     def plot(self, path: Any = None) -> Any:
-        """Figure of data, fit, band, residuals and verdict; saved where a path is given."""
+        """Return a figure of data, fit, band, residuals and verdict; save it where a path is given."""
         return fit_picture.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
+        """Return plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
         keys = {name: self.structure.key(name) for name in self.values}
         return {
             "model": self.model.__name__, "weights": self.weights, "level": self.level,
@@ -181,19 +181,19 @@ class Fit(Evidence, Parameters):
         }  # fmt: skip
 
     def to_json(self) -> str:
-        """``to_dict`` as text."""
+        """Return ``to_dict`` as JSON text."""
         return json.dumps(self.to_dict(), indent=2)
 
 
 def plain(value: Any) -> Any:
-    """A number for JSON, None where it is infinite or missing; a list of them."""
+    """Return a number for JSON, None where it is infinite or missing; of an array, a list of them."""
     if np.ndim(value):
         return [plain(v) for v in value]
     return None if value is None or not math.isfinite(value) else float(value)
 
 
 def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Limits (low, high) of J(t) [1/Pa] at a level, t (m,) [s], linearised in log J."""
+    """Return the limits (low, high) of J(t) [1/Pa] at a level, t (m,) [s], linearised in log J."""
     times = jnp.atleast_1d(jnp.asarray(t, dtype=float))
     log_creep = lambda values: jnp.log(structure.compliances(values).creep(times))
     slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))

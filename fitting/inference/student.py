@@ -1,6 +1,7 @@
-"""Student's t, the law of an error whose size is estimated; the normal law where it is known (dof infinite).
+"""Quantiles of Student's t distribution, and of the normal distribution for infinite degrees of freedom.
 
-Squares of them are the laws F(1, dof) and chi2(1). From scipy.special: scipy.stats takes half a second to import.
+The squares of these variables have the distributions F(1, dof) and chi2(1). The functions come from scipy.special,
+because scipy.stats takes half a second to import.
 """
 
 import math
@@ -10,15 +11,15 @@ from scipy import special
 
 
 def quantile(share: float, dof: float = math.inf) -> float:
-    """The value below which that share of t lies."""
+    """Return the value below which t lies with probability ``share``."""
     return float(special.ndtri(share) if math.isinf(dof) else special.stdtrit(dof, share))
 
 
 def two_sided(level: float, dof: float = math.inf) -> float:
-    """The value that |t| stays below with probability ``level``."""
+    """Return the value that |t| stays below with probability ``level``."""
     return quantile(0.5 + 0.5 * level, dof)
 
 
 def share_within(values: np.ndarray, dof: float = math.inf) -> np.ndarray:
-    """The probability that |t| stays below each value >= 0."""
+    """Return the probability that |t| stays below each value >= 0."""
     return 2.0 * (special.ndtr(values) if math.isinf(dof) else special.stdtr(dof, values)) - 1.0

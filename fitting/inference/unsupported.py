@@ -1,9 +1,9 @@
-"""Points of a creep curve that nothing beside them supports: a reading before the load, a spike.
+"""Detection of isolated outliers of a creep curve, such as a reading before the load or a spike.
 
-A fit may obey a single point, and then shows no residual there. So each point that has much say, or is off,
-is left out in turn, alone and with its neighbour, and the rest fitted again: it goes where it is then
-farther from the fit than noise can be (the externally studentised residual; R. D. Cook, S. Weisberg,
-Residuals and Influence in Regression, 1982, sec. 2.2), and the points around it are not.
+A fit may pass through a single influential point, which then shows no residual. So each point of high leverage, or with
+a large residual, is left out in turn, alone and with its neighbour, and the rest are fitted again. The point is dropped
+if its deleted residual is then larger than noise can explain (the externally studentised residual; R. D. Cook, S.
+Weisberg, Residuals and Influence in Regression, 1982, sec. 2.2) and the points around it agree with the fit.
 """
 
 import math
@@ -16,15 +16,18 @@ from fitting.inference.correlation import basis
 from fitting.search import creep_search, varpro
 from fitting.search.creep_search import Optimum
 
-MUCH = 0.3  # leverage of a point that has much say
-TRIED = 4  # of each kind
-CHANCE = 1e-4  # of leaving out a point of a series of Gaussian noise
-LEAST = 1e-2  # share of its value by which a point must be off
-MOST = 0.05  # share of the points that may be left out
+MUCH = 0.3  # leverage above which a point is tried
+TRIED = 4  # largest number of points of each kind that are tried
+CHANCE = 1e-4  # probability of leaving out a point of a series of Gaussian noise
+LEAST = 1e-2  # smallest relative deviation of a dropped point
+MOST = 0.05  # largest fraction of the points that may be left out
 
 
 class Supported(NamedTuple):
-    """kept (n,) bool: the points that count; problem: with no weight on the others; best: its optimum."""
+    """The points of a creep curve that remain after outliers are dropped.
+
+    kept (n,) bool: the remaining points; problem: with zero weight on the others; best: its optimum.
+    """
 
     kept: np.ndarray
     problem: varpro.TauSearch
@@ -32,12 +35,12 @@ class Supported(NamedTuple):
 
 
 def keep_all(problem: varpro.TauSearch, n: int) -> Supported:
-    """The optimum of all points."""
+    """Return the optimum of all points."""
     return Supported(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
 
 
 def leave_out(problem: varpro.TauSearch, n: int) -> Supported:
-    """The optimum of the points that are supported; of all, if too many are not."""
+    """Return the optimum without outliers, or of all points if there are too many outliers."""
     found = whole = keep_all(problem, n)
     while (worse := _worst(problem, found)) is not None:
         if np.sum(~worse.kept) > max(MOST * n, 2):
@@ -47,7 +50,7 @@ def leave_out(problem: varpro.TauSearch, n: int) -> Supported:
 
 
 def _worst(problem: varpro.TauSearch, now: Supported) -> Supported | None:
-    """Without the points that are farthest beyond chance, None if none is."""
+    """Return the state without the most significant outliers, None if there are none."""
     found, highest = None, 1.0
     for points in _candidates(now):
         trial = _without(problem, now.kept, points)
@@ -67,7 +70,7 @@ def _without(problem: varpro.TauSearch, kept: np.ndarray, points: list[int]) -> 
 
 
 def _candidates(now: Supported) -> list[list[int]]:
-    """Points of much say or far off, alone and, the first kind, with the point after."""
+    """Return points of high leverage or large residual, alone and, of the first kind, with the following point."""
     on = np.flatnonzero(now.kept)
     J = creep_search.inside_jacobian(now.problem, now.best)[on]
     residual, say = np.asarray(now.best.residual)[on], np.sum(basis(J) ** 2, 1)
@@ -78,7 +81,7 @@ def _candidates(now: Supported) -> list[list[int]]:
 
 
 def _score(problem: varpro.TauSearch, trial: Supported, points: list[int]) -> float:
-    """Deleted residual over what noise may reach, the least of the points; 0 where their neighbours are off too."""
+    """Return the smallest deleted residual over its significance limit; 0 where the neighbouring points deviate too."""
     n, on = trial.kept.size, np.flatnonzero(trial.kept)
     away = np.asarray(creep_search.residuals(problem, trial.best))[:n]
     value = np.abs(away + np.asarray(problem.weights * problem.data)[:n])
@@ -96,7 +99,7 @@ def _score(problem: varpro.TauSearch, trial: Supported, points: list[int]) -> fl
 
 
 def _spread(J: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """x (J^T J)^-1 x of rows x (m, k), infinite along what J (n, k) does not know."""
+    """Return x (J^T J)^-1 x of rows x (m, k), infinite along directions that J (n, k) does not determine."""
     size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     _, s, V = np.linalg.svd(J / size, full_matrices=False)
     along = rows / size @ V.T

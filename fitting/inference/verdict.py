@@ -1,4 +1,4 @@
-"""When a fit is refused: its residuals say that the model does not describe the data, and nothing it found counts."""
+"""Tests of the goodness of fit: a fit is rejected where its residuals show that the model does not describe the data."""
 
 import math
 
@@ -8,9 +8,9 @@ from fitting.inference import student
 from fitting.inference.correlation import BEYOND_CHANCE, RHO, basis, within
 from fitting.inference.noise import Noise
 
-CHANCE = 1e-3  # of an outlier in a series of Gaussian noise
-MATTERS = 1.0  # standard errors by which leaving an outlier out moves the fit
-ISOLATED = 0.5  # residual of a neighbour over that of an outlier, at most
+CHANCE = 1e-3  # probability of an outlier in a series of Gaussian noise
+MATTERS = 1.0  # standard errors by which a relevant outlier moves the fit
+ISOLATED = 0.5  # largest residual of a neighbour over that of an isolated outlier
 FLAT = 1e-9
 
 
@@ -18,18 +18,20 @@ def reasons(
     residuals: np.ndarray, jacobian: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, t: np.ndarray,
     blocks: np.ndarray,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Why a fit does not stand, () if it does; weighted residuals, fitted response and t [s], (n,), jacobian
-    (n, k), blocks (n,) of neighbours."""
+    """Return the reasons for rejecting a fit, () if there are none.
+
+    residuals (weighted), fitted, t [s]: (n,); jacobian (n, k); blocks (n,) of neighbours.
+    """
     found = []
     constant = np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
     if r2 <= 0.0 and not (constant and noise.white):
-        found.append(f"the model explains nothing: R2 = {r2:.3g}, no better than a constant")
+        found.append(f"the model describes the data no better than a constant: R2 = {r2:.3g}")
     if noise.likeliest == RHO[-1]:
         found.append(f"the residuals follow a trend: correlation of neighbours beyond {RHO[-1]:.2f}")
     elif abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size):
         found.append(
             f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
-            " AR(1) noise is taken off"
+            " AR(1) noise is subtracted"
         )
     slip = slipped(residuals, jacobian.shape[1], blocks)
     if slip is not None:
@@ -40,15 +42,17 @@ def reasons(
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
         found.append(
-            f"outliers move the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or say by sigma"
-            " how uncertain they are"
+            f"outliers affect the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or give their"
+            " uncertainty by sigma"
         )
     return tuple(found)
 
 
 def outlying(residuals: np.ndarray, jacobian: np.ndarray, blocks: np.ndarray | None = None) -> list[int]:
-    """Isolated points whose residual, had they been left out, is beyond chance (studentised, Bonferroni); blocks (n,)
-    of neighbours, None for one."""
+    """Return the isolated points whose externally studentised residual is significant after Bonferroni correction.
+
+    blocks (n,) of neighbours, None for a single block.
+    """
     n, Q = residuals.size, basis(jacobian)
     left = 1.0 - np.minimum(np.sum(Q * Q, 1), 1.0 - 1e-12)
     dof = n - Q.shape[1] - 1
@@ -61,11 +65,12 @@ def outlying(residuals: np.ndarray, jacobian: np.ndarray, blocks: np.ndarray | N
 
 
 def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> int | None:
-    """The point before a jump of the residuals of k parameters beyond chance, alone of its size; None without.
+    """Return the point before a single significant jump of the residuals of k parameters; None if there is none.
 
-    Differences of neighbours are small where a model is only somewhat wrong, or the noise correlated; a slip of the
-    instrument makes one large one (a spike two, the steps of a display many). Studentised by the others, Bonferroni.
-    blocks (n,): neighbours are of one block; None for one.
+    Differences of neighbours are small where a model is only slightly wrong, or the noise correlated; a slip of the
+    instrument makes a single large one (a spike makes two, the steps of a digital display many). The jump is
+    studentised by the other differences, with Bonferroni correction. blocks (n,): only points of one block are
+    neighbours; None for a single block.
     """
     same = within(_one(residuals) if blocks is None else blocks)
     jumps = np.where(same, np.diff(residuals), 0.0)
@@ -82,7 +87,7 @@ def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> 
 
 
 def isolated(residuals: np.ndarray, i: int, blocks: np.ndarray | None = None) -> bool:
-    """Whether at most one neighbour of the same block is off to the same side by half as much."""
+    """Return whether at most one neighbour of the same block deviates to the same side by half as much."""
     blocks = _one(residuals) if blocks is None else blocks
     beside = [j for j in (i - 1, i + 1) if 0 <= j < residuals.size and blocks[j] == blocks[i]]
     near = residuals[beside] * np.sign(residuals[i])
@@ -90,12 +95,12 @@ def isolated(residuals: np.ndarray, i: int, blocks: np.ndarray | None = None) ->
 
 
 def _one(residuals: np.ndarray) -> np.ndarray:
-    """The labels (n,) of a single block."""
+    """Return the labels (n,) of a single block."""
     return np.zeros(residuals.size, dtype=int)
 
 
 def _moves(residuals: np.ndarray, jacobian: np.ndarray, i: int) -> float:
-    """Standard errors by which the fitted value moves when the point is left out."""
+    """Return the number of standard errors by which the fitted value changes when the point is left out."""
     Q = basis(jacobian)
     own = min(float(Q[i] @ Q[i]), 1.0 - 1e-12)
     others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / max(

@@ -1,1 +1,1 @@
-"""From a file of an instrument to columns in SI units, step by step, one module for each step."""
+"""Conversion of an instrument's file to columns in SI units, one module for each step."""

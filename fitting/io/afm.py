@@ -1,4 +1,4 @@
-"""Force curves of microscopes through the library afmformats, which is loaded when one is read."""
+"""Reader of force curves of atomic force microscopes by the library afmformats, which is imported on first use."""
 
 import importlib
 import os
@@ -14,21 +14,21 @@ SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".
 
 
 def is_force_curve(path: str | os.PathLike) -> bool:
-    """Whether the name ends as those of force curves do."""
+    """Return whether the file name ends like that of a force curve."""
     return os.fspath(path).lower().endswith(SUFFIXES)
 
 
 def read(path: str | os.PathLike, curve: int | str | None, spring_constant: float | None) -> dict[str, Any]:
-    """The fields of an ``IndentationData``: depth from the tip position, or from height and load.
+    """Return the fields of an ``IndentationData``: depth from the tip position, or from height and load.
 
     Args:
         path: a file of JPK, Igor or HDF5.
-        curve: which one of several, by position from 0.
-        spring_constant: [N/m], where the file does not say it.
+        curve: position, from 0, of one of several curves.
+        spring_constant: [N/m], where the file does not state it.
 
     Raises:
-        ImportError: afmformats is not there; says what to install.
-        ValueError: not such a file, no times, several curves and no choice.
+        ImportError: afmformats is not installed; the message says what to install.
+        ValueError: not such a file, no times, or several curves and no choice.
     """
     name = os.fspath(path)
     if not Path(name).is_file():
@@ -63,7 +63,7 @@ def _load(name: str, spring_constant: float | None) -> Any:
         raise ImportError(
             f"{name}: force curves of microscopes need afmformats: pip install 'jaxcontact[afm]'"
         ) from None
-    # its own errors are no Exceptions, and each of its formats raises others besides
+    # its own errors do not derive from Exception, and its formats raise various others
     errors = (Exception, library.errors.AFMFileFormatError, library.errors.MissingMetaDataError)
     given = None if spring_constant is None else {"spring constant": spring_constant}
     try:

@@ -1,4 +1,4 @@
-"""Cells of a line, and numbers in them, in the several dialects of delimited text."""
+"""Cells of a line and the numbers in them, in several dialects of delimited text."""
 
 import csv
 import math
@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fitting.io.text import Line
 
 MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "*"}
-SAMPLE = 400  # lines that decide on the dialect
+SAMPLE = 400  # number of lines that determine the dialect
 _DIGITS = {".": r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)", ",": r"(?:[0-9]+,?[0-9]*|,[0-9]+)"}
 PLAIN = {mark: re.compile(rf"[+-]?{digits}(?:[eEdD][+-]?[0-9]+)?") for mark, digits in _DIGITS.items()}
 GROUPED = {
@@ -18,18 +18,18 @@ GROUPED = {
 INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
 EXPONENT = str.maketrans("dD", "ee")
 POINT = str.maketrans("dD,", "ee.")
-SPACES = re.compile(r"(?<=[0-9])[\u00a0\u202f\u2009](?=[0-9]{3})")  # between groups of three digits
+SPACES = re.compile(r"(?<=[0-9])[\u00a0\u202f\u2009](?=[0-9]{3})")  # spaces between groups of three digits
 
 
 class Dialect(NamedTuple):
-    """separator: of cells, None for any white space; decimal: the mark, "." or ","."""
+    """Dialect of delimited text: separator of cells, None for any white space; decimal mark, "." or ","."""
 
     separator: str | None
     decimal: str
 
 
 def split(text: str, separator: str | None) -> list[str]:
-    """Cells of a line, stripped; a separator within quotes is text."""
+    """Return the cells of a line, stripped; a separator within quotes is text."""
     text = text.strip("\r\n ")
     if separator is None:
         return text.split()
@@ -40,7 +40,7 @@ def split(text: str, separator: str | None) -> list[str]:
 
 
 def number(cell: str, decimal: str) -> float | None:
-    """The number in a cell, or None. With groups of three digits: "1.512,8" is 1512.8 if "," is the mark."""
+    """Return the number in a cell, or None; digits may be grouped by three: "1.512,8" is 1512.8 if "," is the mark."""
     if not PLAIN[decimal].fullmatch(cell):
         cell = SPACES.sub("", cell.replace("−", "-"))
         if GROUPED[decimal].fullmatch(cell):
@@ -53,12 +53,12 @@ def number(cell: str, decimal: str) -> float | None:
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell holds no value."""
+    """Return whether a cell holds no value."""
     return cell.lower() in MISSING
 
 
 def is_data(row: list[str], decimal: str) -> bool:
-    """Two numbers and fewer words, or one number beside cells that are missing."""
+    """Return whether a row has two numbers and fewer words, or one number beside missing cells."""
     numbers = sum(number(cell, decimal) is not None for cell in row)
     missing = sum(map(is_missing, row))
     words = len(row) - numbers - missing
@@ -68,10 +68,10 @@ def is_data(row: list[str], decimal: str) -> bool:
 
 
 def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
-    """The dialect in which most lines are rows of numbers, and most cells numbers.
+    """Return the dialect in which most lines are rows of numbers, and most cells numbers.
 
     Raises:
-        ValueError: no rows of numbers, or the decimal mark cannot be told.
+        ValueError: no rows of numbers, or an ambiguous decimal mark.
     """
     plain = [line.text for line in lines if not line.remark]
     sample = plain[:: math.ceil(len(plain) / SAMPLE)]
@@ -93,7 +93,7 @@ def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
 
 
 def _score(sample: list[str], separator: str | None, decimal: str) -> tuple[int, float, int]:
-    """(rows of numbers, share of cells in them that are numbers or missing, minus numbers in groups)."""
+    """Return (rows of numbers, fraction of their cells that are numbers or missing, minus grouped numbers)."""
     rows = [row for row in (split(text, separator) for text in sample) if is_data(row, decimal)]
     cells = [cell for row in rows for cell in row]
     fine = sum(is_missing(cell) or number(cell, decimal) is not None for cell in cells)
@@ -102,9 +102,9 @@ def _score(sample: list[str], separator: str | None, decimal: str) -> tuple[int,
 
 
 def _doubtful(sample: list[str], best: Dialect, score: tuple, other: tuple) -> bool:
-    """Whether numbers that the other mark reads as groups of three digits may be meant so.
+    """Return whether numbers that the other mark reads as groups of three digits are ambiguous.
 
-    Not where every number of a column has the mark: all would be whole thousands.
+    They are not where every number of a column has the mark, as all would be whole thousands.
     """
     if not (score[2] or other[2]):
         return False

@@ -1,4 +1,4 @@
-"""The columns of a quantity in a block: where they are, in which unit, and their numbers in SI."""
+"""Columns of a quantity in a block: their place and unit, and their numbers in SI."""
 
 import math
 from typing import Any, NamedTuple, NoReturn
@@ -14,22 +14,25 @@ SI = {
     "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
     "angle": "rad", "ratio": "-",
 }  # fmt: skip
-# infinity and "not a number" of instruments by SCPI-99, sec. 7.2.1.4 and 7.2.1.5
+# infinity and not-a-number of instruments according to SCPI-99, sec. 7.2.1.4 and 7.2.1.5
 OVERLOAD = (9.9e37, 9.91e37)
-LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; beyond it a number without a unit was not in SI
-FOOTER = 3  # lines of words after the numbers that may be left out, or a tenth of the rows
+LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; larger numbers without a unit cannot be in SI
+FOOTER = 3  # lines of text after the numbers that may be left out, or a tenth of the rows
 
 
 class Wanted(NamedTuple):
-    """key: of ``columns`` and ``units``; names: kinds of names that serve, the best first."""
+    """A wanted quantity: key: of ``columns`` and ``units``; names: acceptable kinds of names, in order of preference."""
 
     key: str
     names: tuple[str, ...]
 
 
 class Column(NamedTuple):
-    """place: from 0; label: as shown; name: the kind of its name, None if unknown; shown: its plain name; unit: as written,
-    None without one."""
+    """A column of a block.
+
+    place: from 0; label: as shown; name: the kind of its name, None if unknown; shown: its normalised name; factor: to
+    SI; notes; unit: as written, None without one.
+    """
 
     place: int
     label: str
@@ -59,27 +62,27 @@ class Series(NamedTuple):
 
     @property
     def clock(self) -> np.ndarray:
-        """What the columns are over, the first of them, (n,)."""
+        """The abscissa (n,), which is the first column."""
         return next(iter(self.values.values()))
 
     def pick(self, rows: Any) -> "Series":
-        """Some of the rows."""
+        """Return some of the rows."""
         marks = tuple(np.asarray(self.marks)[rows]) if self.marks else ()
         values = {key: array[rows] for key, array in self.values.items()}
         return self._replace(lines=self.lines[rows], values=values, marks=marks)
 
     def say(self, *notes: str) -> "Series":
-        """With further notes."""
+        """Return the series with further notes."""
         return self._replace(notes=(*self.notes, *notes))
 
 
 def fail(path: str, line: int, column: str, what: str) -> NoReturn:
-    """One line that names the file, the line and the column."""
+    """Raise a ValueError of one line that names the file, the line and the column."""
     raise ValueError(f"{path}: line {line}, column {column!r}: {what}")
 
 
 def has(block: Block, wanted: Wanted, columns: dict) -> bool:
-    """Whether the block has a column for what is wanted."""
+    """Return whether the block has a column for the wanted quantity."""
     choice = columns.get(wanted.key)
     if isinstance(choice, int):
         return choice < block.width
@@ -90,10 +93,10 @@ def has(block: Block, wanted: Wanted, columns: dict) -> bool:
 
 
 def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dict) -> Column:
-    """The column of what is wanted, and the factor of its unit.
+    """Return the column of the wanted quantity, with the factor of its unit.
 
     Raises:
-        ValueError: none, several that serve as well, a unit that is none.
+        ValueError: no column, several equally suitable ones, or an unknown unit.
     """
     place, kind, notes = _place(table, block, wanted, columns)
     label, heading, line = f"column {place + 1}", Heading("", None, None), block.rows[0][0]
@@ -117,27 +120,27 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
 
 
 def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> None:
-    """ValueError where the name says that the numbers are logarithms, or, with no unit told, times a power of ten."""
+    """Raise ValueError for a name of logarithms or, without a given unit, of numbers multiplied by a power of ten."""
     if LOGARITHM.match(label):
         fail(
             path, line, label, "expected the quantity itself, got a function of it: write its values instead"
         )
     if FACTOR.search(label) and key not in units:
-        what = "expected a unit without a power of ten, got one: say what the numbers are in"
+        what = "expected a unit without a power of ten, got one: give the unit of the numbers"
         fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
 
 
 def _place(
     table: Table, block: Block, wanted: Wanted, columns: dict
 ) -> tuple[int, str | None, tuple[str, ...]]:
-    """(position, kind of its name, notes)."""
+    """Return (position, kind of its name, notes) of the wanted column."""
     key, choice = wanted.key, columns.get(wanted.key)
     if isinstance(choice, int):
         if not 0 <= choice < block.width:
             raise ValueError(f"{table.path}: columns[{key!r}]: expected 0 to {block.width - 1}, got {choice}")
         kind = read_heading(block.header.cells[choice]).kind if block.header else None
         return choice, kind, ()
-    assert block.header is not None  # ``has`` sees to it
+    assert block.header is not None  # ensured by ``has``
     cells = block.header.cells
     if choice is not None:
         hits, name = [i for i, cell in enumerate(cells) if cell == choice], None
@@ -149,15 +152,13 @@ def _place(
             if not hits and read_heading(cell).kind is None:
                 _check_plain(table.path, block.header.line, cell, wanted.key, {})
         shown = ", ".join(repr(cell) for cell in cells[:12])
-        what = (
-            f"expected one column for {choice or key!r} in {shown}; got {found}; say columns={{{key!r}: ...}}"
-        )
+        what = f"expected one column for {choice or key!r} in {shown}; got {found}; give columns={{{key!r}: ...}}"
         fail(table.path, block.header.line, key, what)
     return hits[0], name or read_heading(cells[hits[0]]).kind, _others(cells, hits[0], wanted)
 
 
 def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[int], str | None]:
-    """Columns of the best kind of name; those with a unit that can be read go before "Depth (V)"."""
+    """Return the columns of the preferred kind of name; those with a readable unit precede others such as "Depth (V)"."""
     for name in wanted.names:
         hits = [i for i, cell in enumerate(cells) if read_heading(cell).kind == name]
         units = [read_heading(cells[i]).unit or under[i] for i in hits]
@@ -172,16 +173,16 @@ def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[i
 
 
 def _others(cells: list[str], place: int, wanted: Wanted) -> tuple[str, ...]:
-    """A note where another column would have served."""
+    """Return a note where another column would have been suitable."""
     others = [cell for i, cell in enumerate(cells) if i != place and read_heading(cell).kind in wanted.names]
     return (f"{cells[place]!r} taken, not {others[0]!r}",) if others and len(wanted.names) > 1 else ()
 
 
 def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
-    """The numbers of a block. Lines of words after them are left out and noted.
+    """Return the numbers of a block; lines of text after them are left out and noted.
 
     Raises:
-        ValueError: a cell that should be a number and is none, with its line and column.
+        ValueError: a cell that is not a number, with its line and column.
     """
     rows, notes = _body(table, block, next(iter(found.values())))
     values = {
@@ -196,7 +197,7 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
 
 
 def _body(table: Table, block: Block, time: Column) -> tuple[list[Row], tuple[str, ...]]:
-    """Rows without the lines of words that follow them."""
+    """Return the rows without the lines of text that follow them."""
     rows = list(block.rows)
     while rows and _is_words(rows[-1][1], time.place, table.dialect.decimal):
         rows.pop()
@@ -207,7 +208,7 @@ def _body(table: Table, block: Block, time: Column) -> tuple[list[Row], tuple[st
 
 
 def _is_words(row: list[str], place: int, decimal: str) -> bool:
-    """No number in the time's cell, and a word somewhere."""
+    """Return whether there is no number in the cell of the time, and a word somewhere."""
     time = row[place] if place < len(row) else ""
     if number(time, decimal) is not None:
         return False
@@ -217,7 +218,7 @@ def _is_words(row: list[str], place: int, decimal: str) -> bool:
 def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
     line, cells = row
     if column.place >= len(cells) or any(cells[block.width :]):
-        what = f"expected {block.width} columns, got {len(cells)}: name each of them in the header, once"
+        what = f"expected {block.width} columns, got {len(cells)}: name each column once in the header"
         fail(table.path, line, column.label, what)
     cell = cells[column.place]
     if is_missing(cell):
@@ -231,7 +232,7 @@ def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
 
 
 def _check_size(table: Table, column: Column, key: str, values: np.ndarray) -> None:
-    """Without a unit, 1500 is no depth in m."""
+    """Raise ValueError for numbers without a unit that are too large for SI, such as a depth of 1500 m."""
     largest = float(np.nanmax(np.abs(values), initial=0.0))
     if key in LARGEST and largest > LARGEST[key] and any("no unit" in note for note in column.notes):
         raise ValueError(
@@ -241,7 +242,7 @@ def _check_size(table: Table, column: Column, key: str, values: np.ndarray) -> N
 
 
 def _marks(block: Block, rows: list[Row]) -> tuple[str, ...]:
-    """Cells of the column of segments, an empty one as the one before; () without such a column."""
+    """Return the cells of the segment column, an empty one repeating the previous one; () without such a column."""
     names = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
     if "segment" not in names:
         return ()

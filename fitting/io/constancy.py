@@ -1,8 +1,8 @@
-"""Whether a column of compliance is a creep compliance: strain over stress is J(t) under a constant stress alone.
+"""Check that a column of compliance is a creep compliance: strain over stress is J(t) only under a constant stress.
 
-Under a stress that varies, strain = int J(t - s) d stress(s) (L. Boltzmann, Ann. Phys. 241 (1878) 430), and what an
-instrument writes as a compliance is the quotient of strain and stress at the same time. The strain is then taken back
-from it, and fitted under the measured stress.
+Under a varying stress, strain = int J(t - s) d stress(s) (L. Boltzmann, Ann. Phys. 241 (1878) 430), and the compliance
+that an instrument writes is the quotient of strain and stress at the same time. The strain is then recovered as their
+product and fitted under the measured stress.
 """
 
 import numpy as np
@@ -10,18 +10,18 @@ import numpy as np
 from fitting.data.segments import noise, smooth
 from fitting.io.columns import Column, Series
 
-STEADY = 0.01  # share of its median by which a constant stress may vary
-SURE = 3.0  # standard deviations of its noise by which it then varies for sure
-ENDED = 0.05  # share of its largest below which the stress has ended
+STEADY = 0.01  # relative variation of a constant stress about its median
+SURE = 3.0  # significant variation in standard deviations of its noise
+ENDED = 0.05  # fraction of its maximum below which the stress has ended
 
 
 def settle(path: str, series: Series, end: float | None) -> Series:
-    """Compliance alone where the stress beside it is constant, else strain and stress.
+    """Return the compliance alone where the stress beside it is constant, otherwise strain and stress.
 
     Args:
         path: for messages.
         series: with "J" and "stress", and "strain" if the file has it.
-        end: of the rows that are wanted, on the file's clock [s], None for all.
+        end: last time of the requested rows on the file's clock [s], None for all.
 
     Raises:
         ValueError: the stress ends, and there is no strain.
@@ -43,13 +43,13 @@ def settle(path: str, series: Series, end: float | None) -> Series:
         begin, last = t[loaded][0] + series.zero, t[ends][0] + series.zero
         raise ValueError(
             f"{path}: column {label!r}: expected a strain beside a stress that ends, got a compliance alone: "
-            f"window=({begin:g}, {last:g}) takes what is before its end"
+            f"window=({begin:g}, {last:g}) selects the part before its end"
         )
     return _strained(series, label)
 
 
 def _steady(stress: np.ndarray) -> bool:
-    """Whether its running median stays at its median."""
+    """Return whether the running median of the stress stays at its median."""
     if stress.size < 3:
         return True
     level = float(np.median(stress))
@@ -57,7 +57,7 @@ def _steady(stress: np.ndarray) -> bool:
 
 
 def _strained(series: Series, label: str) -> Series:
-    """With strain = compliance times stress in place of the compliance."""
+    """Return the series with strain = compliance times stress in place of the compliance."""
     stress, compliance = series.values["stress"], series.columns["J"]
     values = {"t": series.values["t"], "strain": series.values["J"] * stress, "stress": stress}
     if "sigma" in series.values:
@@ -68,7 +68,7 @@ def _strained(series: Series, label: str) -> Series:
 
 
 def _keep(series: Series, keys: tuple[str, ...], dropped: tuple[str, ...]) -> Series:
-    """Some of the columns, without the notes on those that are not used."""
+    """Return some of the columns, without the notes on those that are not used."""
     notes = {note for key in dropped if key in series.columns for note in series.columns[key].notes}
     used = {note for key in keys if key in series.columns for note in series.columns[key].notes}
     return series._replace(

@@ -1,4 +1,4 @@
-"""The header of a block of numbers, and the line of units under it, among the lines before it."""
+"""Detection of the header of a block of numbers, and of a line of units, among the preceding lines."""
 
 import re
 from typing import NamedTuple
@@ -10,7 +10,8 @@ from fitting.io.text import Line
 
 
 class Header(NamedTuple):
-    """cells: names, with units where they have them; units: of a line of units; line: number of the names."""
+    """A header: cells: names, with units where they have them; units: of a line of units; line: number of the line of
+    names."""
 
     cells: list[str]
     units: list[str]
@@ -18,7 +19,7 @@ class Header(NamedTuple):
 
 
 def find_header(lines: list[Line], width: int, separator: str | None) -> Header | None:
-    """The line with the most known names over columns that fit; without any, the last of ``width`` words."""
+    """Return the line with the most known names over matching columns; without any, the last line of ``width`` words."""
     best: tuple[tuple, list[str]] | None = None
     for k, line in enumerate(lines):
         cells = _cells(line.text, width, separator)
@@ -36,7 +37,7 @@ def find_header(lines: list[Line], width: int, separator: str | None) -> Header 
 
 
 def _cells(text: str, width: int, separator: str | None) -> list[str]:
-    """The line's cells as a header, [] if it can be none: names that fit, else several names, else words."""
+    """Return the line's cells as a header, [] if it is not one: matching names, else several names, else words."""
     every = [_trimmed(cells, width) for cells in ways_to_split(text, separator)]
     ways = [cells for cells in every if _may_be_header(cells)]
     for cells in ways:
@@ -50,7 +51,7 @@ def _cells(text: str, width: int, separator: str | None) -> list[str]:
 
 
 def _may_be_header(cells: list[str]) -> bool:
-    """Two words at least, no number, and not all of them units."""
+    """Return whether there are at least two cells, no number, and not only units."""
     words = [cell.strip("[]() ") for cell in cells if cell]
     numbers = any(number(cell, mark) is not None for cell in cells for mark in ".,")
     return len(cells) >= 2 and not numbers and not all(map(_is_any_unit, words))
@@ -61,12 +62,12 @@ def _is_any_unit(text: str) -> bool:
 
 
 def known(cells: list[str]) -> int:
-    """How many of the names are in the table."""
+    """Return the number of known names."""
     return sum(read_heading(cell).kind is not None for cell in cells)
 
 
 def ways_to_split(text: str, separator: str | None) -> list[list[str]]:
-    """A header may be separated otherwise than the numbers under it."""
+    """Return the possible splits of a header, whose separator may differ from that of the numbers."""
     ways = [split(text, separator)] + [split(text, other) for other in ("\t", ";", ",")]
     ways.append(re.split(r"\t|\s{2,}", text.strip()))
     ways.append([a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', text)])
@@ -76,15 +77,18 @@ def ways_to_split(text: str, separator: str | None) -> list[list[str]]:
 
 
 def _trimmed(cells: list[str], width: int) -> list[str]:
-    """Without empty cells at the end, and without a label ("columns:") that no number stands under."""
+    """Return the cells without empty ones at the end, and without a label ("columns:") that has no column."""
     while len(cells) > 1 and not cells[-1]:
         cells = cells[:-1]
     return cells[1:] if len(cells) == width + 1 and cells[0][-1:] in ("", ":") else cells
 
 
 def _units(lines: list[Line], cells: list[str], separator: str | None) -> list[str]:
-    """Units under the names, "" where none: the line in which a known column has a unit of its kind; else the
-    words right above the numbers, if there is one for each name, for the reader of the column to refuse."""
+    """Return the units below the names, "" where there is none.
+
+    They are taken from the line in which a known column has a unit of its kind, otherwise from the words directly above
+    the numbers if there is one for each name; invalid ones are rejected when the column is read.
+    """
     for line in lines:
         for texts in ways_to_split(line.text, separator):
             texts = _under(texts, len(cells))
@@ -96,7 +100,8 @@ def _units(lines: list[Line], cells: list[str], separator: str | None) -> list[s
 
 
 def _with_factors(lines: list[Line], found: list[str], separator: str | None) -> list[str]:
-    """The units with what stands under them as a power of ten, "x 1e-6 1/Pa", for the reader of the column to refuse."""
+    """Return the units with powers of ten in the lines below ("x 1e-6 1/Pa"), which are rejected when the column is
+    read."""
     for line in lines:
         cells = _under(split(line.text, separator), len(found))
         if any(map(FACTOR.search, cells)):
@@ -108,7 +113,7 @@ def _with_factors(lines: list[Line], found: list[str], separator: str | None) ->
 
 
 def _under(texts: list[str], width: int) -> list[str]:
-    """Without brackets, and one for each column; [] if they are too many or no more than one of several."""
+    """Return the texts without brackets, one for each column; [] if they are too many or only one for several columns."""
     texts = [text.strip("[]() ") for text in _trimmed(texts, width)]
     return texts + [""] * (width - len(texts)) if 1 < len(texts) <= width else []
 

@@ -1,4 +1,4 @@
-"""What is left out, sorted or split in a series of numbers, and the note that says so."""
+"""Cleaning of a series of numbers: rows left out, sorted or split, each with a note."""
 
 import itertools
 from collections.abc import Sequence
@@ -7,15 +7,15 @@ import numpy as np
 
 from fitting.io.columns import Series, fail
 
-LOSS = 0.1  # share of rows that may be left out
-LEAST = 5  # rows of increasing times that make a run, and that two runs have over the same times
+LOSS = 0.1  # largest fraction of rows that may be left out
+LEAST = 5  # least number of rows of a run of increasing times, and of the overlap of two runs
 Segment = int | str | Sequence[int | str] | None
 
 
 def runs(series: Series) -> list[Series]:
-    """The series cut where its clock starts again: long runs of increasing times over the same range.
+    """Return the series split where its clock starts again: long runs of increasing times over the same range.
 
-    Frequencies may as well fall in each run.
+    Frequencies may decrease in each run.
     """
     t = series.clock
     t = -t if np.sum(np.diff(t) < 0) > 0.5 * t.size else t
@@ -33,16 +33,16 @@ def runs(series: Series) -> list[Series]:
 
 
 def _overlap(first: np.ndarray, second: np.ndarray) -> bool:
-    """Whether two runs cover the same times."""
+    """Return whether two runs cover the same times."""
     begin, end = max(np.nanmin(first), np.nanmin(second)), min(np.nanmax(first), np.nanmax(second))
     return all(np.sum((run >= begin) & (run <= end)) >= LEAST for run in (first, second))
 
 
 def choose(path: str, option: str, parts: list[Series], segment: Segment) -> Series:
-    """One of several curves of a file, or some joined, by position or name.
+    """Return one of several curves of a file, or several joined, by position or name.
 
     Raises:
-        ValueError: several and no choice, or a choice that is none of them; it names the option.
+        ValueError: several curves and no choice, or an unknown choice; the message names the option.
     """
     names = ", ".join(f"{k} ({part.name or f'line {part.lines[0]}'})" for k, part in enumerate(parts))
     if segment is None:
@@ -70,7 +70,7 @@ def _one(path: str, option: str, parts: list[Series], choice: int | str, names: 
 
 
 def join(parts: list[Series]) -> Series:
-    """Curves one after the other."""
+    """Return the curves concatenated."""
     values = {key: np.concatenate([part.values[key] for part in parts]) for key in parts[0].values}
     marks = tuple(mark for part in parts for mark in part.marks)
     lines = np.concatenate([part.lines for part in parts])
@@ -78,7 +78,7 @@ def join(parts: list[Series]) -> Series:
 
 
 def window(series: Series, limits: tuple[float | None, float | None] | None) -> Series:
-    """Rows from limits[0] to limits[1], in seconds of the file's clock (or rad/s); None is no limit."""
+    """Return the rows from limits[0] to limits[1], in seconds of the file's clock (or rad/s); None is no limit."""
     if limits is None:
         return series
     begin, end = limits
@@ -91,10 +91,10 @@ def window(series: Series, limits: tuple[float | None, float | None] | None) -> 
 
 
 def complete(path: str, series: Series, positive: tuple[str, ...] = ()) -> Series:
-    """Rows without missing cells and, in columns of ``positive``, with values > 0.
+    """Return the rows without missing cells and, in columns of ``positive``, with values > 0.
 
     Raises:
-        ValueError: more than a tenth of the rows would go.
+        ValueError: more than a tenth of the rows would be left out.
     """
     keep = np.ones(series.lines.size, dtype=bool)
     for key, values in series.values.items():
@@ -114,7 +114,7 @@ def complete(path: str, series: Series, positive: tuple[str, ...] = ()) -> Serie
 
 
 def ordered(series: Series) -> Series:
-    """Rows by time, with a note on what was out of order or repeated."""
+    """Return the rows sorted by time, with a note on rows that were out of order or repeated."""
     t = series.values["t"]
     back, same = int(np.sum(np.diff(t) < 0)), int(np.sum(np.diff(np.sort(t)) == 0))
     if back:
@@ -124,7 +124,7 @@ def ordered(series: Series) -> Series:
 
 
 def check_times(path: str, series: Series) -> Series:
-    """The series; ValueError where times are negative."""
+    """Return the series; ValueError where times are negative."""
     early = series.values["t"] < 0
     if np.any(early):
         line, first = int(series.lines[np.argmax(early)]), series.values["t"][early][0]

@@ -1,4 +1,4 @@
-"""Readers of relaxation and oscillation tests, in the steps of ``readers.py``."""
+"""Readers of relaxation and oscillation tests, with the steps of ``readers.py``."""
 
 import os
 import re
@@ -23,8 +23,8 @@ PAIRS = (
     (COMPLEX, FACTOR),
     (STORAGE, ANGLE),
     (STORAGE, FACTOR),
-)  # the best first
-# how the name of a tensile column begins
+)  # in order of preference
+# initial parts of the names of tensile columns
 TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "estor", "eloss", "erelax", "tensile")
 
 
@@ -38,20 +38,20 @@ def read_relaxation(
 
     Args:
         path: a text file.
-        columns: where the header does not say it: {"t": header or position from 0, "modulus": ...}.
+        columns: columns that the header does not identify: {"t": header or position from 0, "modulus": ...}.
         units: {"t": "min", "modulus": "kPa"}; they take precedence over the header.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
-        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
-        start: when the strain was put on [s], on the file's clock.
+        nu: Poisson's ratio of a tensile test. It is required for a column that is named as tensile.
+        start: time [s] of the strain step on the file's clock.
         segment: the step or interval of a file with several, by name or position from 0; several are joined.
         window: (begin, end) [s] of the file's clock, None for an open side.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The curve in SI, with notes on what was taken and mended.
+        The curve in SI, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -93,21 +93,21 @@ def read_oscillation(
 
     Args:
         path: a text file.
-        columns: where the header does not say it: {"omega": header or position from 0, "storage": ..., "loss": ...},
-            or "complex", "delta", "tan_delta" in place of these.
+        columns: columns that the header does not identify: {"omega": header or position from 0, "storage": ...,
+            "loss": ...}, or "complex", "delta", "tan_delta" in place of these.
         units: {"omega": "Hz", "storage": "kPa"}; they take precedence over the header. A column of frequencies
             without rad/s or Hz is read only with its unit.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
-        nu: Poisson's ratio of a tensile test. A column that says it is tensile is read only with it.
+        nu: Poisson's ratio of a tensile test. It is required for a column that is named as tensile.
         segment: the sweep of a file with several (temperatures, say), by name or position from 0; several are joined.
         window: (begin, end) [rad/s], None for an open side.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The moduli in SI over angular frequency, with notes on what was taken and mended.
+        The moduli in SI over angular frequency, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -133,14 +133,14 @@ def read_oscillation(
 
 
 def _pair(table: Table, columns: dict) -> tuple[Wanted, Wanted]:
-    """The first pair that a block has all of, those that the caller named before the others."""
+    """Return the preferred pair of columns that a block has completely; columns named by the caller come first."""
     named = sorted(PAIRS, key=lambda pair: -sum(one.key in columns for one in pair))
     whole = [pair for pair in named if any(all(has(b, one, columns) for one in pair) for b in table.blocks)]
     return (whole or named)[0]
 
 
 def _moduli(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """omega, storage and loss from one of the pairs."""
+    """Return omega, storage and loss moduli from one of the pairs."""
     if "loss" in values:
         return values
     tan = values["tan_delta"] if "tan_delta" in values else np.tan(values["delta"])
@@ -149,7 +149,7 @@ def _moduli(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _check_angle(path: str, taken: Series, units: dict) -> None:
-    """ValueError where it could be in degrees as well as in rad, or is none of a solid or fluid."""
+    """Raise ValueError for a phase angle without a unit, or outside 0 to 90 degrees."""
     column = taken.columns.get("delta")
     if column is None:
         return
@@ -166,7 +166,7 @@ def _check_angle(path: str, taken: Series, units: dict) -> None:
 
 
 def _check_sweep(path: str, omega: np.ndarray) -> None:
-    """ValueError for a sweep of time, strain or temperature at one frequency."""
+    """Raise ValueError for a sweep of time, strain or temperature at one frequency."""
     if omega.size > 1 and np.ptp(omega) == 0.0:
         raise ValueError(
             f"{path}: omega: expected several frequencies, got {omega[0]:g} rad/s throughout: a sweep of something"
@@ -175,7 +175,7 @@ def _check_sweep(path: str, omega: np.ndarray) -> None:
 
 
 def _check_frequency(path: str, taken: Series, units: dict) -> None:
-    """ValueError where it could be in rad/s as well as in Hz."""
+    """Raise ValueError for a frequency that could be in rad/s as well as in Hz."""
     column = taken.columns["omega"]
     said = "omega" in units or re.search("rad|hz", column.unit or "", re.IGNORECASE)
     if column.name == "frequency" and not said:
@@ -186,7 +186,7 @@ def _check_frequency(path: str, taken: Series, units: dict) -> None:
 
 
 def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
-    """The convention that the column declares; tension never passes for shear."""
+    """Return the convention that the column declares; a tensile modulus is never taken as a shear modulus."""
     column = next((c for c in taken.columns.values() if c.shown.lower().startswith(TENSILE)), None)
     if column is None:
         return convention, taken

@@ -1,4 +1,4 @@
-"""Names of columns in the field's usual spellings, English and German, and headings read with them."""
+"""Names of columns in their usual English and German spellings, and parsing of headings."""
 
 import re
 from typing import NamedTuple
@@ -44,6 +44,7 @@ NAMES = {
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
+    "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke schichtdicke filmdicke",
     "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
 }
 KINDS = {
@@ -53,7 +54,7 @@ KINDS = {
     "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
-    "smoothed height": "depth", "commanded height": "depth",
+    "thickness": "depth", "smoothed height": "depth", "commanded height": "depth",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"
@@ -62,7 +63,7 @@ BRACKETS = (
     r"(?P<name>.*\S)\s*\((?P<unit>(?:[^()]|\([^()]*\))*)\)",
     r"(?P<name>.*\S)\s*[{<（【](?P<unit>[^{}<>（）【】]*)[}>）】]",
 )
-AGAIN = re.compile(r"(?<=[\])])\.[0-9]+$")  # what pandas puts after the second of two equal names
+AGAIN = re.compile(r"(?<=[\])])\.[0-9]+$")  # suffix that pandas adds to the second of two equal names
 LOGARITHM = re.compile(r"\s*(?:log|lg|ln|sqrt)(?:10|2|e)?(?=[\s_(\[])", re.IGNORECASE)
 FACTOR = re.compile(r"10\s*(?:\^\s*[-−+]?|[-−+])[0-9]|10[⁻⁺]?[⁰¹²³⁴-⁹]|[0-9][eE][-−+]?[0-9]")
 PARTS = (
@@ -79,7 +80,7 @@ DECLARED = ("shear", "scher", "schub", "schieb", "gleit", "γ", "gamma", "τ", "
 
 
 class Heading(NamedTuple):
-    """name: plain; kind: of NAMES, None if unknown; unit: as written, None if not given."""
+    """A parsed heading: name: normalised; kind: of NAMES, None if unknown; unit: as written, None if not given."""
 
     name: str
     kind: str | None
@@ -87,7 +88,7 @@ class Heading(NamedTuple):
 
 
 def read_heading(cell: str) -> Heading:
-    """What a header's cell says: "J [1/GPa]", "Depth (nm)", "time / s", "F/mN", "time_s", "Kraft in N"."""
+    """Parse a header cell such as "J [1/GPa]", "Depth (nm)", "time / s", "F/mN", "time_s" or "Kraft in N"."""
     cell = AGAIN.sub("", cell.strip().strip(":"))
     cuts = [(pattern, *found) for pattern in PARTS for found in _cuts(pattern, cell)]
     for pattern, name, unit in cuts:
@@ -103,7 +104,7 @@ def read_heading(cell: str) -> Heading:
 
 
 def _cuts(pattern: str, cell: str) -> list[tuple[str, str | None]]:
-    """(name, unit) of the cell cut by a pattern; by an underscore, at each of them."""
+    """Return the ways (name, unit) in which a pattern splits the cell; by an underscore, at each of them."""
     if pattern == "_":
         places = [k for k, letter in enumerate(cell) if letter == "_" and not re.search(r"\s[\[(]", cell[k:])]
         return [(cell[:k], cell[k + 1 :]) for k in reversed(places)]
@@ -112,18 +113,18 @@ def _cuts(pattern: str, cell: str) -> list[tuple[str, str | None]]:
 
 
 def kind_of(name: str) -> str | None:
-    """The kind of a name, with or without a symbol after it: "Zeit t", "Compliance J(t)"."""
+    """Return the kind of a name, with or without a symbol after it: "Zeit t", "Compliance J(t)"."""
     head, _, symbol = name.strip().rpartition(" ")
     kind = LOOKUP.get(plain(head))
     return LOOKUP.get(plain(name)) or (kind if kind and LOOKUP.get(plain(symbol)) == kind else None)
 
 
 def plain(name: str) -> str:
-    """The name without blanks and marks, and without case if it is longer than a letter."""
+    """Return the name without blanks and marks, in lower case if it is longer than one letter."""
     name = re.sub(r"[\s_.\-]", "", name).translate(PRIMES)
     return name if len(name) == 1 else name.lower()
 
 
 def says_shear(name: str) -> bool:
-    """Whether a plain name says that shear is meant."""
+    """Return whether a normalised name states that shear is meant."""
     return name.lower().startswith(DECLARED)

@@ -1,4 +1,4 @@
-"""When the load of a creep test began: as the caller says, as the file shows, or a question to the caller."""
+"""Time of loading of a creep test: as given by the caller or shown in the file, otherwise an error that asks for it."""
 
 import numpy as np
 
@@ -6,16 +6,16 @@ from fitting.data.clock import counts_from_zero
 from fitting.data.segments import noise, smooth
 from fitting.io.columns import Series
 
-ZERO = 0.01  # share of the largest stress below which there is none
-NOTHING = 1e-6  # share of it that is zero for sure
-JUMP = 0.1  # share of the largest stress by which it changes from sample to sample in a jump
-FALL = 0.2  # share of its largest by which a creep curve may fall
-SURE = 3.0  # standard deviations of the noise by which it then falls for sure
-LEAST = 5  # samples below which nothing is judged
+ZERO = 0.01  # fraction of the largest stress below which the stress is zero
+NOTHING = 1e-6  # fraction of it that is certainly zero
+JUMP = 0.1  # change between samples at a jump, as a fraction of the largest stress
+FALL = 0.2  # fraction of its maximum by which a creep curve may fall
+SURE = 3.0  # significant fall in standard deviations of the noise
+LEAST = 5  # number of samples below which no check is made
 
 
 def shift(path: str, series: Series, start: float | None) -> Series:
-    """Times from the start of the load [s] on; rows before it are left out. None: the series as it is.
+    """Return the series with times from the start of the load [s], without earlier rows; unchanged for None.
 
     Raises:
         ValueError: a start that is not before the last sample.
@@ -33,15 +33,15 @@ def shift(path: str, series: Series, start: float | None) -> Series:
 
 
 def check_clock(path: str, series: Series, start: float | None) -> None:
-    """Whether t counts from the load, of which J(t) and G(t) are functions: the clock of a long test need not.
+    """Raise ValueError unless t counts from the load, since J(t) and G(t) are functions of the time since loading.
 
     Args:
         path: for messages.
         series: all rows of the file, before a window is taken.
-        start: of the load, as the caller says.
+        start: time of loading given by the caller.
 
     Raises:
-        ValueError: no start is given, and the clock may run from before the load; it names both ways on.
+        ValueError: no start is given, and the clock may have started before the load; the message names both options.
     """
     t = np.unique(series.values["t"][np.isfinite(series.values["t"])])
     if start is None and series.columns["t"].name != "step time" and not counts_from_zero(t):
@@ -52,14 +52,14 @@ def check_clock(path: str, series: Series, start: float | None) -> None:
 
 
 def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tuple[np.ndarray, np.ndarray]]:
-    """Strain from the start of the stress on, and the stress: (knots [s], values [Pa]), linear in between.
+    """Return the strain from the start of the stress on, and the stress (knots [s], values [Pa]), piecewise linear.
 
-    With a start (``shift`` went before) the stress steps there to its first value. Else, where it is zero
-    at first, it rises between two samples; where it is there from the first sample on, it steps at the zero
-    of a clock that seems to start with it, or rises from there if its first values are on a line through it.
+    With a start (after ``shift``) the stress steps there to its first value. Otherwise, if it is zero at
+    first, it rises between two samples; if it is present from the first sample on, it steps at the zero of a
+    clock that appears to start with it, or rises from there if its first values lie on a line through the origin.
 
     Raises:
-        ValueError: the file does not tell when the stress began; names ``start``.
+        ValueError: the file does not show when the stress began; the message names ``start``.
     """
     t, stress = series.values["t"], series.values["stress"]
     largest = np.max(np.abs(stress))
@@ -79,8 +79,8 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
         return series, (series.values["t"], series.values["stress"])
     if series.columns["t"].name != "step time" and not counts_from_zero(t):
         raise ValueError(
-            f"{path}: stress: expected to see it begin, got it from the first sample on, at {t[0]:g} s: say "
-            "when it began, start= [s]"
+            f"{path}: stress: expected the beginning of the stress in the file, got a stress from the first sample on, at"
+            f" {t[0]:g} s: give the time of loading, start= [s]"
         )
     if _ramps(t, stress):
         series = series.say("the stress is taken to rise from zero at t = 0; if not, give start=")
@@ -89,7 +89,7 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
 
 
 def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | None = None) -> None:
-    """A compliance, or a strain under a constant stress, may not fall as in a recovery.
+    """Raise ValueError if a compliance, or a strain under a constant stress, falls as in a recovery.
 
     Raises:
         ValueError: it falls by a fifth, or strain and stress have opposite signs.
@@ -108,12 +108,12 @@ def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | N
         last = t[np.argmax(np.abs(y))]
         raise ValueError(
             f"{path}: expected a creep curve that rises, got one that falls after {last:g} s: a recovery? "
-            f"window=(0, {last:.6g}) takes the creep"
+            f"window=(0, {last:.6g}) selects the creep"
         )
 
 
 def _first(stress: np.ndarray) -> int:
-    """The first sample under stress, (n,) >= 0: on a slow rise to ``ZERO`` of the largest, where the rise begins."""
+    """Return the index of the first sample under stress (n,) >= 0; for a slow rise, of the beginning of the rise."""
     first = int(np.argmax(stress > ZERO * stress.max()))
     if first == 0:
         return 0
@@ -128,7 +128,7 @@ def _first(stress: np.ndarray) -> int:
 
 
 def _ramps(t: np.ndarray, stress: np.ndarray) -> bool:
-    """Whether a line through the first stresses, which is not level, goes through zero at t = 0."""
+    """Return whether a sloping line through the first stresses passes through zero at t = 0."""
     few = slice(0, LEAST)
     if t[0] <= 0.0 or np.unique(t[few]).size < LEAST:
         return False
@@ -137,5 +137,5 @@ def _ramps(t: np.ndarray, stress: np.ndarray) -> bool:
 
 
 def _step(t: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A stress that steps at t = 0 to its first value."""
+    """Return a stress that steps at t = 0 to its first value."""
     return np.concatenate([[0.0], t]), np.concatenate([stress[:1], stress])

@@ -1,11 +1,11 @@
 """Readers of creep and indentation files: delimited text of any instrument, and force curves of microscopes.
 
-A file is read in steps, one module of ``fitting.io`` for each: lines (``text``), cells and decimal mark
-(``cells``), blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``).
-What is mended because nothing is lost by it is said in ``notes``: rows out of order are sorted, repeated
-times kept as repeated measurements, rows with an empty cell or J <= 0 left out if they are at most a tenth,
-a column without a unit taken as SI. Everything else is a ValueError of one line that names the file, the
-line, the column, and the option that would read it.
+A file is read in steps, one module of ``fitting.io`` for each: lines (``text``), cells and decimal mark (``cells``),
+blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``). Corrections that lose no
+information are made and recorded in ``notes``: rows out of order are sorted, repeated times are kept as repeated
+measurements, rows with an empty cell or J <= 0 are left out if they are at most a tenth, and a column without a unit is
+taken as SI. Everything else is a ValueError of one line that names the file, the line, the column, and the option that
+would read it.
 """
 
 import dataclasses
@@ -35,9 +35,13 @@ SWEEP = Wanted("sweep", (*STORAGE.names, "complex modulus", "tensile complex mod
 CLOCK = Wanted("t", ("time", "step time"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth", "delta"))
-OF = {"sigma": 1, "sigma_load": 1, "sigma_depth": 2}  # place of what an error is of, in the columns wanted
+OF = {
+    "sigma": 1,
+    "sigma_load": 1,
+    "sigma_depth": 2,
+}  # place, among the wanted columns, of the quantity of an error
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
-AIR = 5  # points before contact that are too few to speak of
+AIR = 5  # number of points before contact below which no note is made
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
 SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
 
@@ -50,31 +54,31 @@ def read_creep(
 ) -> CreepData:  # fmt: skip
     """Read time and compliance, or time, strain and stress, of a creep test.
 
-    A column of stress beside a compliance decides what this is: J(t) under a constant stress, the quotient of strain
-    and stress under one that varies, of which the strain is taken under the measured stress.
+    A stress column beside a compliance determines its meaning: J(t) if the stress is constant; if it varies, the
+    compliance is the quotient of strain and stress, and the strain is used with the measured stress.
 
     Args:
         path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
-        columns: where the header does not say it: {"t": header or position from 0, "J": ..., "strain": ...,
-            "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
+        columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
+            "strain": ..., "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
             unit of these if it has none of its own.
         units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
-        convention: what the compliance is: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
+        convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
             tension, which needs nu.
-        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D. A column that says it is tensile
-            ("D(t)", "tensile strain") is read only with it.
+        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D; required for a column that is named as tensile
+            ("D(t)", "tensile strain").
         stress: the constant stress [Pa] of a file that has strain alone.
-        start: when the load began [s], on the file's clock. Without it the file must show it, and notes
-            say what was taken.
+        start: time of loading [s] on the file's clock. Without it the file must show it, and a note states the
+            time used.
         segment: the step or interval of a file with several, by name or position from 0; several are joined.
         window: (begin, end) [s] of the file's clock, None for an open side.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The curve in SI, with notes on what was taken and mended.
+        The curve in SI, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -123,27 +127,27 @@ def read_indentation(
 ) -> IndentationData:  # fmt: skip
     """Read time, load and depth of an indentation, or of a force curve.
 
-    The curve is returned as measured: ``in_contact`` of the result takes the points before contact off.
-    A force curve without depth has it from the height and the cantilever, depth = z - load/k, from the first
-    sample on.
+    The curve is returned as measured; its method ``in_contact`` removes the points before contact.
+    The depth of a force curve without one follows from the height and the cantilever, depth = z - load/k, counted
+    from the first sample.
 
     Args:
         path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
             microscope (JPK, Igor, HDF5) through the library afmformats.
-        columns: as of ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
+        columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
             for columns of standard deviations, in the unit of depth or load if they have none of their own.
         units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
-        segment: "approach", "hold", "retract", or several of them: what is taken.
+        segment: the selected segments: "approach", "hold", "retract", or several of them.
         window: (begin, end) [s] of the file's clock, None for an open side.
         curve: which of several curves in the file, by position from 0 or by name.
-        spring_constant: of the cantilever [N/m], where the file does not say it.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        spring_constant: of the cantilever [N/m], where the file does not state it.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The curve in SI, with notes on what was taken and mended.
+        The curve in SI, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
         ImportError: a microscope's format without afmformats.
 
     Example:
@@ -157,7 +161,7 @@ def read_indentation(
     if afm.is_force_curve(path):
         if columns or units or decimal:
             raise ValueError(
-                f"{os.fspath(path)}: columns, units, decimal: go with text, not with a force curve"
+                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
             )
         found = afm.read(path, curve, spring_constant)
         data = build(os.fspath(path), IndentationData, **found)
@@ -176,7 +180,7 @@ def _indentation_text(
     path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
     spring_constant: float | None, decimal: str | None,
 ) -> IndentationData:  # fmt: skip
-    """A text file as it is, all segments."""
+    """Read a text file with all segments, without selection."""
     table = read_table(path, decimal)
     columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
     raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
@@ -206,7 +210,7 @@ def _indentation_text(
 
 
 def checked_options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
-    """The two dictionaries, with known keys only."""
+    """Return the two dictionaries; ValueError for unknown keys."""
     for name, given in (("columns", columns), ("units", units)):
         for key in given or {}:
             if key not in keys:
@@ -218,7 +222,7 @@ def checked_options(table: Table, columns: dict | None, units: dict | None, keys
 
 
 def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
-    """Compliance where a block has it, else strain and stress."""
+    """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
     if some(COMPLIANCE) or not some(STRAIN):
         for others, what, reader in (
@@ -241,7 +245,8 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
 
 
 def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
-    """The stress, and the strain, that stand beside a compliance; none where no column or several could be the stress."""
+    """Return the stress, and the strain, in the columns beside a compliance; empty where the stress is missing or
+    ambiguous."""
     blocks = [block for block in table.blocks if has(block, COMPLIANCE, columns)]
 
     def told(wanted: Wanted) -> bool:
@@ -254,9 +259,9 @@ def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
 
 
 def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
-    """The curves of a file: its blocks that have all that is wanted, cut where the clock starts again."""
+    """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again."""
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
-    if not blocks:  # the longest block says what is missing
+    if not blocks:  # report what the longest block lacks
         blocks = [max(table.blocks, key=lambda block: len(block.rows))]
         if len(blocks[0].rows) < mending.LEAST < blocks[0].width:
             raise ValueError(
@@ -290,11 +295,11 @@ def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: di
 
 
 def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
-    """With a stress, from the file or the caller."""
+    """Return the series with a stress, from the file or the caller."""
     if "stress" in taken.values:
         if stress is not None:
             raise ValueError(
-                f"{table.path}: stress: the file has a column of it, expected none beside it, got {stress!r}"
+                f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
             )
         return taken
     value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)
@@ -305,7 +310,7 @@ def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
 
 
 def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
-    """The convention that the columns declare; tension never passes for shear."""
+    """Return the convention that the columns declare; a tensile test is never taken as shear."""
     columns = [taken.columns[key] for key in ("J", "strain", "stress") if key in taken.columns]
     tensile = [column.label for column in columns if (column.name or "").startswith("tensile")]
     if tensile and nu is None:
@@ -327,7 +332,7 @@ def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> 
 
 
 def _fact(pattern: str, text: str) -> float | None:
-    """A number that the text above the columns states."""
+    """Return a number that the text above the columns states, or None."""
     found = re.findall(pattern, text)
     try:
         return float(found[-1]) if found else None

@@ -1,4 +1,4 @@
-"""Blocks of numbers in a text: an export may hold several, each with a header of its own."""
+"""Blocks of numbers in a text; an export may hold several, each with its own header."""
 
 import itertools
 import os
@@ -11,7 +11,7 @@ from fitting.io.header import Header, find_header, known
 from fitting.io.text import Line, read_lines
 
 Row = tuple[int, list[str]]
-FOREIGN = 3  # lines of numbers with another separator that are no accident
+FOREIGN = 3  # number of lines in another dialect that is not accidental
 NAMES = (
     r"(?m)^\[step\]\s*\n(?P<name>.+)",  # TRIOS
     r"(?m)^segment:\s*(?P<name>\S.*)",  # JPK
@@ -20,8 +20,11 @@ NAMES = (
 
 
 class Block(NamedTuple):
-    """name: of the step, interval or segment, "" if it has none; before: the text above; width: cells that a
-    row should have; rows: (line, cells) of numbers, and of other words that stand between or after them."""
+    """A block of numbers.
+
+    name: of the step, interval or segment, "" if it has none; before: the text above; header; width: number of cells of
+    a complete row; rows: (line, cells) of numbers, and of text between or after them.
+    """
 
     name: str
     before: str
@@ -31,7 +34,7 @@ class Block(NamedTuple):
 
 
 class Table(NamedTuple):
-    """The blocks of a file, and the dialect they are written in."""
+    """The blocks of a file and its dialect."""
 
     path: str
     dialect: Dialect
@@ -39,11 +42,11 @@ class Table(NamedTuple):
 
 
 def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
-    """Split a file into blocks: a line with known names of columns begins one.
+    """Split a file into blocks, each of which begins with a line of known column names.
 
     Args:
         path: of a text file.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Raises:
         ValueError: no file, no text, no rows of numbers.
@@ -67,7 +70,7 @@ def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
 
 
 def _groups(lines: list[Line], dialect: Dialect) -> list[tuple[list[Line], list[Row]]]:
-    """Lines of words, each with the rows of numbers that follow it."""
+    """Return groups of text lines, each with the rows of numbers that follow."""
     rows = [(line, split(line.text, dialect.separator)) for line in lines]
     runs = itertools.groupby(rows, lambda row: not row[0].remark and is_data(row[1], dialect.decimal))
     groups: list[tuple[list[Line], list[Row]]] = [([], [])]
@@ -80,14 +83,14 @@ def _groups(lines: list[Line], dialect: Dialect) -> list[tuple[list[Line], list[
 
 
 def _check_words(path: str, lines: list[Line], dialect: Dialect) -> None:
-    """ValueError where the words between numbers are numbers themselves, in another dialect."""
+    """Raise ValueError where the text between numbers consists of numbers in another dialect."""
     for other in itertools.starmap(Dialect, itertools.product(",;\t", ".,")):
         cells = [split(line.text, other.separator) for line in lines if not line.remark]
         hits = [row for row in cells if len(row) > 1 and _all_numbers(row, other.decimal)]
         if other != dialect and len(hits) >= FOREIGN:
             raise ValueError(
                 f"{path}: line {lines[0].number}: expected one separator and decimal mark throughout, got others in "
-                f"{len(hits)} lines: write all lines alike"
+                f"{len(hits)} lines: write all lines in one dialect"
             )
 
 
@@ -96,17 +99,17 @@ def _all_numbers(row: list[str], decimal: str) -> bool:
 
 
 def _as_rows(lines: list[Line], dialect: Dialect) -> list[Row]:
-    """Words in the place of numbers: rows, unless they are remarks."""
+    """Return text lines as rows, except remarks."""
     return [(line.number, split(line.text, dialect.separator)) for line in lines if not line.remark]
 
 
 def _width(rows: list[Row]) -> int:
-    """The most common number of cells."""
+    """Return the most common number of cells."""
     return Counter(len(cells) for _, cells in rows).most_common(1)[0][0]
 
 
 def _name(text: str) -> str:
-    """The name that the lines above a block give it."""
+    """Return the name that the lines above a block state."""
     found = [match.groupdict() for pattern in NAMES for match in re.finditer(pattern, text)]
     if not found:
         return ""

@@ -1,4 +1,4 @@
-"""The text of a file as numbered lines, whatever wrote it."""
+"""Text of a file as numbered lines, for various encodings."""
 
 import os
 import re
@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
-MARKUP = re.compile(r"<|[{]|\[\s*[\[{]|%PDF")  # HTML and XML, JSON and RTF, PDF: how they begin
-INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # a byte-order mark where files were joined, no blank
-OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that goes on in the next line
-LONGEST = 4  # lines of such a cell
+MARKUP = re.compile(r"<|[{]|\[\s*[\[{]|%PDF")  # first characters of HTML, XML, JSON, RTF and PDF
+INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # byte-order marks within joined files, zero-width spaces
+OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that continues on the next line
+LONGEST = 4  # largest number of lines of such a cell
 REMARK = re.compile(r"\s*(#+|//+|%+(?=\s*\w))\s?")
 
 
 class Line(NamedTuple):
-    """number: in the file, from 1; text: without a comment mark; remark: whether it had one."""
+    """A line of a file: number, from 1; text, without a comment mark; remark: whether it had one."""
 
     number: int
     text: str
@@ -23,7 +23,7 @@ class Line(NamedTuple):
 
 
 def read_lines(path: str | os.PathLike) -> list[Line]:
-    """The lines that are not blank. A line that begins with #, // or % is a remark.
+    """Return the lines that are not blank; a line that begins with #, // or % is a remark.
 
     Raises:
         ValueError: no such file, not text, or nothing in it.
@@ -41,7 +41,7 @@ def read_lines(path: str | os.PathLike) -> list[Line]:
 
 
 def _joined(texts: list[str]) -> Iterator[tuple[int, str]]:
-    """Numbers and texts of lines, those within a quoted cell ("Time" over "(s)" in a workbook) as one."""
+    """Yield numbers and texts of lines, joining those within a quoted cell ("Time" over "(s)" in a workbook)."""
     k = 0
     while k < len(texts):
         size = 1
@@ -52,7 +52,7 @@ def _joined(texts: list[str]) -> Iterator[tuple[int, str]]:
 
 
 def _closed(texts: list[str]) -> bool:
-    """Whether every quoted cell ends within these lines."""
+    """Return whether every quoted cell ends within these lines."""
     whole = " ".join(texts)
     return whole.count('"') % 2 == 0 and not OPEN.search(whole)
 
@@ -63,7 +63,7 @@ def _line(number: int, text: str) -> Line:
 
 
 def decode(name: str) -> str:
-    """UTF-8 or UTF-16, with or without mark, else Latin-1."""
+    """Return the text of a file in UTF-8 or UTF-16, with or without byte-order mark, else in Latin-1."""
     try:
         raw = Path(name).read_bytes()
     except OSError as error:

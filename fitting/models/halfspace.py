@@ -1,4 +1,4 @@
-"""A ball, cone or punch on a viscoelastic half-space: depth from load, and load from depth.
+"""Indentation of a viscoelastic half-space by a ball, cone or punch: depth from load, and load from depth.
 
 While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438)
 
@@ -10,10 +10,10 @@ While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
 The load, or depth^(3/2) and depth, are linear between samples; then both integrals are exact
-recursions. The measured depth is depth + contact point + drift t + machine compliance P. A ball that
-sticks is in ``adhesion.py``.
+recursions. The measured depth is depth + contact point + drift t + machine compliance P. Adhesive
+contact is derived in ``adhesion.py``.
 
-All is scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
+All quantities are scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
 """
 
 import functools
@@ -35,11 +35,12 @@ BISECTIONS = 24
 
 
 class Curve(NamedTuple):
-    """Scaled samples: t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball,
-    over 1 - nu; bulk: the bulk modulus, or None for a constant nu; power: of the depth.
+    """Scaled samples of an indentation test.
 
-    top: index of the greatest depth, from which on the contact may shrink; pull: 6 pi w R of the work of
-    adhesion w; edge: share of creep in the compliance of an edge that sticks, 0 for J(0) and 1 for J(t).
+    t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball, over 1 - nu; bulk: the bulk
+    modulus, or None for a constant nu; power: of the depth; top: index of the largest depth, after which the contact
+    may shrink; pull: 6 pi w R of the work of adhesion w; edge: fraction of the creep in the compliance of an adhesive
+    edge, 0 for J(0) and 1 for J(t).
     """
 
     t: Array
@@ -56,22 +57,22 @@ class Curve(NamedTuple):
 
 
 def depth_residual(point: Coordinates, curve: Curve) -> Array:
-    """Weighted depth of the model less that measured, (n,); the load is given."""
+    """Return the weighted depth of the model minus the measured one, (n,); the load is given."""
     total = _hereditary(surface(point.compliances(), curve.bulk), curve)
-    # an integral at or below zero: not in contact yet; the slope of the root stays finite
+    # no contact where the integral is <= 0; the derivative of the root stays finite
     depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (1.0 / curve.power), 0.0)
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
 def load_residual(point: Coordinates, curve: Curve) -> Array:
-    """Weighted load of the model less that measured, (n,); the depth is given and the contact grows."""
+    """Return the weighted load of the model minus the measured one, (n,); the depth is given and the contact grows."""
     weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
     power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** curve.power
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
 def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
-    """As ``load_residual``, for one maximum of the depth: after it the integral ends at t1(t)."""
+    """Return the weighted load residual (n,) for a depth with one maximum, after which the integral ends at t1(t)."""
     weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
     rising = jnp.arange(curve.t.size) <= curve.top
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
@@ -84,14 +85,14 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
 
 
 def sticky_depth_residual(point: Coordinates, curve: Curve) -> Array:
-    """As ``depth_residual``, of a ball that sticks."""
+    """Return the weighted depth residual (n,) of an adhesive ball; the load is given."""
     c = surface(point.compliances(), curve.bulk)
     depth, _ = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
 def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
-    """As ``load_residual``, of a ball that sticks."""
+    """Return the weighted load residual (n,) of an adhesive ball; the depth is given."""
     c = surface(point.compliances(), curve.bulk)
     weights, rates = relaxation_modes(c, curve.extra)
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
@@ -100,20 +101,20 @@ def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
 
 
 def _hereditary(c: Compliances, curve: Curve) -> Array:
-    """int (J + extra) dP at the samples, (n,)."""
+    """Return int (J + extra) dP at the samples, (n,)."""
     x = jnp.concatenate([jnp.stack([c.spring + curve.extra]), c.retarded, jnp.stack([c.flow])])
     return columns(curve.basis, c.rates) @ x
 
 
 def _neck(c: Compliances, curve: Curve) -> Array:
-    """kappa of ``adhesion.py``, (n,)."""
+    """Return kappa of ``adhesion.py``, (n,)."""
     creep = c.creep(curve.t - curve.t[0]) - c.spring
     return adhesion.root(curve.pull * (c.spring + curve.edge * creep + curve.extra))
 
 
 @functools.partial(jax.jit, static_argnames="kind")
 def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Array]:
-    """(alpha (n,), in proportion to the contact area, J(t) + extra (n,)) of a ball that sticks, scaled."""
+    """Return alpha (n,), proportional to the contact area of an adhesive ball, and J(t) + extra (n,), scaled."""
     c = surface(point.compliances(), curve.bulk)
     if kind == "sticky load":
         alpha = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))[1]
@@ -124,7 +125,10 @@ def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Arr
 
 
 def surface(c: Compliances, bulk: Array | None) -> Compliances:
-    """J of the surface: with a bulk modulus K the transform of 2 (1 - nu) J is J + 3/(G + 3 K) (``response.volume``)."""
+    """Return the effective J of the surface; with a bulk modulus K, 2 (1 - nu) J has the transform J + 3/(G + 3 K).
+
+    Source: ``response.volume``.
+    """
     if bulk is None:
         return c
     start, retarded, rates = spectrum.parallel_creep(_spectrum(c), 3.0 * bulk)
@@ -137,7 +141,7 @@ def surface(c: Compliances, bulk: Array | None) -> Compliances:
 
 
 def relaxation_modes(c: Compliances, extra: Array) -> tuple[Array, Array]:
-    """G(t) = sum_m weights_m exp(-rates_m t) of J + extra, (k + 1,) and (k + 1,)."""
+    """Return weights and rates, (k + 1,) each, of G(t) = sum_m weights_m exp(-rates_m t), the modulus of J + extra."""
     rates, weights = spectrum.relaxation_modes(_spectrum(c), extra)
     return weights, rates
 
@@ -148,7 +152,7 @@ def _spectrum(c: Compliances) -> spectrum.Spectrum:
 
 
 def _highest(y: Array) -> Array:
-    """The greatest so far, (n,); one after the other, which compiles three times faster than ``lax.cummax``."""
+    """Return the running maximum (n,); a sequential scan compiles three times faster than ``lax.cummax``."""
 
     def step(top: Array, here: Array) -> tuple[Array, Array]:
         top = jnp.maximum(top, here)
@@ -158,7 +162,7 @@ def _highest(y: Array) -> Array:
 
 
 def _memory(t: Array, y: Array, rates: Array) -> Array:
-    """int_0^t exp(-r (t - s)) dy(s) at the samples, (n, k); y steps on at the first and is linear between."""
+    """Return int_0^t exp(-r (t - s)) dy(s) at the samples, (n, k); y steps at the first sample and is piecewise linear."""
     gap = jnp.diff(t, prepend=t[:1])
     rise = jnp.diff(y, prepend=jnp.zeros_like(y[:1]))
     x = rates * gap[:, None]
@@ -166,7 +170,7 @@ def _memory(t: Array, y: Array, rates: Array) -> Array:
 
 
 def _at(t: Array, y: Array, memory: Array, rates: Array, when: Array) -> Array:
-    """The memory integral at the times ``when`` (n,), between samples, (n, k)."""
+    """Return the memory integral at the times ``when`` (n,), between samples, (n, k)."""
     j = jnp.clip(jnp.searchsorted(t, when, side="right") - 1, 0, t.size - 2)
     gap, since = t[j + 1] - t[j], jnp.maximum(when - t[j], 0.0)
     slope = (y[j + 1] - y[j]) / jnp.where(gap > 0, gap, 1.0)
@@ -175,10 +179,10 @@ def _at(t: Array, y: Array, memory: Array, rates: Array, when: Array) -> Array:
 
 
 def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> Array:
-    """t1(t) (n,), by bisection up to the greatest depth; t_0 once the contact is lost.
+    """Return t1(t) (n,), by bisection up to the time of the largest depth; t_0 once the contact is lost.
 
-    int_t1^t G(t - s) d(depth) falls with t1 at the rate G(t - t1) depth'(t1); one Newton step at
-    that rate carries the derivative.
+    int_t1^t G(t - s) d(depth) falls with t1 at the rate G(t - t1) depth'(t1); one Newton step with this rate carries
+    the derivative.
     """
     series = depth, weights, rates, _memory(curve.t, depth, rates)
     fixed = jax.lax.stop_gradient(series)  # the bisection needs no derivative, and compiles faster without
@@ -199,7 +203,7 @@ def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> 
     gap = curve.t[j + 1] - curve.t[j]
     speed = (depth[j + 1] - depth[j]) / jnp.where(gap > 0, gap, 1.0)
     rate = jnp.exp(-rates * (curve.t - t1)[:, None]) @ weights * speed
-    # no step where the depth stands still, nor before the first contact
+    # no step where the depth is constant, nor before the first contact
     moving = (rate > 1e-9 * jnp.max(rate)) & (t1 > curve.t[0] + 1e-6 * (curve.t[curve.top] - curve.t[0]))
     step = jnp.where(moving, left(t1, *series) / jax.lax.stop_gradient(jnp.where(moving, rate, 1.0)), 0.0)
     return t1 + step
@@ -216,13 +220,16 @@ MODELS = {
 
 @functools.partial(Program, static_argnames=("kind",))
 def evaluate(point: Coordinates, curve: Curve, kind: str) -> Array:
-    """Weighted residuals (n,) of one of ``MODELS``."""
+    """Return the weighted residuals (n,) of one of ``MODELS``."""
     return MODELS[kind](point, curve)
 
 
 @functools.partial(Program, static_argnames=("kind",))
 def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
-    """They, and their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,), in one program."""
+    """Return the residuals and their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,).
+
+    Both are computed in one program.
+    """
 
     def some(x: Array) -> tuple[Array, Array]:
         residual = MODELS[kind](point.moved(free, x), curve)
@@ -234,5 +241,5 @@ def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Ar
 
 @functools.partial(jax.jit, static_argnames="kind")
 def bulk_slope(point: Coordinates, curve: Curve, kind: str) -> Array:
-    """That of the weighted residuals (n,) with the bulk modulus."""
+    """Return the derivative of the weighted residuals (n,) with respect to the bulk modulus."""
     return jax.jacfwd(lambda bulk: MODELS[kind](point, curve._replace(bulk=bulk)))(jnp.asarray(curve.bulk))

@@ -1,10 +1,10 @@
-"""Columns of the linear model for a stress history: strain = j0 E + sum_i j_i D(tau_i) + f F.
+"""Columns of the linear strain response to a stress history: strain = j0 E + sum_i j_i D(tau_i) + f F.
 
     E(t) = sigma(t),   D(t; tau) = int (1 - exp(-(t-s)/tau)) dsigma(s),   F(t) = int sigma ds
 
 For a unit step at t = 0 these are 1, 1 - exp(-t/tau) and t. Between its knots the stress is
-linear, and a repeated time is a jump, so tau D' + D = sigma has a closed form over each segment
-and the Boltzmann integral is exact; a recursion carries it along all knots and samples.
+linear, and a repeated time marks a jump, so tau D' + D = sigma has a closed form over each segment
+and the Boltzmann integral is exact; it is evaluated by a recursion over all knots and samples.
 """
 
 from typing import Literal, NamedTuple
@@ -18,16 +18,16 @@ from jaxcontact._support.exponential import ramps
 
 
 class Step(NamedTuple):
-    """Unit stress from t = 0 on; times t (n,)."""
+    """A unit stress applied at t = 0; times t (n,)."""
 
     t: Array
 
 
 class History(NamedTuple):
-    """Merged knots and samples: gap (m,) to the point before, stress and slope there, jump at it.
+    """Merged knots and samples of a stress history.
 
-    start (m,): stress just after the point before; slope (m,); stress (m,): at the point itself;
-    integral (m,): of the stress; pick (n,): where the samples are.
+    gap (m,): to the previous point; start (m,): stress just after the previous point; slope (m,): of the stress; stress
+    (m,): at the point itself; integral (m,): of the stress; pick (n,): indices of the samples.
     """
 
     gap: Array
@@ -39,7 +39,7 @@ class History(NamedTuple):
 
 
 def columns(basis: Step | History, rates: Array) -> Array:
-    """[E, D(tau_1) .. D(tau_k), F], (n, k + 2), for rates 1/tau (k,)."""
+    """Return [E, D(tau_1) .. D(tau_k), F], (n, k + 2), for rates 1/tau (k,)."""
     if isinstance(basis, Step):
         t = jnp.asarray(basis.t)[:, None]
         return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t * rates), t], -1)
@@ -48,7 +48,7 @@ def columns(basis: Step | History, rates: Array) -> Array:
 
 
 def _delayed(basis: History, rates: Array) -> Array:
-    """D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
+    """Return D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
     ratio = basis.gap[:, None] * rates
     held = basis.start[:, None] * -jnp.expm1(-ratio)
     ramp = (basis.slope * basis.gap)[:, None] * ratio * ramps(ratio)[2]
@@ -56,9 +56,9 @@ def _delayed(basis: History, rates: Array) -> Array:
 
 
 def recursion(decay: Array, forced: Array) -> Array:
-    """y_i = decay_i y_(i-1) + forced_i along the first axis, y_(-1) = 0.
+    """Return y_i = decay_i y_(i-1) + forced_i along the first axis, y_(-1) = 0.
 
-    One after the other: on a CPU less work, and much less to compile, than an associative scan.
+    The recursion is sequential: on a CPU this is less work, and compiles much faster, than an associative scan.
     """
 
     def step(y: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -69,10 +69,10 @@ def recursion(decay: Array, forced: Array) -> Array:
 
 
 def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
-    """The history seen at the samples t (n,), from stress ``values`` at ``knots`` (both (k,)).
+    """Return the history at the samples t (n,) of the stress ``values`` at ``knots`` (both (k,)).
 
-    Knots do not decrease; a repeated one is a jump, at which a sample sees the stress after it. The
-    stress is zero before the first knot and stays at its last value after the last.
+    Knots must not decrease; a repeated knot is a jump, at which a sample has the stress after it. The stress is zero
+    before the first knot and constant after the last.
     """
     times = np.concatenate([np.minimum(knots[:1], t[:1]), knots, t])
     after = np.concatenate([np.zeros(1), values, _value_at(t, knots, values, "right")])
@@ -91,7 +91,7 @@ def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
 def _value_at(
     t: np.ndarray, knots: np.ndarray, values: np.ndarray, side: Literal["left", "right"]
 ) -> np.ndarray:
-    """Stress just after t (side "right") or just before it (side "left")."""
+    """Return the stress just after t (side "right") or just before it (side "left")."""
     k = np.searchsorted(knots, t, side=side) - 1
     i, j = np.clip(k, 0, None), np.clip(k + 1, None, len(knots) - 1)
     width = knots[j] - knots[i]
@@ -100,6 +100,6 @@ def _value_at(
 
 
 def _value_before(knots: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Stress just before each knot: zero before the first, the knot's own value if no jump."""
+    """Return the stress just before each knot: zero before the first, the knot's own value if there is no jump."""
     same = np.concatenate([[True], np.diff(knots) == 0])
     return np.where(same, np.concatenate([[0.0], values[:-1]]), values)

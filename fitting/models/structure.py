@@ -1,10 +1,10 @@
-"""Materials as lists of compliances: which parameter of a material is which.
+"""Materials as lists of compliances, and the place of each parameter in the list.
 
     J(t) = j0 + sum_i j_i (1 - exp(-t/tau_i)) + f t,     q_i = j_i/tau_i
 
-A fit knows a material as the list (j0, j_1 .. j_k, f, q_1 .. q_k), without the q where the retardation
-times are given. Moduli and viscosities are reciprocals of compliances, so that an infinite one is an
-ordinary zero; the parameters of ``jc.Prony`` are compliances themselves.
+A fit represents a material by the list (j0, j_1 .. j_k, f, q_1 .. q_k), without the q where the retardation times are
+given. Moduli and viscosities are reciprocals of compliances, so that an infinite one corresponds to a compliance of
+zero; the parameters of ``jc.Prony`` are compliances themselves.
 """
 
 from __future__ import annotations
@@ -20,11 +20,14 @@ from jax import Array
 
 import jaxcontact as jc
 
-LEAST = 1e-9  # share of the largest compliance: an infinite parameter has no slope, this has
+LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
 
 
 class Compliances(NamedTuple):
-    """spring: j0 (); retarded: j_i (k,) [1/Pa]; flow: f () [1/(Pa s)]; rates: 1/tau_i (k,) [1/s]."""
+    """Creep compliances of a material.
+
+    spring: j0 (); retarded: j_i (k,) [1/Pa]; flow: f () [1/(Pa s)]; rates: 1/tau_i (k,) [1/s].
+    """
 
     spring: Array
     retarded: Array
@@ -32,23 +35,23 @@ class Compliances(NamedTuple):
     rates: Array
 
     def creep(self, t: Array) -> Array:
-        """J(t) [1/Pa], t [s] of any shape."""
+        """Return J(t) [1/Pa], t [s] of any shape."""
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.retarded
         return self.spring + delayed + self.flow * t
 
 
 class Volume(NamedTuple):
-    """What is held of the response in volume: name "nu" or "bulk_modulus", and its value, () [Pa]."""
+    """The held parameter of the volumetric response: name "nu" or "bulk_modulus", and its value, () [Pa]."""
 
     name: str
     value: Any
 
     @classmethod
     def of(cls, nu: float | None, bulk_modulus: float | None) -> Volume:
-        """ValueError unless it is one of the two, within its range."""
+        """Return the held parameter; ValueError unless exactly one of the two is given, within its range."""
         if (nu is None) == (bulk_modulus is None):
             raise ValueError(
-                f"nu: expected it or bulk_modulus, one of the two, got nu={nu}, bulk_modulus={bulk_modulus}"
+                f"nu: expected exactly one of nu and bulk_modulus, got nu={nu}, bulk_modulus={bulk_modulus}"
             )
         name = "bulk_modulus" if nu is None else "nu"
         value: Any = bulk_modulus if nu is None else nu
@@ -61,12 +64,12 @@ class Volume(NamedTuple):
 
     @property
     def keyword(self) -> dict[str, Any]:
-        """As a material takes it: the other is None."""
+        """Keyword arguments of a material; the parameter that is not held is None."""
         return {"nu": None, "bulk_modulus": None, self.name: self.value}
 
     @property
     def share(self) -> Any:
-        """1 - nu; with a bulk modulus that of a solid that keeps its volume."""
+        """1 - nu; with a bulk modulus that of an incompressible solid."""
         return 1.0 - self.value if self.name == "nu" else 0.5
 
     def __str__(self) -> str:
@@ -78,8 +81,8 @@ class Volume(NamedTuple):
 class Structure:
     """A material class as a list of compliances.
 
-    model: the class; where {parameter: place in the list}; branches: k; tau (k,) [s]: the retardation
-    times where they are given, and the parameters are compliances, else None.
+    model: the class; where: {parameter: place in the list}; branches: k; tau (k,) [s]: the retardation times where they
+    are given, and the parameters are compliances, else None.
     """
 
     model: type
@@ -89,7 +92,7 @@ class Structure:
 
     @property
     def flow(self) -> int:
-        """Place of the fluidity."""
+        """Place of the fluidity in the list."""
         return 1 + self.branches
 
     @property
@@ -98,34 +101,39 @@ class Structure:
         return 2 + self.branches * (2 if self.tau is None else 1)
 
     def units(self, compliance: float, time: float) -> np.ndarray:
-        """Unit of each compliance, (size,), from one of compliance [1/Pa] and one of time [s]."""
+        """Return the unit of each compliance, (size,), from one of compliance [1/Pa] and one of time [s]."""
         return np.where(np.arange(self.size) < self.flow, compliance, compliance / time)
 
     def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
-        """A list of compliances with those at zero a little off it, where a parameter has a slope; time [s]."""
+        """Return a list of compliances with zeros replaced by small values, where the parameters are differentiable;
+        time [s]."""
         unit = self.units(1.0, time)
         return np.maximum(values, LEAST * np.max(values / unit) * unit)
 
     def times(self, values: np.ndarray) -> float | np.ndarray:
-        """The given retardation times (k,) [s], or the one of a list of compliances; nan where there is none."""
+        """Return the given retardation times (k,) [s], or that of a list of compliances; nan where there is none."""
         if self.tau is not None:
             return self.tau
         retarded, rise = values[1 : self.flow], values[self.flow + 1 :]
         return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
 
+    def may_be_zero(self, name: str) -> bool:
+        """Return whether a parameter may be held at 0; no parameter of a material may."""
+        return False
+
     def unit(self, name: str) -> str:
-        """Of a parameter."""
+        """Return the unit of a parameter."""
         if self.tau is not None:
             return "1/(Pa s)" if self.where[name] == self.flow else "1/Pa"
         return "Pa" if name.startswith("G") else "Pa s"
 
     def key(self, name: str) -> str:
-        """A parameter's name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
+        """Return a parameter's name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
         unit = self.unit(name).replace("/", "_per_").replace(" ", "_")
         return f"{name}_{unit}".replace("(", "").replace(")", "").rstrip("_")
 
     def compliances(self, values: Array) -> Compliances:
-        """Of a list (size,); any rate where the retarded part is zero."""
+        """Return the compliances of a list (size,); the rate is arbitrary where the retarded part is zero."""
         retarded = values[1 : self.flow]
         if self.tau is not None:
             return Compliances(values[0], retarded, values[self.flow], jnp.asarray(1.0 / self.tau))
@@ -134,12 +142,12 @@ class Structure:
         return Compliances(values[0], retarded, values[self.flow], rates)
 
     def parameters(self, compliances: Any) -> dict[str, Any]:
-        """{parameter: value} of a list of compliances, which may be traced."""
+        """Return {parameter: value} of a list of compliances, which may be traced."""
         own = (lambda c: c) if self.tau is not None else reciprocal
         return {name: own(compliances[place]) for name, place in self.where.items()}
 
     def material(self, values: dict[str, Any], volume: Volume) -> Any:
-        """The material with these parameters; those of a series that are not among them are zero."""
+        """Return the material with these parameters; parameters of a series that are not given are zero."""
         if self.tau is None:
             return self.model(**values, **volume.keyword)
         J = jnp.stack([jnp.asarray(values[f"J{i + 1}"]) for i in range(self.branches)])
@@ -152,7 +160,7 @@ class Structure:
         )
 
     def box(self, table: dict[str, tuple[float, float]]) -> np.ndarray:
-        """Bounds of the compliances (size, 2) from those of the parameters; zero for a part that is absent."""
+        """Return the bounds of the compliances (size, 2) from those of the parameters; zero for a part that is absent."""
         box = np.zeros((self.size, 2))
         for name, place in self.where.items():
             low, high = table[name]
@@ -160,7 +168,7 @@ class Structure:
         return box
 
     def intervals(self, spans: np.ndarray, table: dict[str, tuple[float, float]]) -> dict:
-        """Intervals of the parameters from those (size, 2) of the compliances, cut to the bounds."""
+        """Return the intervals of the parameters from those (size, 2) of the compliances, restricted to the bounds."""
         ends = [self.parameters(np.maximum(side, 0.0)) for side in spans.T]
         result = {}
         for name, (low, high) in table.items():
@@ -171,14 +179,25 @@ class Structure:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterList(Structure):
-    """A law as the list of its own parameters; dimensions: {parameter: unit}, "" for a number."""
+    """A law as the list of its own parameters; dimensions: {parameter: unit}, "" for a number; zeros: parameters that may
+    be held at 0."""
 
     dimensions: dict[str, str] = dataclasses.field(default_factory=dict)
+    zeros: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, model: type, dimensions: dict[str, str]) -> Self:
-        """Return the structure of a law whose parameters have these units."""
-        return cls(model, {name: place for place, name in enumerate(dimensions)}, 0, None, dimensions)
+    def of(cls, model: type, dimensions: dict[str, str], zeros: tuple[str, ...] = ()) -> Self:
+        """Return the structure of a law whose parameters have these units, of which some may be held at 0."""
+        where = {name: place for place, name in enumerate(dimensions)}
+        return cls(model, where, 0, None, dimensions=dimensions, zeros=zeros)
+
+    def times(self, values: np.ndarray) -> float:
+        """Return nan: a law has no list of retardation times."""
+        return math.nan
+
+    def may_be_zero(self, name: str) -> bool:
+        """Return whether a parameter may be held at 0."""
+        return name in self.zeros
 
     @property
     def size(self) -> int:
@@ -186,15 +205,15 @@ class ParameterList(Structure):
         return len(self.where)
 
     def unit(self, name: str) -> str:
-        """Unit of a parameter."""
+        """Return the unit of a parameter."""
         return self.dimensions[name]
 
     def parameters(self, compliances: Any) -> dict[str, Any]:
-        """{parameter: value} of the list."""
+        """Return {parameter: value} of the list."""
         return {name: compliances[place] for name, place in self.where.items()}
 
     def off_zero(self, values: np.ndarray, time: float) -> np.ndarray:
-        """Return the list as it is: the search keeps it off zero."""
+        """Return the list unchanged, because the search keeps it off zero."""
         return values
 
     def material(self, values: dict[str, Any], volume: Any) -> Any:
@@ -212,8 +231,10 @@ CLASSICAL = {
 
 
 def resolve(model: type | str, also: tuple[str, ...] = ()) -> Structure:
-    """The structure of a material class with at most one retardation time, given itself or its name; also: other
-    names that are accepted where it is asked for."""
+    """Return the structure of a material class with at most one retardation time, given as a class or by name.
+
+    also: further names that the error message lists as accepted.
+    """
     cls = by_name(model, CLASSICAL) if isinstance(model, str) else model
     if cls not in CLASSICAL:
         names = [known.__name__ for known in CLASSICAL]
@@ -225,12 +246,12 @@ def resolve(model: type | str, also: tuple[str, ...] = ()) -> Structure:
 
 
 def by_name(name: str, classes: Iterable[type]) -> type | None:
-    """The class of that name, in any case; None for none."""
+    """Return the class of that name, ignoring case, or None."""
     return {cls.__name__.casefold(): cls for cls in classes}.get(name.casefold())
 
 
 def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
-    """``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
+    """Return the structure of ``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
     tau = np.unique(np.asarray(tau, dtype=float))
     if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
         raise ValueError(f"tau: expected times > 0, got {tau}")
@@ -240,7 +261,7 @@ def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure
 
 
 def structure_of(model: type | str, tau: Any) -> Structure:
-    """Of a classical material, or of a series with given times."""
+    """Return the structure of a classical material, or of a series with given times."""
     is_series = model is jc.Prony or (isinstance(model, str) and model.casefold() == "prony")
     if is_series == (tau is None):
         raise ValueError(f"tau: expected retardation times for jc.Prony and None else, got {tau!r}")
@@ -248,7 +269,7 @@ def structure_of(model: type | str, tau: Any) -> Structure:
 
 
 def of_material(material: Any) -> tuple[Structure, dict[str, float]]:
-    """The structure of a material and its parameters; a series is without J0 or the fluidity where zero."""
+    """Return the structure of a material and its parameters; a series has no J0 or fluidity where these are zero."""
     if not isinstance(material, jc.Prony):
         structure = resolve(type(material))
         return structure, {name: float(getattr(material, name)) for name in structure.where}
@@ -261,15 +282,17 @@ def of_material(material: Any) -> tuple[Structure, dict[str, float]]:
 def limits(
     structure: Structure, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None
 ) -> dict[str, tuple[float, float]]:
-    """Bounds of every parameter, (0, inf) unless given, equal ones where fixed; ValueError on bad input."""
+    """Return the bounds of every parameter, (0, inf) unless given, equal ones where fixed; ValueError on bad input."""
     table = {name: (0.0, math.inf) for name in structure.where}
     for name, pair in (bounds or {}).items():
         _known(structure, name, "bounds")
         table[name] = _pair(name, pair)
     for name, value in (fixed or {}).items():
         _known(structure, name, "fixed")
-        if not (isinstance(value, int | float | np.number) and math.isfinite(value) and value > 0):
-            raise ValueError(f"fixed[{name!r}]: expected a number > 0, got {value!r}")
+        zero = structure.may_be_zero(name)
+        known = isinstance(value, int | float | np.number) and math.isfinite(value)
+        if not (known and (value > 0 or (zero and value == 0))):
+            raise ValueError(f"fixed[{name!r}]: expected a number {'>=' if zero else '>'} 0, got {value!r}")
         table[name] = (float(value), float(value))
     if all(low == high for low, high in table.values()):
         raise ValueError(
@@ -279,10 +302,10 @@ def limits(
 
 
 class Sought(NamedTuple):
-    """The material or law that a fit is to find.
+    """The material or law that a fit estimates.
 
-    structure: its parameters; table: {parameter: (low, high)}, equal where it is held; volume: what is held of its
-    response in volume, a ``Volume``, None for a law without one.
+    structure: its parameters; table: {parameter: (low, high)}, equal where it is held; volume: the held parameter of
+    its volumetric response, a ``Volume``, None for a law without one.
     """
 
     structure: Structure
@@ -294,7 +317,7 @@ class Sought(NamedTuple):
         cls, structure: Structure, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None,
         nu: float | None, bulk_modulus: float | None = None,
     ) -> Sought:  # fmt: skip
-        """Return what is sought under the keywords of a fit; ValueError on bad input."""
+        """Return the sought material from the keywords of a fit; ValueError on bad input."""
         return cls(structure, limits(structure, fixed, bounds), Volume.of(nu, bulk_modulus))
 
 
@@ -319,5 +342,5 @@ def _pair(name: str, pair: tuple) -> tuple[float, float]:
 
 
 def reciprocal(value: Any) -> Any:
-    """1/value, with 1/0 = inf and 1/inf = 0; a traced value as it is."""
+    """Return 1/value, with 1/0 = inf and 1/inf = 0 for plain floats; traced values are simply inverted."""
     return math.inf if isinstance(value, float) and value == 0.0 else 1.0 / value

@@ -1,7 +1,7 @@
-"""The optimum and the profiles of a creep curve, compiled; ``batch.py`` runs the same for many curves.
+"""Optimum and profiles of a creep curve as compiled programs; ``batch.py`` runs the same for many curves.
 
-Variable projection (``varpro.py``) already finds the optimum but for the grid of tau; Gauss-Newton steps
-with exact Jacobians in the logarithms of the compliances remove that.
+Variable projection (``varpro.py``) finds the optimum to the resolution of its grid of tau; Gauss-Newton steps with
+exact Jacobians in the logarithms of the compliances remove the remaining error.
 """
 
 import functools
@@ -18,13 +18,13 @@ from fitting.models.structure import Structure
 from fitting.search import padding, varpro
 from jaxcontact._compile.kept_traces import Program
 
-STEPS = 3  # of Gauss-Newton
+STEPS = 3  # number of Gauss-Newton steps
 
 _program = functools.partial(Program, in_haste=True)
 
 
 class Scaled(NamedTuple):
-    """A problem in its own units: ``compliance`` [1/Pa] and ``time`` [s] undo it."""
+    """A dimensionless problem with the units that undo its scaling: ``compliance`` [1/Pa] and ``time`` [s]."""
 
     problem: varpro.TauSearch
     compliance: float
@@ -32,7 +32,7 @@ class Scaled(NamedTuple):
 
 
 def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict) -> Scaled:
-    """The dimensionless problem, padded."""
+    """Return the dimensionless problem, padded."""
     y, size = data.response, float(np.max(np.abs(data.response)))
     span, (stressed, stress) = float(data.t[-1]), basis(data)
     unit = size / stress
@@ -42,7 +42,8 @@ def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict
 
 
 def basis(data: CreepData) -> tuple[Step | History, float]:
-    """The stress in parts of its largest value and of the duration, padded, and that value [Pa]; a step of one for J."""
+    """Return the padded stress, scaled by its largest value and the duration, and that value [Pa]; a unit step for J
+    data."""
     span = float(data.t[-1])
     t = padding.repeated(data.t / span)
     if data.J is not None:
@@ -53,7 +54,7 @@ def basis(data: CreepData) -> tuple[Step | History, float]:
 
 
 class Optimum(NamedTuple):
-    """parts (4,) = (j0, j2, f, j2/tau), tau, weighted residual (n,), cost over the grid of tau."""
+    """An optimum: parts (4,) = (j0, j2, f, j2/tau), tau, weighted residual (n,), cost over the grid of tau."""
 
     parts: Array
     tau: Array
@@ -63,7 +64,7 @@ class Optimum(NamedTuple):
 
 @_program
 def minimise(problem: varpro.TauSearch) -> Optimum:
-    """The least weighted squares: variable projection, then Gauss-Newton in log parameters."""
+    """Return the least-squares solution: variable projection, then Gauss-Newton in log parameters."""
     _, x, tau, cost = varpro.solve(problem)
     start = jnp.append(x, x[1] / tau)
     lower, upper = problem.limits
@@ -77,12 +78,12 @@ def minimise(problem: varpro.TauSearch) -> Optimum:
 
 
 def strictly_inside(parts: Array, lower: Array, upper: Array) -> Array:
-    """Which compliances are off their bounds and off zero, (4,) bool."""
+    """Return which compliances are off their bounds and nonzero, (4,) bool."""
     return (parts > lower * (1 + 1e-9)) & (parts < upper * (1 - 1e-9)) & (parts > 0)
 
 
 def _tau(parts: Array, tau: Array) -> Array:
-    """tau = j2/(j2/tau), or the given one where there is no retarded part."""
+    """Return tau = j2/(j2/tau), or the given one where there is no retarded part."""
     some = (parts[1] > 0) & (parts[3] > 0)
     return jnp.where(some, parts[1] / jnp.where(some, parts[3], 1.0), tau)
 
@@ -93,33 +94,33 @@ def _residual(problem: varpro.TauSearch, parts: Array, tau: Array) -> Array:
 
 @_program
 def jacobian(problem: varpro.TauSearch, optimum: Optimum) -> Array:
-    """d (weighted model)/d parts, (n, 4), exact; at j2 = 0 tau stays as found."""
+    """Return the exact derivative of the weighted model with respect to parts, (n, 4); at j2 = 0 tau is held."""
     return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
 
 
 @_program
 def residuals(problem: varpro.TauSearch, optimum: Optimum) -> Array:
-    """Weighted residuals (n,) of a problem at the optimum of another."""
+    """Return the weighted residuals (n,) of a problem at the optimum of another."""
     return _residual(problem, optimum.parts, optimum.tau)
 
 
 def residuals_at(problem: varpro.TauSearch, values: Array) -> Array:
-    """Weighted residuals (n,) at the compliances of a material, (2,) or (4,), all > 0."""
+    """Return the weighted residuals (n,) at the compliances of a material, (2,) or (4,), all > 0."""
     parts = jnp.zeros(4).at[np.asarray(varpro.PLACES[values.size])].set(values)
     return _residual(problem, parts, jnp.ones(()))
 
 
 def inside_jacobian(problem: varpro.TauSearch, optimum: Optimum) -> np.ndarray:
-    """The columns of ``jacobian`` of the compliances off their bounds, (n, k)."""
+    """Return the columns (n, k) of ``jacobian`` for the compliances off their bounds."""
     inside = strictly_inside(optimum.parts, *problem.limits)
     return np.asarray(jacobian(problem, optimum))[:, np.asarray(inside)]
 
 
 def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) -> Array:
-    """Gauss-Newton from ``start`` in log of the active parts; the others stay as they are.
+    """Refine ``start`` by Gauss-Newton steps in the logarithms of the active parts; the other parts are held.
 
-    Variable projection leaves an error of 1e-4 in tau, which ``STEPS`` squares away. Their number is
-    fixed, so that many curves at once do not wait for the slowest.
+    Variable projection leaves an error of 1e-4 in tau, which converges quadratically in ``STEPS`` steps. Their number
+    is fixed, so that a batch of curves does not wait for the slowest.
     """
 
     def residual(u: Array) -> Array:
@@ -140,8 +141,11 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
 
 @_program
 def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
-    """Profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level, () or (m,);
-    slope0 is the initial slope; the upper side is infinite where open."""
+    """Return profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level, () or
+    (m,).
+
+    slope0 is the initial slope of J; the upper end is infinite where open.
+    """
     problem = problem._replace(origin=optimum.parts[:3])
 
     def rows(tau: Array) -> Array:
@@ -159,10 +163,10 @@ def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Ar
 
 
 def _opened(ends: Array, reach: Array, problem: varpro.TauSearch) -> Array:
-    """Extents (m, 2) with an infinite end where they grow with tau without limit.
+    """Return extents (m, 2) with an infinite end where they grow with tau without limit.
 
-    If every tau up to the end of the search fits, j2 has no upper limit; if every tau down to the
-    other end does, 1/eta2 = j2/tau has none, nor has the initial slope.
+    If every tau up to the upper end of the search fits, j2 has no upper limit; if every tau down to the lower end does,
+    neither 1/eta2 = j2/tau nor the initial slope has one.
     """
     low, high = jnp.log(problem.tau)
     slow = (reach[1] >= high) & ~jnp.isfinite(problem.upper[1])

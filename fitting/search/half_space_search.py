@@ -1,8 +1,7 @@
-"""The fit of a ball on a half-space: its objective, where it begins, and what is said of its optimum.
+"""Search of the fit of a probe on a half-space: its objective, starts and notes.
 
-Under depth control, or with a contact point to be found, there may be several minima. So the fit then begins from
-several retardation times, on some of
-the points, and goes on with all of them from the lowest that it came to.
+Under depth control, or with an unknown contact point, there may be several minima. The search then starts from several
+retardation times on a subset of the points, and continues with all points from the lowest minimum.
 """
 
 import functools
@@ -16,16 +15,16 @@ from fitting.search import nonlinear, padding
 from fitting.search.nonlinear import Best, Objective, moved
 from fitting.search.press import Found, Medium, Press, spread_starts, start
 
-FALL = 0.02  # share of the greatest depth by which a depth may fall before the contact counts as shrinking
-FEW = 126  # points on which the minima are sought
+FALL = 0.02  # fraction of the largest depth by which the depth may fall without the contact shrinking
+FEW = 126  # number of points on which several minima are sought
 
 
 def search(press: Press) -> Found:
-    """The optimum."""
+    """Return the optimum of a test on a half-space."""
     rise = press.pressing.rise
     knots, values = (press.t, press.load) if rise is None else _held(press, rise)
     falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
-    shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch stays as it is
+    shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch does not change
     kind = "load" if press.pressing.control == "load" else "ting" if shrinks else "depth"
     kind = f"sticky {press.pressing.control}" if press.pressing.adhesion else kind
     whole, few = np.arange(press.t.size), _some(press)
@@ -45,7 +44,7 @@ def search(press: Press) -> Found:
 
 
 def _stuck(found: Found, curve: Curve, kind: str) -> Found:
-    """With what is said of a contact that sticks."""
+    """Return the result with the notes and reasons for rejection that concern adhesion."""
     press = found.press
     scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
     alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
@@ -61,8 +60,11 @@ def _stuck(found: Found, curve: Curve, kind: str) -> Found:
 def _objective(
     press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str, edge: float = 0.0
 ) -> Objective:
-    """Over some of the points, padded within. To compile a program for the residuals alone takes longer than the
-    slopes that are not asked for."""
+    """Return the least-squares objective over some of the points, padded internally.
+
+    Residuals and Jacobian are one program: a second one for the residuals alone would take longer to compile than it
+    saves.
+    """
     curve, space, n = _curve(press, points, knots, values)._replace(edge=edge), press.space, points.size
 
     @functools.lru_cache(maxsize=2)
@@ -79,7 +81,7 @@ def _objective(
 
 
 def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
-    """The samples at ``points``, up to a padded length."""
+    """Return the samples at ``points``, padded."""
     t, load, depth = (padding.repeated(y[points]) for y in (press.t, press.load, press.depth))
     basis = merge(t, padding.repeated(knots), padding.repeated(values))
     weights = padding.without_weight(press.weights[points])
@@ -90,13 +92,13 @@ def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarr
 
 
 def _some(press: Press) -> np.ndarray:
-    """Few of the points, evenly, with the greatest depth."""
+    """Return a subset of the points, evenly spaced and including the largest depth."""
     even = np.linspace(0, press.t.size - 1, min(FEW, press.t.size)).round().astype(int)
     return np.unique(np.append(even, np.argmax(press.depth)))
 
 
 def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
-    """Knots and values of a linear rise to the mean load after it."""
+    """Return knots and values of a linear rise to the mean load after it."""
     size, end = float(press.load[press.kept].mean()), rise / press.units.duration
     if rise == 0.0:
         return np.array([0.0, 1.0]), np.array([size, size])
@@ -104,22 +106,24 @@ def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
-    """By variable projection: depth^power is linear in the compliances under the measured load."""
+    """Return starting coordinates from variable projection: depth^power is linear in the compliances under the measured
+    load."""
     depth, n = np.maximum(press.depth, 1e-3), press.probe.power
     use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
-    # weights of the depth: those of the fit under load control, even ones otherwise
+    # weights of the depth: those of the fit under load control, uniform otherwise
     even = press.weights if press.pressing.control == "load" else np.ones(press.t.size)
     power = padding.repeated(depth**n - press.extra * press.load)
     weights = padding.without_weight(use / (n * depth ** (n - 1.0)) * even)
     basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
     one = kind == "load" and np.all(press.space.material[press.space.free])
     several = [] if one else spread_starts(press, power, weights, basis)
-    # for one, every retardation time is searched
+    # a single start searches over every retardation time
     return several or [start(press, power, weights, basis, least=1e-6)]
 
 
 def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
-    """Change of the coordinates with what is held: with nu every compliance goes with 1/(1 - nu)."""
+    """Return the derivative of the coordinates with respect to a held quantity; with nu every compliance scales as 1/(1
+    - nu)."""
     if name != press.sought.volume.name:
         raise ValueError(f"spread: a half-space has no {name}")
     space = press.space
@@ -130,7 +134,7 @@ def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.n
 
 
 def _notes(best: Best, press: Press, kind: str) -> tuple[str, ...]:
-    """What is said of an optimum: a contact that shrinks."""
+    """Return the notes on an optimum: the contact shrinks."""
     if kind == "ting":
         return (*press.notes, "the depth falls: Ting's solution from its maximum on")
     if kind == "load" and press.probe.power > 1.0:

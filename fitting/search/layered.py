@@ -1,4 +1,4 @@
-"""A ball on a viscoelastic film on an elastic substrate: the contact solver itself is the forward model."""
+"""Forward model of a ball on a viscoelastic film on an elastic substrate: the contact solver itself."""
 
 from __future__ import annotations
 
@@ -19,13 +19,17 @@ from fitting.models.coordinates import Coordinates
 from fitting.search.press import Press, Units
 from jaxcontact._compile.kept_traces import Program
 
-TIMES = 96  # march times where there are more samples
-CORNER = 0.02  # share of the greatest drive by which a turn leaves a straight line, at least
-ABOVE_NOISE = 5.0  # and standard deviations of its noise
+TIMES = 96  # number of march times if there are more samples
+CORNER = 0.02  # smallest deviation of a turn from a straight line, as a fraction of the largest drive
+ABOVE_NOISE = 5.0  # and the same in standard deviations of the noise
 
 
 class Coating(NamedTuple):
-    """What is pressed: known layers above that of the material sought, its thickness [m], those below, substrate."""
+    """The layered body of an indentation fit.
+
+    above: known layers above that of the sought material; thickness [m] of that layer; below: known layers below it;
+    substrate.
+    """
 
     above: tuple[Any, ...]
     thickness: Any
@@ -34,33 +38,37 @@ class Coating(NamedTuple):
 
     @classmethod
     def of(cls, layer: Any, layers: Sequence[Any] | None, substrate: Any) -> Coating:
-        """From the arguments of ``fit_indentation``; ValueError unless a solver can take it."""
+        """Return the coating from the arguments of ``fit_indentation``; ValueError unless the solver supports it."""
         if (layer is None) == (layers is None):
-            raise ValueError(f"layers: expected it or layer, one of the two, got {layers!r} and {layer!r}")
+            raise ValueError(
+                f"layers: expected exactly one of layers and layer, got {layers!r} and {layer!r}"
+            )
         rows = [layer] if layers is None else list(layers)
         sought = [i for i, row in enumerate(rows) if not isinstance(row, jc.Layer | jc.Graded)]
         if len(sought) != 1:
-            raise ValueError(f"layers: expected one thickness [m] and any Layer beside it, got {layers!r}")
+            raise ValueError(
+                f"layers: expected one thickness [m] and otherwise Layer or Graded, got {layers!r}"
+            )
         thickness = rows[sought[0]]
         if not (isinstance(thickness, int | float | np.number) and np.isfinite(thickness) and thickness > 0):
             raise ValueError(f"layer: expected a thickness > 0 m, got {thickness!r}")
         if not hasattr(substrate, "creep"):
             raise ValueError(f"substrate: expected a material under a layer, got {type(substrate).__name__}")
         found = cls(tuple(rows[: sought[0]]), float(thickness), tuple(rows[sought[0] + 1 :]), substrate)
-        jc.normal_response(found.body(substrate), 1.0)  # complains of what is known
+        jc.normal_response(found.body(substrate), 1.0)  # raises ValueError for invalid known layers
         return found
 
     def body(self, material: Any) -> Any:
-        """With the material sought in its place."""
+        """Return the layered half-space with this material in the sought layer."""
         layers = [*self.above, jc.Layer(material, self.thickness), *self.below]
         return jc.LayeredHalfSpace(layers, self.substrate)
 
 
 class FilmTest(NamedTuple):
-    """What the solver needs beside the coordinates, SI but for what is scaled; units undo the scaling.
+    """Inputs of the solver beside the coordinates, in SI units except for the scaled quantities.
 
-    times (m,) of the march, drive: the control there; t, load, response, weights (n,): the samples,
-    response being what is fitted; correction (n,): added to the model; all scaled.
+    times (m,) of the march, drive: the control there; t, load, response, weights (n,): the samples, with ``response``
+    the fitted quantity; correction (n,): added to the model; all scaled. units: the units that undo the scaling.
     """
 
     indenter: Any
@@ -78,7 +86,7 @@ class FilmTest(NamedTuple):
 
 
 class Mesh(NamedTuple):
-    """cells x cells over ``width`` [m]; fine: march steps between samples."""
+    """Discretisation: cells x cells over ``width`` [m]; fine: number of march steps between samples."""
 
     cells: int
     width: float
@@ -86,11 +94,11 @@ class Mesh(NamedTuple):
 
 
 def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
-    """The solver's inputs on a mesh."""
+    """Return the solver's inputs on a mesh."""
     kind, driven = (jc.Load, press.load) if press.pressing.control == "load" else (jc.Approach, press.depth)
     knots = march_times(press.t, driven)
     t, grid = divided(knots, mesh.fine), jc.Grid.square(n=mesh.cells, width=mesh.width)
-    least = 0.0 if kind is jc.Load else -np.inf  # a load of nothing but noise pulls at nothing
+    least = 0.0 if kind is jc.Load else -np.inf  # negative loads are noise
     drive = kind(np.interp(t, knots, np.maximum(polygon(press.t, driven, knots), least)))
     numbers = FilmTest(
         press.pressing.indenter, coating, press.sought.volume.keyword, grid, t, drive, press.t, press.load,
@@ -100,8 +108,11 @@ def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
 
 
 def march_times(t: np.ndarray, drive: np.ndarray) -> np.ndarray:
-    """The samples t (n,) themselves, or some of them: half evenly spaced, half logarithmically after each turn of
-    the drive (n,), where a material that creeps answers fastest."""
+    """Return the samples t (n,) themselves, or a subset if there are many.
+
+    Half of the subset is evenly spaced and half logarithmically spaced after each turn of the drive (n,), where a
+    creeping material responds fastest.
+    """
     if t.size <= TIMES:
         return t
     ends = [0, *turns(t, drive), t.size - 1]
@@ -112,7 +123,7 @@ def march_times(t: np.ndarray, drive: np.ndarray) -> np.ndarray:
 
 
 def turns(t: np.ndarray, drive: np.ndarray) -> list[int]:
-    """Samples between which the drive (n,) is nearly straight, without the ends (Douglas and Peucker 1973)."""
+    """Return the samples, without the ends, between which the drive (n,) is nearly straight (Douglas and Peucker 1973)."""
     least = max(CORNER, ABOVE_NOISE * noise(drive))
     found, pieces = [], [(0, t.size - 1)]
     while pieces:
@@ -126,8 +137,11 @@ def turns(t: np.ndarray, drive: np.ndarray) -> list[int]:
 
 
 def polygon(t: np.ndarray, drive: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Drive at the knots (m,), some of the samples: the least squares of all samples (n,) by straight lines
-    between knots, which takes the mean of their noise and is exact for a drive of such lines."""
+    """Return the drive at the knots (m,), a subset of the samples.
+
+    It is the least-squares fit of all samples (n,) by straight lines between the knots, which averages their noise and
+    is exact for a piecewise linear drive.
+    """
     if knots.size == t.size:
         return drive
     hats = scipy.interpolate.make_interp_spline(knots, np.eye(knots.size), k=1)
@@ -135,13 +149,13 @@ def polygon(t: np.ndarray, drive: np.ndarray, knots: np.ndarray) -> np.ndarray:
 
 
 def divided(knots: np.ndarray, fine: int) -> np.ndarray:
-    """Each interval cut into ``fine``."""
+    """Return the knots with each interval divided into ``fine`` parts."""
     shares = np.arange(fine) / fine
     return np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
 
 
 def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
-    """Scaled depth (or load) at the samples (n,), status and contact radius [m] at the times of the march (m,)."""
+    """Return the scaled depth (or load) at the samples (n,), and status and contact radius [m] at the march times (m,)."""
     c = point.compliances()
     material = jc.Prony(
         J0=c.spring * film.units.compliance, J=c.retarded * film.units.compliance, tau=film.units.duration / c.rates,
@@ -163,21 +177,21 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
 
 @Program
 def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
-    """Weighted residuals (n,), and status and contact radius [m] at the times of the march (m,)."""
+    """Return the weighted residuals (n,), and status and contact radius [m] at the march times (m,)."""
     found, status, radius = respond(point, film)
     return film.weights * (found + film.correction - film.response), status, radius
 
 
 @Program
 def slopes(point: Coordinates, free: Array, film: FilmTest) -> Array:
-    """The Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,)."""
+    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
     some = lambda x: film.weights * respond(point.moved(free, x), film)[0]
     return jax.jacfwd(some)(point.vector()[free])
 
 
 @functools.partial(Program, static_argnames=("name",))
 def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
-    """Of the weighted response, (n,), with nu, bulk modulus or thickness."""
+    """Return the derivative (n,) of the weighted response with respect to nu, bulk modulus or thickness."""
 
     def some(thickness: Array, volume: dict[str, Array]) -> Array:
         changed = film._replace(coating=film.coating._replace(thickness=thickness), volume=volume)
@@ -191,7 +205,7 @@ def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
 def elastic(
     J: Array, volume: dict[str, Array], indenter: Any, coating: Coating, load: Array, grid: Any
 ) -> Array:
-    """Approach and contact radius [m] on an elastic film of compliance J [1/Pa]."""
+    """Return the approach and contact radius [m] on an elastic film of compliance J [1/Pa]."""
     body = coating.body(jc.Elastic(1.0 / J, **volume))
     run = jc.indent(body, indenter, jc.Load(load), jnp.zeros(1), grid=grid, save="last")
     return jnp.stack([run.approach[0], run.contact_radius[0]])

@@ -1,14 +1,14 @@
-"""The fit of a film on a substrate, on a mesh that is fine enough for the data.
+"""Search of the fit of a film on a substrate, on a mesh that is fine enough for the data.
 
-The start is quasi-elastic: the approach of the ball on an elastic film, over a range of the film's
-compliance, is solved once and inverted point by point; the compliances found are then fitted as creep
-under the measured load. The grid is as wide as the contact of that start needs. What the grid and the
-time steps do to the parameters is measured, by a run with more cells and steps at the optimum,
-added to the model as a correction, and refined until what remains is small beside the noise, or
-a thousandth of the parameters, which no test knows its radius and thickness to.
+The start is quasi-elastic: the approach of the ball on an elastic film is solved once over a range of the film's
+compliance and inverted point by point; the resulting compliances are then fitted as creep under the measured load. The
+width of the grid follows from the contact of that start. The effect of the grid and the time steps on the parameters is
+measured by a run with more cells and steps at the optimum and added to the model as a correction. The mesh is refined
+until the remaining bias is small compared with the noise, or below a thousandth of the parameters, which is less than
+the uncertainty of radius and thickness in any test.
 
-A contact that grows from nothing is first a few cells wide, and its load then depends on where the cells lie. Samples
-at such times are in the history of the load, but they are not fitted.
+A growing contact is at first only a few cells wide, and its load then depends on the position of the cells. Samples at
+such times are part of the load history but are not fitted.
 """
 
 import functools
@@ -26,22 +26,22 @@ from fitting.search.press import Found, Medium, Press, start
 from fitting.search.uncertainty import inverse
 
 CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
-FINER, STEPS_FINER = 4, 3  # cells and steps of the run that corrects a chosen grid
-LEFT = 8.0  # of a change found by it second order leaves an eighth for the steps, a fifteenth for the cells
-FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # where the grid is given
-MARGIN = 1.2  # grid over contact
+FINER, STEPS_FINER = 4, 3  # factors on cells and steps of the run that corrects an automatic grid
+LEFT = 8.0  # second order: of the change, an eighth remains for the steps, a fifteenth for the cells
+FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # the same for a given grid
+MARGIN = 1.2  # width of the grid over that of the contact
 WIDER = 1.3
-ACROSS = 4.0  # cells across the contact of a sample that is fitted; the solver gives up below 3
-LEAST_POINTS = 5  # that are fitted
-LEAST_GIVEN = 16  # cells of a grid that is given as their number
-SMALL = 0.2  # bias over standard error that is small
-PER_MILLE = 1e-3  # bias of the logarithm of a parameter that is
+ACROSS = 4.0  # least number of cells across the contact of a fitted sample; the solver needs 3
+LEAST_POINTS = 5  # least number of fitted points
+LEAST_GIVEN = 16  # least number of cells along a side of a given grid
+SMALL = 0.2  # acceptable bias over standard error
+PER_MILLE = 1e-3  # acceptable bias of the logarithm of a parameter
 Scene = Callable[[Mesh], FilmTest]
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 
 def search(press: Press, coating: Coating, grid: Any) -> Found:
-    """Minimise on meshes of doubled fineness until the bias left is small beside the noise."""
+    """Minimise on meshes of doubled fineness until the remaining bias is small compared with the noise."""
     if isinstance(press.pressing.indenter, jc.FlatPunch):
         raise ValueError(
             "indenter: expected a Sphere or a Cone on a film, got FlatPunch, whose edge is as wide as a cell"
@@ -80,7 +80,7 @@ def search(press: Press, coating: Coating, grid: Any) -> Found:
 
 
 def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
-    """Coordinates to start from, and the largest contact radius [m] there."""
+    """Return starting coordinates, and the largest contact radius [m] there."""
     depth, radius = _elastic(press, coating)
     on = press.kept & (press.load > 0.3)
     scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-1.0 / press.probe.power), depth[0])
@@ -93,7 +93,7 @@ def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
 
 
 def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
-    """Scaled depth and contact radius [m] under the largest load over elastic films of ``RANGE``."""
+    """Return scaled depth and contact radius [m] under the largest load on elastic films of compliances ``RANGE``."""
     width = 2.4 * press.probe.widest(press.units.depth)
     grid = jc.Grid.square(n=START_CELLS, width=width)
     film = press.sought.volume.keyword, press.pressing.indenter, coating, press.units.load, grid
@@ -103,7 +103,7 @@ def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
-    """From theta; small steps of RSS do not count, they cost runs."""
+    """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
     at = press.space.point
     objective = Objective(
         lambda theta: layered.evaluate(at(theta), film)[0],
@@ -116,8 +116,11 @@ def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Ob
 def _resolved(
     press: Press, coating: Coating, theta: np.ndarray, mesh: Mesh, chosen: bool
 ) -> tuple[Press, Best, Objective, Mesh]:
-    """The optimum on a mesh. A chosen one is made wider while the contact reaches its edge; samples at which the contact
-    is few cells across get no weight."""
+    """Return the optimum on a mesh.
+
+    An automatic mesh is widened while the contact reaches its edge; samples at which the contact is only a few cells
+    across get zero weight.
+    """
     press = _coarse_left_out(press, layered.scene(press, coating, mesh), theta, mesh)
     while True:
         film = layered.scene(press, coating, mesh)
@@ -138,7 +141,7 @@ def _resolved(
 
 
 def _coarse_left_out(press: Press, film: FilmTest, theta: np.ndarray, mesh: Mesh) -> Press:
-    """Without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
+    """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
     _, statuses, radius = layered.evaluate(press.space.point(theta), film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
     kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
@@ -151,12 +154,12 @@ def _coarse_left_out(press: Press, film: FilmTest, theta: np.ndarray, mesh: Mesh
 
 
 def _touching(film: FilmTest, marked: np.ndarray) -> np.ndarray:
-    """Samples (n,), bool, whose value is interpolated from a time of the march that is marked, (m,) bool."""
+    """Return which samples (n,) are interpolated from a march time that is marked, (m,) bool."""
     return np.interp(np.asarray(film.t), np.asarray(film.times), marked.astype(float)) > 0.0
 
 
 def _check_grid(grid: Any) -> None:
-    """ValueError unless it is None, a number of cells, or a square ``jc.Grid`` without period."""
+    """Raise ValueError unless the grid is None, a number of cells, or a square ``jc.Grid`` without period."""
     if isinstance(grid, jc.Grid):
         (n, m), (width, depth) = grid.shape, (float(side) for side in grid.width)
         if n != m or abs(width - depth) > 1e-9 * width or any(grid.periodic):
@@ -170,7 +173,10 @@ def _check_grid(grid: Any) -> None:
 
 
 def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
-    """With what ``finer`` times the cells and three times the steps change in the response at the optimum."""
+    """Return the test corrected by the change of the response at the optimum on a finer mesh.
+
+    The finer mesh has ``finer`` times the cells and three times the steps.
+    """
     point, coarse = press.space.point(best.theta), scene(mesh)
     fine = scene(mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
     bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
@@ -179,13 +185,13 @@ def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -
 
 
 def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
-    """d theta/d nuisance at the optimum, (m,)."""
+    """Return d theta/d nuisance at the optimum, (m,)."""
     slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
     return moved(best, press.space.free, np.asarray(slope))
 
 
 def _standard_errors(best: Best, press: Press) -> np.ndarray:
-    """Of the coordinates (m,), infinite where held."""
+    """Return the standard errors of the coordinates (m,), infinite where held."""
     spread = np.full(best.theta.size, np.inf)
     variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
     spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)

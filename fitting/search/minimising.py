@@ -28,22 +28,23 @@ from tqdm import tqdm
 from fitting.search.search_coordinates import SearchCoordinates
 from fitting.views import output
 
-LOWER, FLATTER = 1e-4, 0.9  # of the Wolfe conditions
-TRIALS = 30  # of one line search
-FIRST = 0.1  # norm of the first change of the coordinates, at most
+LOWER, FLATTER = 1e-4, 0.9  # constants of the Wolfe conditions
+TRIALS = 30  # largest number of trials of one line search
+FIRST = 0.1  # largest norm of the first change of the coordinates
 WINDOW = 10  # steps over which progress is judged
-SAME = 1e-9  # relative difference of a loss that is evaluated again
+SAME = 1e-9  # relative tolerance of a loss that is evaluated again
 STUCK = "no step, however short, lowers the loss or has a status of 0"
-MEMORY = 10  # pairs of changes that L-BFGS remembers
+MEMORY = 10  # number of pairs of changes kept by L-BFGS
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """The result of ``minimise``.
+    """Result of ``minimise``.
 
     point: the tree of parameters with the lowest loss found; value: its loss; converged: whether the search ended by
-    its tolerance; message: why it ended, in words; values (steps + 1,): the loss at the start and after each step;
-    gradients (steps + 1,): norms of its gradient with respect to the coordinates; evaluations: of value and gradient.
+    its tolerance; message: the reason why it ended; values (steps + 1,): the loss at the start and after each step;
+    gradients (steps + 1,): norms of its gradient with respect to the coordinates; evaluations: number of evaluations of
+    value and gradient.
     """
 
     point: Any
@@ -82,7 +83,11 @@ class Minimum:
 
 
 class Trial(NamedTuple):
-    """SearchCoordinates (a list over leaves), loss, gradient with respect to them, and whether all is sound."""
+    """A trial point of the search.
+
+    z: coordinates (a list over leaves); value: loss; gradient: with respect to the coordinates; sound: whether the loss
+    and its gradient are finite and the status is 0.
+    """
 
     z: list[Array]
     value: float
@@ -110,19 +115,20 @@ def minimise(
 
     Args:
         loss: a function of a tree like ``start`` that returns the loss, a number, or (loss, status) with the ``status``
-            of the contacts it solved; it is compiled, so that it must be traceable by jax. A step to where a status is
-            not 0 (fine), or the loss or its gradient is not finite, is shortened and repeated.
-        start: numbers and arrays in any tree jax knows: a dict, a ``jc.Burgers``, a height map (nx, ny).
+            of the contacts it solved; it is compiled, so it must be traceable by jax. A step to a point at which a
+            status is not 0 (fine), or the loss or its gradient is not finite, is shortened and repeated.
+        start: numbers and arrays in any jax pytree: a dict, a ``jc.Burgers``, a height map (nx, ny).
         bounds: (low, high), None where open, for all parameters, or a tree like ``start`` of such pairs, whose ends may
-            be arrays. The start lies inside. A parameter with bounds is searched by a coordinate that cannot leave them.
-        scale: the size of a change that matters, for parameters without bounds: one number, or a tree like ``start``.
+            be arrays. The start must lie inside. A bounded parameter is replaced by a coordinate that cannot leave its
+            bounds.
+        scale: the magnitude of a significant change of parameters without bounds: one number, or a tree like ``start``.
             By default the root mean square of each leaf of ``start``, which makes unlike parameters comparable.
         method: "lbfgs", or any optax transformation such as ``optax.adam(0.02)``, whose steps, in coordinates of order
-            one, are then taken as they are.
-        steps: the largest number of steps, those of a resumed search included.
-        tolerance: the search ends when the norm of the gradient falls below this share of the largest so far or, with
-            "lbfgs", when ten steps together lower the loss by less than the square of it, relative to the loss.
-        state: a file in which the search is kept after each step. A call with the same arguments goes on from it.
+            one, are then taken without a line search.
+        steps: the largest number of steps, including those of a resumed search.
+        tolerance: the search ends when the norm of the gradient falls below this fraction of the largest so far or,
+            with "lbfgs", when ten steps together lower the loss by less than its square, relative to the loss.
+        state: a file in which the search is saved after each step. A call with the same arguments resumes from it.
 
     Returns:
         A ``Minimum``: ``point``, ``value``, ``converged``, ``message``, the history, and ``plot()``.
@@ -149,7 +155,7 @@ def minimise(
 
 
 class _Minimisation:
-    """One minimisation under way: the compiled loss, the method, and the history so far."""
+    """State of a minimisation: the compiled loss, the method, and the history so far."""
 
     def __init__(
         self, loss: Callable, coordinates: SearchCoordinates, method: Any, tolerance: float, file: Path | None
@@ -178,14 +184,14 @@ class _Minimisation:
         return of_coordinates
 
     def at(self, z: list[Array]) -> Trial:
-        """Evaluate loss and gradient."""
+        """Return the trial point at coordinates z, with the loss and its gradient."""
         (value, fine), gradient = self.compiled(z)
         self.evaluations += 1
         finite = np.isfinite(value) and all(bool(jnp.all(jnp.isfinite(g))) for g in gradient)
         return Trial(z, float(value), gradient, bool(fine) and bool(finite))
 
     def run(self, start: Any, steps: int) -> Minimum:
-        """Search from the start or from the kept state, until the tolerance or the number of steps is reached."""
+        """Search from the start or from the saved state, until the tolerance or the number of steps is reached."""
         here = self.at(self.coordinates.inwards(start))
         if not here.sound:
             raise ValueError(
@@ -217,11 +223,13 @@ class _Minimisation:
         )
 
     def _step(self, here: Trial, memory: Any) -> tuple[Trial | None, Any]:
-        """Take one step; None where none was found."""
+        """Take one step; return None as the trial where none was found."""
         change, memory = self.update(here.gradient, memory, here.z)
         if self.line_search:
             direction = [-c for c in change]
-            if not _dot(direction, here.gradient) < 0.0:  # curvature lost to rounding: steepest descent anew
+            if (
+                not _dot(direction, here.gradient) < 0.0
+            ):  # curvature lost to rounding: restart from steepest descent
                 change, memory = self.update(here.gradient, self.method.init(here.z), here.z)
                 direction = [-c for c in change]
             return self._along(here, direction), memory
@@ -249,7 +257,7 @@ class _Minimisation:
         return best
 
     def _ended(self) -> str:
-        """Why the search is at its end, empty if it is not."""
+        """Return the reason why the search has ended, or an empty string if it has not."""
         if self.gradients[-1] <= self.tolerance * max(self.gradients):
             return f"the gradient fell below {self.tolerance:g} of its largest norm"
         recent = self.values[-1 - WINDOW :] if self.line_search else []
@@ -262,7 +270,7 @@ class _Minimisation:
         self.gradients.append(trial.norm)
 
     def _keep(self, here: Trial, memory: Any) -> None:
-        """Write the state of the search, whole or not at all."""
+        """Write the state of the search atomically."""
         if self.file is None:
             return
         leaves = jax.tree.leaves((here.z, memory))
@@ -277,7 +285,7 @@ class _Minimisation:
         output.write(self.file, fill)
 
     def _resumed(self, here: Trial, memory: Any) -> tuple[Trial, Any]:
-        """Return where an earlier call ended; ValueError for the state of another search."""
+        """Return the point and the memory at which an earlier call ended; ValueError for the state of another search."""
         assert self.file is not None
         try:
             with self.file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
@@ -301,7 +309,7 @@ class _Minimisation:
         z, memory = jax.tree.unflatten(tree, stored_leaves)
         self.values, self.gradients = kept["values"].tolist(), kept["gradients"].tolist()
         self.evaluations = int(kept["evaluations"])
-        resumed = self.at(z)  # by the loss and the bounds of this call
+        resumed = self.at(z)  # with the loss and the bounds of this call
         if not np.isclose(resumed.value, self.values[-1], rtol=SAME, atol=0.0):
             raise ValueError(
                 f"state: {self.file} belongs to a search with another loss or other bounds; expected another file"

@@ -1,6 +1,6 @@
-"""Bounded least squares with exact Jacobians, from one start or several.
+"""Bounded nonlinear least squares with exact Jacobians, from one start or several.
 
-For models that are not linear in their compliances (``varpro.py`` is for those).
+It is for models that are not linear in their compliances; those that are linear use ``varpro.py``.
 """
 
 import dataclasses
@@ -13,15 +13,16 @@ import scipy
 from fitting.search.uncertainty import inverse
 
 ITERATIONS = 60
-SAME = 1e-5  # share of RSS by which two minima are one
+SAME = 1e-5  # relative difference of RSS below which two minima are the same
 
 
 @dataclasses.dataclass
 class Objective:
-    """residual(theta) (n,); jacobian(theta, free) (n, k): of the coordinates ``free``. Runs are counted.
+    """A bounded least-squares problem that counts its evaluations.
 
-    lower, upper (m,): the box; equal where a coordinate is fixed. ftol: share of RSS that is no change, floor: RSS that
-    is none; close: error allowed of the square root of a rise.
+    residual(theta) (n,); jacobian(theta, free) (n, k): of the coordinates ``free``. lower, upper (m,): bounds, equal
+    where a coordinate is fixed. ftol: relative change of RSS at convergence, floor: absolute one; close: tolerance of
+    the square root of a rise of RSS.
     """
 
     residual: Callable[[np.ndarray], np.ndarray]
@@ -36,23 +37,26 @@ class Objective:
 
     @property
     def free(self) -> np.ndarray:
-        """Indices of the coordinates that are fitted."""
+        """Indices of the fitted coordinates."""
         return np.flatnonzero(self.upper > self.lower)
 
     def at(self, theta: np.ndarray) -> np.ndarray:
-        """Weighted residuals (n,)."""
+        """Return the weighted residuals (n,)."""
         self.residual_runs += 1
         return np.asarray(self.residual(theta))
 
     def slope(self, theta: np.ndarray) -> np.ndarray:
-        """Their Jacobian (n, k) with respect to the free coordinates."""
+        """Return the Jacobian (n, k) of the residuals with respect to the free coordinates."""
         self.jacobian_runs += 1
         return np.asarray(self.jacobian(theta, self.free))
 
 
 class Best(NamedTuple):
-    """theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: how many minima
-    were sought, and how many of them are as low as this; others: the minima above it, theta (m,) of each."""
+    """A minimum of an objective.
+
+    theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: number of local searches
+    and number of them that reached this minimum; others: theta (m,) of each higher minimum.
+    """
 
     theta: np.ndarray
     residual: np.ndarray
@@ -64,19 +68,19 @@ class Best(NamedTuple):
 
 
 def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """d theta/d x = -(J^T J)^-1 J^T dr/dx at the optimum, (m,), from the slope (n,) of the residuals."""
+    """Return d theta/d x = -(J^T J)^-1 J^T dr/dx at the optimum, (m,), from the derivative (n,) of the residuals."""
     change = np.zeros(best.theta.size)
     change[free] = -inverse(best.jacobian) @ (best.jacobian.T @ slope)
     return change
 
 
 def minimise(objective: Objective, start: np.ndarray) -> Best:
-    """The least squares in the box from ``start``."""
+    """Return the least-squares solution in the box from ``start``."""
     return minimise_some(objective, start, objective.free, objective.floor)
 
 
 def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
-    """The lowest of the minima from several starts, of which some may have no value."""
+    """Return the lowest of the minima from several starts, of which those with non-finite residuals are skipped."""
     sound = [start for start in starts if np.all(np.isfinite(objective.at(start)))]
     found = [minimise(objective, start) for start in sound]
     best = min(found, key=lambda one: one.rss)
@@ -86,7 +90,7 @@ def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
 
 
 def _different(found: list[Best]) -> tuple[np.ndarray, ...]:
-    """theta of the minima whose RSS differ, the lowest first."""
+    """Return theta of the minima whose RSS differ, the lowest first."""
     kept: list[Best] = []
     for one in sorted(found, key=lambda one: one.rss):
         if not kept or one.rss > kept[-1].rss * (1.0 + SAME):
@@ -95,9 +99,11 @@ def _different(found: list[Best]) -> tuple[np.ndarray, ...]:
 
 
 def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, floor: float) -> Best:
-    """With some of the free coordinates fitted: Levenberg-Marquardt, each step a bounded linear least squares.
+    """Minimise over some of the free coordinates: Levenberg-Marquardt, each step a bounded linear least-squares
+    problem.
 
-    It ends where the step would change RSS by no more than ftol of it and ``floor``, which costs no further run.
+    The search ends where the predicted reduction of RSS is no more than ftol times RSS plus ``floor``, which costs no
+    further evaluation.
     """
     theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
     residual, damping = objective.at(theta), 0.0
@@ -112,7 +118,9 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
         trial = theta.copy()
         trial[some] = np.clip(theta[some] + step, objective.lower[some], objective.upper[some])
         after = objective.at(trial)
-        if np.all(np.isfinite(after)) and float(after @ after) < rss:
+        with np.errstate(over="ignore"):  # of a step much too long
+            lower = np.all(np.isfinite(after)) and float(after @ after) < rss
+        if lower:
             theta, residual, damping = trial, after, 0.1 * damping if damping > 1e-4 else 0.0
             jacobian = objective.slope(theta)
         else:
@@ -121,7 +129,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
 
 
 def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:
-    """min |J s + r|^2 + damping |D s|^2 with low <= s <= high, D the norms of the columns."""
+    """Return the minimiser of |J s + r|^2 + damping |D s|^2 with low <= s <= high, D the norms of the columns."""
     size = np.maximum(np.linalg.norm(J, axis=0), 1e-150)
     A, b = J / size, -r
     if damping > 0.0:

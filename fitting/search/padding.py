@@ -1,6 +1,6 @@
-"""Arrays padded to a few lengths, so that another number of points does not compile again.
+"""Padding of arrays to a few lengths, so that another number of points does not trigger a new compilation.
 
-A padded point repeats the last time and has no weight.
+A padded point repeats the last time and has zero weight.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ LEAST = 32
 
 
 def length(n: int) -> int:
-    """The least of 32, 48, 64, 96, 128, 192 ... that holds n."""
+    """Return the smallest of 32, 48, 64, 96, 128, 192 ... that is at least n."""
     size = LEAST
     while size < n:
         size *= 2
@@ -17,10 +17,10 @@ def length(n: int) -> int:
 
 
 def repeated(values: np.ndarray) -> np.ndarray:
-    """Values (n,) and the last of them again, up to the padded length."""
+    """Return values (n,) padded with the last of them."""
     return np.pad(values, (0, length(values.size) - values.size), mode="edge")
 
 
 def without_weight(weights: np.ndarray) -> np.ndarray:
-    """Weights (n,) and zeros."""
+    """Return weights (n,) padded with zeros."""
     return np.pad(weights, (0, length(weights.size) - weights.size))

@@ -1,7 +1,7 @@
-"""An indentation fit made ready: what was asked for, checked, and scaled.
+"""A checked and scaled indentation fit, ready for the search.
 
-Scaled are times by the duration, load and depth by their largest, and compliance so that a half-space
-has depth^power = int J dP (``coordinates.py``, ``probe.py``).
+Times are scaled by the duration, load and depth by their largest values, and compliance so that a half-space has
+depth^power = int J dP (``coordinates.py``, ``probe.py``).
 """
 
 from collections.abc import Callable
@@ -21,24 +21,26 @@ from fitting.models.structure import Sought
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
 
-AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, in number and of all
-TIMES = np.geomspace(3e-3, 3.0, 7)  # retardation times over the duration that are started from
-SHARED = np.array([0.45, 0.45, 0.1])  # between spring, retarded part and flow
-VISIBLE = 1e-2  # scaled compliance that a part has at least there
-LEAST = 1e-8  # scaled flow, or branch of a series, of a film: at none its decay rates have no slope
-LEAST_LOAD = 0.5  # share of the greatest load below which the contact certainly shrinks
+AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, as a number and as a fraction of all
+TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duration
+SHARED = np.array([0.45, 0.45, 0.1])  # initial shares of the instantaneous, retarded and viscous parts
+VISIBLE = 1e-2  # smallest scaled compliance of a part at these starts
+LEAST = 1e-8  # least scaled fluidity, or branch, of a film: at zero the decay rates are not differentiable
+LEAST_LOAD = 0.5  # fraction of the largest load below which the contact certainly shrinks
 
 
 class Instrument(NamedTuple):
-    """What the instrument adds to the measured depth: contact point [m], drift [m/s] and compliance of the machine
-    [m/N], each a number that is known or "fit"."""
+    """Contributions of the instrument to the measured depth.
+
+    contact_point [m], drift [m/s] and machine_compliance [m/N], each a known number or "fit".
+    """
 
     contact_point: float | str = 0.0
     drift: float | str = 0.0
     machine_compliance: float | str = 0.0
 
     def box(self, sizes: np.ndarray) -> np.ndarray:
-        """Bounds (3, 2) in parts of ``sizes`` (3,) in SI, equal where a value is known."""
+        """Return the bounds (3, 2) relative to ``sizes`` (3,) in SI units, equal where a value is known."""
         rows = zip(self._fields, self, sizes, strict=True)
         return np.array([_within(name, value, size) for name, value, size in rows])
 
@@ -52,10 +54,10 @@ def _within(name: str, value: float | str, size: float) -> tuple[float, float]:
 
 
 class Pressing(NamedTuple):
-    """How the body was pressed.
+    """Indenter, control and body of an indentation test.
 
-    indenter; control: what drives the model, "load" or "depth"; rise [s]: of a load that is put in place of the
-    measured one, or None; adhesion: the work of it [J/m2]; film: whether the body is a film on a substrate.
+    indenter; control: the prescribed quantity, "load" or "depth"; rise [s]: of a load that replaces the measured one,
+    or None; adhesion: work of adhesion [J/m2]; film: whether the body is a film on a substrate.
     """
 
     indenter: Any
@@ -66,12 +68,12 @@ class Pressing(NamedTuple):
 
     @property
     def response(self) -> tuple[str, str]:
-        """Name and unit of what is fitted."""
+        """Name and unit of the fitted quantity."""
         return ("depth", "m") if self.control == "load" else ("load", "N")
 
 
 class Units(NamedTuple):
-    """What undoes the scaling: duration [s], load [N], depth [m], compliance [1/Pa]."""
+    """Units that undo the scaling: duration [s], load [N], depth [m], compliance [1/Pa]."""
 
     duration: float
     load: float
@@ -80,10 +82,10 @@ class Units(NamedTuple):
 
 
 class Press(NamedTuple):
-    """A test that is ready for a search.
+    """An indentation test ready for a search.
 
-    t, load, depth (n,): scaled; kept (n,) bool: points that are fitted; weights (n,): 0 elsewhere, and their label;
-    space: of the search; notes.
+    t, load, depth (n,): scaled; kept (n,) bool: the fitted points; weights (n,): 0 elsewhere, and their label; space:
+    of the search; notes.
     """
 
     data: IndentationData
@@ -113,20 +115,20 @@ class Press(NamedTuple):
 
     @property
     def pull(self) -> float:
-        """Scaled 6 pi w R of the work of adhesion w, 0 without."""
+        """Scaled 6 pi w R of the work of adhesion w, 0 without adhesion."""
         work, indenter = self.pressing.adhesion, self.pressing.indenter
         return 6.0 * np.pi * work * float(indenter.radius) / self.units.load if work else 0.0
 
     @property
     def measured(self) -> np.ndarray:
-        """What is fitted, (n,): depth under load control, load under depth control."""
+        """The fitted quantity (n,): depth under load control, load under depth control."""
         return self.depth if self.pressing.control == "load" else self.load
 
 
 def prepare(
     data: IndentationData, sought: Sought, pressing: Pressing, instrument: Instrument, weights: str | None, sigma: Any
 ) -> Press:  # fmt: skip
-    """Check and scale a test; ValueError with expected and got."""
+    """Check and scale a test; ValueError with the expected and the received value."""
     probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
     _check(data, control, pressing.rise)
     work = adhesion.check(pressing.adhesion, data, pressing.indenter, control, model)
@@ -135,12 +137,12 @@ def prepare(
     kept = _in_contact(data, pressing)
     weight, label = _weights(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
-    # J that a scaled compliance of one stands for
+    # compliance [1/Pa] that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
     space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
     if probe.power > 1.0:
         _check_growth(data, pressing)
-    if not work:  # the load of a ball that sticks falls before it rises
+    if not work:  # under adhesion the load falls before it rises
         _check_contact(data, kept, probe.power, pressing.film)
     few = f"{(~kept).sum()} points before contact or during the rise not fitted"
     response = data.depth if control == "load" else data.load
@@ -151,7 +153,7 @@ def prepare(
 
 
 def _in_contact(data: IndentationData, pressing: Pressing) -> np.ndarray:
-    """Points (n,) bool in contact, after the rise; ValueError for fewer than 5."""
+    """Return which points (n,) are in contact and after the rise; ValueError for fewer than 5."""
     stuck = pressing.adhesion > 0
     kept = ((data.load > 0) | stuck) & (data.depth > 0) & (data.t - data.t[0] >= (pressing.rise or 0.0))
     if kept.sum() < 5:
@@ -162,12 +164,12 @@ def _in_contact(data: IndentationData, pressing: Pressing) -> np.ndarray:
 
 
 def _check_growth(data: IndentationData, pressing: Pressing) -> None:
-    """ValueError under load control where the contact certainly shrinks."""
+    """Raise ValueError under load control if the contact certainly shrinks."""
     top, last = float(data.load.max()), float(data.load[-1])
     if pressing.control == "load" and pressing.rise is None and last < LEAST_LOAD * top:
         raise ValueError(
-            f"data: load control needs a contact that grows, got a load that falls from {top:g} to"
-            f' {last:g} N; leave the unloading out, or take control="depth"'
+            f"data: load control requires a growing contact, got a load that falls from {top:g} to"
+            f' {last:g} N; leave out the unloading, or use control="depth"'
         )
 
 
@@ -181,11 +183,11 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
 
 
 def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:
-    """ValueError where points before contact would be fitted as if they were in it."""
+    """Raise ValueError if points before contact would be fitted as points in contact."""
     if data.cut:
         return
     found = find_contact(data.t, data.load, data.depth, power=power, film=film)
-    # of resampled points, the samples that they stand for
+    # number of samples that each resampled point represents
     samples = (
         np.ones(kept.size)
         if data.scatter_depth is None
@@ -202,7 +204,7 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: 
 def _weights(
     data: IndentationData, kept: np.ndarray, control: str, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
-    """Weights (n,) [1/unit of the response], zero where not kept, and their label."""
+    """Return the weights (n,) [1/unit of the response], zero for points that are not fitted, and their label."""
     kind = "depth" if control == "load" else "load"
     response, scatter = getattr(data, kind), getattr(data, f"scatter_{kind}")
     if weights is None and sigma is None:
@@ -217,7 +219,7 @@ def _weights(
 
 
 def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -> Space:
-    """Compliances, no less than ``least`` at their open end, then contact point, drift and machine compliance."""
+    """Return the search space: compliances, at least ``least`` at their open end, then the instrument's contributions."""
     structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
     sizes = units.depth / np.array([1.0, units.duration, units.load])
     box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
@@ -225,9 +227,9 @@ def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -
 
 
 def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: float) -> np.ndarray:
-    """Coordinates (m,) near the weighted least squares of y (n,) by the columns of ``basis``, at the samples.
+    """Return coordinates (m,) near the weighted least-squares fit of y (n,) by the columns of ``basis`` at the samples.
 
-    No logarithm begins below that of ``least``.
+    Logarithmic coordinates start at log(least) or above.
     """
     space = press.space
     box = space.linear_box
@@ -242,8 +244,11 @@ def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: f
 
 
 def spread_starts(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> list[np.ndarray]:
-    """More coordinates to start from, where a retardation time is sought: for each of ``TIMES`` held, the same
-    least squares, and its compliance at the end shared out evenly."""
+    """Return further starting coordinates if a retardation time is sought.
+
+    For each of ``TIMES`` they are the least-squares solution with tau held, and the same total compliance at the end
+    divided in the proportions ``SHARED``.
+    """
     space = press.space
     if space.structure.tau is not None or space.structure.branches == 0:
         return []
@@ -258,8 +263,11 @@ def _search(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> var
 
 
 class Medium(NamedTuple):
-    """thickness [m], substrate and grid of the solver; left (m,): the bias of the coordinates that its discretisation
-    leaves, and {coordinate: that over its standard error}. None, zero and empty for a half-space."""
+    """The indented body: thickness [m], substrate and grid of the solver.
+
+    left (m,): the discretisation bias of the coordinates that remains; bias: {coordinate: that bias over its standard
+    error}. For a half-space None, zero and empty.
+    """
 
     thickness: float | None = None
     substrate: Any = None
@@ -269,9 +277,13 @@ class Medium(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What was searched, the optimum and its objective; notes; moves(name) (m,): change of the coordinates with a
-    quantity held in the fit; medium: what was indented; residual (n,): of the coordinates, None where it is dear;
-    slow: the optimum for an edge that sticks and has time to creep; against: why the fit does not stand."""
+    """Result of the search of an indentation fit.
+
+    press: the test; best: the optimum and objective; notes; moves(name) (m,): derivative of the coordinates with
+    respect to a quantity held in the fit; medium: the indented body; residual (n,): function of the coordinates, None
+    where it is expensive; slow: the optimum with the relaxed compliance at the edge of an adhesive contact; against:
+    reasons for rejecting the fit.
+    """
 
     press: Press
     best: Best

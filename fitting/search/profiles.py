@@ -1,10 +1,10 @@
-"""Profile likelihoods by fitting again, for models that are not linear in their compliances.
+"""Profile likelihoods by repeated fits, for models that are not linear in their compliances.
 
-The profile of a coordinate is traced outwards: at each trial value the others are fitted again, from where the tangent
-of the profile leads, and the square root of the rise in RSS, which is nearly a straight line, is followed to the level
-(D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). The least RSS at a value may belong to
-another branch of minima than the one that was followed; so where one branch ends, the others known are tried, unless
-the root rose as the straight line that a single branch makes it.
+The profile of a coordinate is traced outwards: at each trial value the other coordinates are fitted again, starting on
+the tangent of the profile, and the square root of the rise in RSS, which is nearly linear in the coordinate, is
+followed to the level (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). The smallest RSS at a
+value may belong to another branch of minima than the one that was followed; so where one branch ends, the other known
+minima are tried, unless the root rose nearly linearly, as it does on a single branch.
 """
 
 import dataclasses
@@ -17,17 +17,18 @@ import numpy as np
 from fitting.search.nonlinear import Best, Objective, minimise_some
 
 STEPS, MOST = 30, 4.0
-NEGLIGIBLE = 1e-4  # share of the allowed rise by which a profile may be above the least
-START = 1e-3  # a first step in the units of a coordinate, where the Jacobian does not give one
-STRAIGHT = 0.1  # share by which an end may be off that of the straight line
-BRANCHES, LOWER = 8, 0.02  # changes of branch, and how far below the level another has to be
+NEGLIGIBLE = 1e-4  # excess of a profile over its minimum, as a fraction of the allowed rise
+START = 1e-3  # smallest first step, in units of the coordinate
+STRAIGHT = 0.1  # relative deviation of an end from that of the straight line on a single branch
+BRANCHES, LOWER = 8, 0.02  # largest number of changes of branch, and how far below the level another must be
 
 
 def profile(objective: Objective, best: Best, levels: np.ndarray) -> np.ndarray:
-    """(m, 2): where the profile of each free coordinate reaches its level of RSS, ``levels`` (k,); its bound where it
-    does not.
+    """Return the interval ends (m, 2): the values at which the profile of each free coordinate reaches its level of
+    RSS.
 
-    Fixed coordinates keep their value.
+    levels (k,): one for each free coordinate. An end is the bound where the level is not reached. Fixed coordinates
+    keep their value.
     """
     ends = np.stack([best.theta, best.theta], -1)
     heights = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
@@ -38,8 +39,11 @@ def profile(objective: Objective, best: Best, levels: np.ndarray) -> np.ndarray:
 
 
 class Point(NamedTuple):
-    """Of a profile: the value of its coordinate, the square root of the rise in RSS over that allowed, and the fit of
-    the others there."""
+    """A point of a profile.
+
+    value: of its coordinate; height: square root of the rise in RSS over the allowed one; fit: of the other coordinates
+    there.
+    """
 
     value: float
     height: float
@@ -48,7 +52,8 @@ class Point(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class _Side:
-    """The profile of coordinate i below (sign -1) or above (1) its best; rivals: other minima below the level."""
+    """One side of the profile of coordinate i, below (sign -1) or above (1) its best value; rivals: other minima below
+    the level."""
 
     objective: Objective
     best: Best
@@ -59,16 +64,16 @@ class _Side:
 
     @property
     def bound(self) -> float:
-        """Of the coordinate, on this side."""
+        """Bound of the coordinate on this side."""
         return float((self.objective.lower if self.sign < 0 else self.objective.upper)[self.i])
 
     @property
     def first(self) -> float:
-        """The coordinate at its best."""
+        """Best value of the coordinate."""
         return float(self.best.theta[self.i])
 
     def end(self) -> float:
-        """The outermost value at which a known branch reaches the level."""
+        """Return the outermost value at which a known branch reaches the level."""
         value = self._walk(Point(self.first, 0.0, self.best))
         straight = abs(value - self.first - self.sign * self._line) < STRAIGHT * self._line
         several = [] if self.best.starts == 1 else [self.best.theta, *self.best.others]
@@ -85,7 +90,7 @@ class _Side:
         return math.sqrt(max(self.level - self.best.rss, 0.0)) / max(self._tangent(self.best)[1], 1e-300)
 
     def _lower(self, value: float, minima: list[np.ndarray]) -> Point | None:
-        """A point below the level at the value, or at a minimum beyond it."""
+        """Return a point below the level at the value, or at a minimum beyond it; None if there is none."""
         for theta in minima:
             found = self._at(self.sign * max(self.sign * value, self.sign * theta[self.i]), theta)
             if found.height < 1.0 - LOWER:
@@ -93,17 +98,17 @@ class _Side:
         return None
 
     def _at(self, value: float, start: np.ndarray) -> Point:
-        """The others fitted at a value, from a start."""
+        """Return the point of the profile at a value, with the other coordinates fitted from a start."""
         start, allowed = start.copy(), self.level - self.best.rss
         start[self.i] = value
         others = np.setdiff1d(self.objective.free, self.i)
         fit = minimise_some(self.objective, start, others, max(NEGLIGIBLE * allowed, self.objective.floor))
-        # where the model has no value, half the way
+        # a height of 3 shortens the step where the model is not finite
         rise = fit.rss - self.best.rss
         return Point(value, math.sqrt(max(rise, 0.0) / allowed) if math.isfinite(rise) else 3.0, fit)
 
     def _walk(self, inner: Point) -> float:
-        """Outwards from a point: the value at which the branch that it is on reaches the level."""
+        """Return the value at which the branch reaches the level, going outwards from a point on it."""
         outer, value = None, self._next(inner, None)
         tangent = self._tangent(inner.fit)[0]
         for _ in range(STEPS):
@@ -121,7 +126,8 @@ class _Side:
         return value
 
     def _tangent(self, fit: Best) -> tuple[np.ndarray, float]:
-        """Change (m,) of the coordinates with this one along the profile, and the slope of the root of RSS there."""
+        """Return the derivative (m,) of the coordinates along the profile, and the slope of the square root of RSS
+        there."""
         free, change = self.objective.free, np.zeros(fit.theta.size)
         inside = (fit.theta > self.objective.lower) & (fit.theta < self.objective.upper)
         others, own = inside[free] & (free != self.i), fit.jacobian[:, free == self.i][:, 0]
@@ -130,7 +136,8 @@ class _Side:
         return change, float(np.linalg.norm(own + J @ change[free[others]]))
 
     def _next(self, inner: Point, outer: Point | None) -> float:
-        """The next trial: the straight line on through the last point, or between the two that enclose the level."""
+        """Return the next trial value: extrapolated through the last point, or interpolated between the two that
+        enclose the level."""
         if outer is not None:
             share = (1.0 - inner.height) / (outer.height - inner.height)
             return inner.value + min(max(share, 0.05), 0.95) * (outer.value - inner.value)

@@ -1,4 +1,4 @@
-"""Hamiltonian Monte Carlo over the least squares of a fit: its density, where chains begin, and the chains.
+"""Hamiltonian Monte Carlo sampling of the posterior of a fit: its density, the starts of the chains, and the chains.
 
 The density is that of ``bayes.py`` over coordinates x between ``low`` and ``high``; the sampler moves in z, x = low +
 (high - low)/(1 + exp(-z)). It is the No-U-Turn sampler of numpyro (M. D. Hoffman, A. Gelman, J. Mach. Learn. Res. 15
@@ -16,9 +16,9 @@ import numpy as np
 from jax import Array
 from jax.tree_util import Partial
 
-APART = 2.0  # standard deviations that the chains begin apart
-WIDEST = 0.5  # of them, in z: beyond it the curvature says little
-ACCEPTED = 0.9  # share of the steps, to which their length is adapted
+APART = 2.0  # distance of the starts of the chains, in standard deviations
+WIDEST = 0.5  # largest standard deviation in z used for the starts, where the curvature is uninformative
+ACCEPTED = 0.9  # target acceptance probability of the step size adaptation
 
 
 @functools.partial(
@@ -27,9 +27,12 @@ ACCEPTED = 0.9  # share of the steps, to which their length is adapted
 )  # fmt: skip
 @dataclasses.dataclass(frozen=True)
 class Density:
-    """residual (n,): of values (k,); held (k,): those of the others; free (p,): places of the coordinates; logs (p,):
-    which of them are logarithms; low, high (p,): of the even prior; rss: the least; widening: of its rise; points: n;
-    known: whether sigma is."""
+    """Posterior density of the coordinates of a fit.
+
+    residual (n,): function of the values (k,); held (k,): the values of coordinates that are held; free (p,): places of
+    the coordinates; logs (p,): which of them are logarithms; low, high (p,): bounds of the uniform prior; rss: the
+    minimum; widening: factor on the noise variance; points: n; known: whether sigma is known.
+    """
 
     residual: Partial
     held: Array
@@ -43,20 +46,20 @@ class Density:
     known: Array
 
     def coordinates(self, z: Array) -> Array:
-        """x (p,) of z (p,)."""
+        """Return the coordinates x (p,) of z (p,)."""
         return self.low + (self.high - self.low) * jax.nn.sigmoid(z)
 
     def values(self, x: Array) -> Array:
-        """Compliances and nuisances (k,) of coordinates (p,)."""
+        """Return the compliances and nuisance parameters (k,) of coordinates (p,)."""
         own = jnp.where(self.logs, jnp.exp(jnp.where(self.logs, x, 0.0)), x)
         return self.held.at[self.free].set(own)
 
     def residual_at(self, z: Array) -> Array:
-        """Weighted, (n,)."""
+        """Return the weighted residuals (n,) at z (p,)."""
         return self.residual(self.values(self.coordinates(z)))
 
     def potential(self, z: Array) -> Array:
-        """-log of the density of z (p,), up to a constant."""
+        """Return the negative log density of z (p,), up to a constant."""
         r = self.residual_at(z)
         rise = (r @ r - self.rss) / self.widening
         estimated = 0.5 * self.points * jnp.log1p(jnp.maximum(rise / self.rss, -0.5))
@@ -65,7 +68,7 @@ class Density:
 
 
 def sampler() -> Any:
-    """numpyro's; ImportError with what to install."""
+    """Return the NUTS sampler of numpyro; ImportError that names the package to install."""
     try:
         return importlib.import_module("numpyro.infer.hmc").hmc
     except ImportError:
@@ -73,7 +76,7 @@ def sampler() -> Any:
 
 
 def starts(density: Density, chains: int, seed: int) -> Array:
-    """z (chains, p) about the best fit, as far apart as the curvature there says, within the prior."""
+    """Return starts z (chains, p) about the best fit, spread according to the curvature there, within the prior."""
     best = np.asarray(density.held)[np.asarray(density.free)]
     x = np.where(density.logs, np.log(np.maximum(best, 1e-300)), best)
     share = np.clip((x - density.low) / (density.high - density.low), 0.02, 0.98)
@@ -86,7 +89,7 @@ def starts(density: Density, chains: int, seed: int) -> Array:
 
 @jax.jit
 def _curvature(z: Array, density: Density) -> Array:
-    """Of the potential (p, p), but for the second derivatives of the residuals and for the prior."""
+    """Return the Gauss-Newton Hessian (p, p) of the potential, without the prior."""
     J = jax.jacfwd(density.residual_at)(z)
     noise = jnp.where(density.known, 1.0, density.rss / density.points) * density.widening
     return J.T @ J / noise
@@ -94,7 +97,7 @@ def _curvature(z: Array, density: Density) -> Array:
 
 @functools.partial(jax.jit, static_argnames=("warmup", "samples"))
 def run(keys: Array, z: Array, density: Density, warmup: int, samples: int) -> tuple[Array, Array]:
-    """Coordinates (chains, samples, p) and which draws went astray (chains, samples), from z (chains, p)."""
+    """Return coordinates (chains, samples, p) and divergence flags (chains, samples) of chains from z (chains, p)."""
     begin, step = sampler()(density.potential, algo="NUTS")
 
     def chain(key: Array, z: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""SearchCoordinates of order one for the parameters of a minimisation, in which bounds disappear.
+"""Coordinates of order one for the parameters of a minimisation, in which bounds are eliminated.
 
 A parameter x without bounds, with a scale s, has the coordinate z = x/s. Between bounds it is replaced by
 
@@ -29,7 +29,8 @@ class LeafCoordinates:
 
     @classmethod
     def of(cls, name: str, start: np.ndarray, bounds: Any, scale: Any) -> LeafCoordinates:
-        """Check one leaf's start, bounds and scale; ValueError that names the leaf."""
+        """Return the coordinates of one leaf after checking its start, bounds and scale; ValueError that names the
+        leaf."""
         if not np.all(np.isfinite(start)):
             raise ValueError(f"start{name}: expected finite numbers")
         low, high = _pair(name, bounds)
@@ -81,7 +82,7 @@ class SearchCoordinates:
 
     @classmethod
     def of(cls, start: Any, bounds: Any, scale: Any) -> SearchCoordinates:
-        """Check start, bounds and scale against each other; ValueError that names the leaf."""
+        """Return the coordinates of a tree after checking start, bounds and scale; ValueError that names the leaf."""
         paths, tree = jax.tree_util.tree_flatten_with_path(start)
         if not paths:
             raise ValueError("start: expected numbers or arrays, got a tree without any")
@@ -98,13 +99,13 @@ class SearchCoordinates:
         return [own.inwards(jnp.asarray(x, float)) for own, x in zip(self.leaves, found, strict=True)]
 
     def outwards(self, coordinates: list[Array]) -> Any:
-        """Return the tree of values at coordinates."""
+        """Return the tree of values at the given coordinates."""
         values = [own.outwards(z) for own, z in zip(self.leaves, coordinates, strict=True)]
         return jax.tree.unflatten(self.tree, values)
 
 
 def _by_leaf(name: str, given: Any, tree: Any) -> list[Any]:
-    """Return what is given for each leaf: one value for all, or a tree like ``start``."""
+    """Return the argument for each leaf: one value for all, or a tree like ``start``."""
     one_for_all = given is None or isinstance(given, float | int) or (name == "bounds" and _is_pair(given))
     if one_for_all:
         return [given] * tree.num_leaves

@@ -1,17 +1,16 @@
-"""Bounded least squares that is linear but for one retardation time, and its exact profiles.
+"""Bounded least squares that is linear except in one retardation time, with exact profiles (variable projection).
 
-Every material here has J(t) = j0 + j2 (1 - exp(-t/tau)) + f t, with j0 = 1/G1, j2 = 1/G2,
-f = 1/eta1 and tau = eta2/G2 (some of them absent). Under a stress history the strain is
-x . [E, D(tau), F](t) with x = (j0, j2, f) (``history.py``). At a fixed tau this is a least squares
-problem in a box of three dimensions, solved exactly by going through the faces of the box, and
-tau is one scalar to search (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10
-(1973) 413). The open end 1/eta1 = 0 is simply a face of the box.
+Every material here has J(t) = j0 + j2 (1 - exp(-t/tau)) + f t, with j0 = 1/G1, j2 = 1/G2, f = 1/eta1 and tau = eta2/G2
+(some of them absent). Under a stress history the strain is x . [E, D(tau), F](t) with x = (j0, j2, f) (``history.py``).
+At a fixed tau this is a least-squares problem in a three-dimensional box, solved exactly by enumerating the faces of
+the box, and tau is found by a one-dimensional search (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer.
+Anal. 10 (1973) 413). The open end 1/eta1 = 0 is a face of the box.
 
-The same faces give profile likelihoods without nested minimisation: at a fixed tau the points
-with RSS <= level are an ellipsoid cut by the box, and the extent of a linear functional d . x over
-it is closed form on each face; the interval is the extreme of these over tau.
+The same faces give profile likelihoods without nested minimisation: at a fixed tau the points with RSS <= level form an
+ellipsoid cut by the box, and the extent of a linear functional d . x over it has a closed form on each face; the
+interval is the extreme of these over tau.
 
-All quantities are dimensionless here: times over the last time, data over their largest value.
+All quantities are dimensionless here: times are divided by the last time, data by their largest value.
 """
 
 import dataclasses
@@ -26,9 +25,9 @@ from jax import Array
 
 from fitting.models.history import columns
 
-# where the two or four compliances of a material with no or one retardation time are in (j0, j2, f, j2/tau)
+# places of the two or four compliances of a material with no or one retardation time in (j0, j2, f, j2/tau)
 PLACES = {2: [0, 2], 4: [0, 1, 2, 3]}
-ROUNDING = 1e-14  # of RSS, as a share of the data's sum of squares
+ROUNDING = 1e-14  # rounding error of RSS, as a fraction of the data's sum of squares
 COARSE, ZOOM, ROUNDS, CLOSER, FINE = 97, 9, 4, 8, 33
 PAIRS = np.triu_indices(3)
 PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
@@ -37,19 +36,22 @@ PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 @jax.tree_util.register_static
 @dataclasses.dataclass(frozen=True)
 class Sides:
-    """What each of (j0, j2, f) may be: free (0), at its lower (1) or at its upper (2) bound."""
+    """Possible states of each of (j0, j2, f): free (0), at its lower (1) or at its upper (2) bound."""
 
     choices: tuple[tuple[int, ...], ...]
 
     def faces(self) -> np.ndarray:
-        """Every face of the box, (k, 3)."""
+        """Return every face of the box, (k, 3)."""
         return np.array(list(itertools.product(*self.choices)))
 
 
 class TauSearch(NamedTuple):
-    """A weighted fit. data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f);
-    ratio (2,): bounds of j2/tau = 1/eta2; tau (2,): the range to search; sides: of the box; origin (3,): of
-    the sums: near the optimum RSS keeps its digits, which at zero are lost in the data's sum of squares."""
+    """A weighted fit with one retardation time.
+
+    data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f); ratio (2,): bounds of j2/tau = 1/eta2;
+    tau (2,): the range of the search; sides: of the box; origin (3,): point about which the sums are formed, because
+    near the optimum RSS would lose its digits in the data's sum of squares if the sums were formed about zero.
+    """
 
     data: Array
     weights: Array
@@ -68,7 +70,8 @@ class TauSearch(NamedTuple):
 
 
 def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: np.ndarray) -> TauSearch:
-    """The problem for data y (n,) at t (n,), scaled, and a material's compliances in ``box`` (m, 2)."""
+    """Return the problem for scaled data y (n,) at t (n,), with the bounds of a material's compliances in ``box`` (m,
+    2)."""
     whole = np.zeros((4, 2))
     whole[PLACES[len(box)]] = box
     low, high = whole.T
@@ -77,7 +80,7 @@ def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: n
 
 
 def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
-    """Faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau): far fewer than 27 as a rule."""
+    """Return the faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau); usually far fewer than 27."""
     low, high = np.asarray(lower), np.asarray(upper)
     fixed = [low[0] == high[0], low[1] == high[1], low[2] == high[2]]
     capped = [np.isfinite(high[0]), np.isfinite(high[1]) or np.isfinite(high[3]), np.isfinite(high[2])]
@@ -85,14 +88,14 @@ def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
 
 
 def _tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Retardation times worth trying, cut to what the bounds allow.
+    """Return the range of retardation times to search, restricted to the bounds.
 
-    Below t_first/40 and above 300 times the last time the curve no longer depends on tau (to 1e-17
-    and to 2e-3 of a term that flow and spring already carry).
+    Below t_first/40 and above 300 times the last time the curve no longer depends on tau (to 1e-17 and to 2e-3 of a
+    term that flow and spring already represent).
     """
     low, high = np.min(t[t > 0]) / 40.0, 300.0
     if box[1, 1] == 0.0:
-        return np.array([1.0, 1.0])  # no retarded part: any value serves
+        return np.array([1.0, 1.0])  # without a retarded part tau is arbitrary
     with np.errstate(divide="ignore", invalid="ignore"):
         least = box[1, 0] / box[3, 1] if box[1, 0] > 0 and np.isfinite(box[3, 1]) else 0.0
         most = box[1, 1] / box[3, 0] if box[3, 0] > 0 and np.isfinite(box[1, 1]) else np.inf
@@ -103,7 +106,8 @@ def _tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:
 
 
 class Faces(NamedTuple):
-    """Per face: minimiser x (k, 3), inverse of the free block (k, 3, 3), rss (k,), inside (k,)."""
+    """Solutions on the faces of the box: minimiser x (k, 3), inverse of the free block (k, 3, 3), rss (k,), inside (k,)
+    bool."""
 
     x: Array
     inverse: Array
@@ -112,19 +116,19 @@ class Faces(NamedTuple):
 
 
 def weighted_columns(problem: TauSearch, tau: Array) -> Array:
-    """[E, D(tau), F] times the weights, (n, 3)."""
+    """Return [E, D(tau), F] times the weights, (n, 3)."""
     return columns(problem.basis, jnp.reshape(1.0 / tau, 1)) * jnp.asarray(problem.weights)[:, None]
 
 
 def box(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
-    """Bounds of (j0, j2, f) at this tau: those of 1/eta2 turn into bounds of j2."""
+    """Return the bounds of (j0, j2, f) at this tau: those of 1/eta2 become bounds of j2."""
     lower = jnp.asarray(problem.lower).at[1].max(problem.ratio[0] * tau)
     upper = jnp.asarray(problem.upper).at[1].min(problem.ratio[1] * tau)
     return lower, upper
 
 
 def _inverse3(A: Array) -> Array:
-    """Inverse of symmetric positive (..., 3, 3) by L D L^T, with pivots kept above rounding."""
+    """Return the inverse of symmetric positive (..., 3, 3) by L D L^T, with pivots kept above rounding."""
     tiny = 1e-15 * jnp.maximum(jnp.max(jnp.abs(A), axis=(-2, -1)), 1e-300)
     d0 = jnp.maximum(A[..., 0, 0], tiny)
     l10, l20 = A[..., 1, 0] / d0, A[..., 2, 0] / d0
@@ -138,10 +142,11 @@ def _inverse3(A: Array) -> Array:
 
 
 def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
-    """Normal matrix (3, 3), right-hand side (3,) and weighted sum of squares, of the data less the origin's model.
+    """Return the normal matrix (3, 3), right-hand side (3,) and weighted sum of squares of the data minus the model at
+    the origin.
 
-    The squared weights stand apart from the products of columns: over many curves on one time grid
-    the products are formed once and the sums are one matrix product.
+    The squared weights are separate from the products of columns: for many curves on one time grid the products are
+    formed once and the sums are one matrix product.
     """
     C, square = columns(problem.basis, jnp.reshape(1.0 / tau, 1)), problem.weights**2
     sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
@@ -151,7 +156,7 @@ def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
 
 
 def faces(problem: TauSearch, tau: Array) -> Faces:
-    """The least squares solution on each face of the box at this tau."""
+    """Return the least-squares solution on each face of the box at this tau."""
     A, b, yy = moments(problem, tau)
     scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
     A, b = A * scale[:, None] * scale, b * scale
@@ -172,14 +177,14 @@ def faces(problem: TauSearch, tau: Array) -> Faces:
 
 
 def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
-    """x (..., 3) in the box along its free coordinates, and the box not empty."""
+    """Return whether x (..., 3) lies in the box along its free coordinates, and the box is not empty."""
     slack = 1e-12 * jnp.where(jnp.isfinite(high), jnp.abs(high), 0.0)
     ok = (x >= low - slack) & (x <= high + slack)
     return jnp.all(ok | ~free, -1) & jnp.all(low <= high + slack)
 
 
 def best_at(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
-    """Lowest rss at this tau and its x; inf where the box is empty."""
+    """Return the lowest rss at this tau and its x; inf where the box is empty."""
     face = faces(problem, tau)
     rss = jnp.where(face.inside, face.rss, jnp.inf)
     k = jnp.argmin(rss)
@@ -188,7 +193,7 @@ def best_at(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
 
 @jax.jit
 def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
-    """(rss, x, tau, (COARSE,) rss on the first grid of tau): a grid in log tau, then zooming in."""
+    """Return (rss, x, tau, rss on the first grid of tau (COARSE,)), from a grid in log tau that is then refined."""
     lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
     grid = jnp.linspace(lo, hi, COARSE)
     cost = _costs(problem, grid)
@@ -208,7 +213,7 @@ def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
 
 @jax.jit
 def solve_each(problem: TauSearch, tau: Array) -> Array:
-    """The least squares (k, 3) at each of tau (k,)."""
+    """Return the least-squares solutions (k, 3) at each of tau (k,)."""
     return _bests(problem, jnp.log(tau))[1]
 
 
@@ -221,7 +226,7 @@ def _bests(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
 
 
 def reach(problem: TauSearch, tau: Array, cost: Array, level: Array) -> Array:
-    """log of the lowest and the highest tau with rss <= level, (2,); the search range where open."""
+    """Return log of the lowest and the highest tau with rss <= level, (2,); the end of the search range where open."""
     grid = jnp.linspace(jnp.log(problem.tau[0]), jnp.log(problem.tau[1]), COARSE)
     good = cost <= level
     best = jnp.log(tau)
@@ -236,7 +241,7 @@ def reach(problem: TauSearch, tau: Array, cost: Array, level: Array) -> Array:
     height = lambda rss: jnp.sqrt(jnp.maximum(rss - floor, 0.0)) / goal - 1.0
 
     def close_in(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
-        """The Illinois rule on the root of the rise in rss, which is nearly a straight line."""
+        """Take an Illinois step on the square root of the rise in rss, which is nearly linear."""
         inner, low, outer, high, side = state
         share = jnp.where(jnp.isfinite(high), -low / jnp.where(high > low, high - low, 1.0), 0.5)
         middle = inner + jnp.clip(share, 0.01, 0.99) * (outer - inner)
@@ -257,11 +262,10 @@ def reach(problem: TauSearch, tau: Array, cost: Array, level: Array) -> Array:
 
 
 def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
-    """Least and greatest d . x over {x in the box: rss <= level} at this tau; d (m, 3) -> (m, 2).
+    """Return the extremes of d . x over {x in the box: rss <= level} at this tau; d (m, 3) -> (m, 2).
 
-    On a face with minimiser x and inverse V of its block of the normal matrix the extremes are
-    d.x -+ sqrt((level - rss) d.V.d), and count only where that point lies in the box. An empty set
-    gives (inf, -inf).
+    On a face with minimiser x and inverse V of its block of the normal matrix the extremes are d.x -+ sqrt((level -
+    rss) d.V.d), and count only where that point lies in the box. An empty set gives (inf, -inf).
     """
     face = faces(problem, tau)
     lower, upper = box(problem, tau)
@@ -284,10 +288,10 @@ def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
 def extents(
     problem: TauSearch, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
 ) -> tuple[Array, Array]:
-    """((m, 2) least and greatest functional(tau) . x over rss <= level, (2,) reach of log tau).
+    """Return the extremes (m, 2) of functional(tau) . x over rss <= level, and the range (2,) of log tau.
 
-    The nodes are Chebyshev points in log tau: the extent along tau is the edge of an ellipse-like
-    region, which is smooth in the angle even where tau and the functional are closely tied.
+    The nodes are Chebyshev points in log tau: the extent along tau is the edge of an ellipse-like region, which is
+    smooth in the angle even where tau and the functional are strongly correlated.
     """
     low, high = reach(problem, tau, cost, level)
     angle = jnp.linspace(0.0, jnp.pi, FINE)
@@ -298,7 +302,8 @@ def extents(
 
 
 def _summit(y: Array) -> Array:
-    """Greatest of y (n, ...) along its first axis, by the parabola through the greatest and its neighbours."""
+    """Return the maximum of y (n, ...) along its first axis, by the parabola through the largest value and its
+    neighbours."""
     k = jnp.clip(jnp.argmax(y, 0), 1, y.shape[0] - 2)
     before, here, after = (jnp.take_along_axis(y, (k + s)[None], 0)[0] for s in (-1, 0, 1))
     bend = 2.0 * here - before - after

@@ -1,1 +1,1 @@
-"""Text and figures of fits, and the files that they leave."""
+"""Text and figures of fits, and their output files."""

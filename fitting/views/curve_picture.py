@@ -1,4 +1,4 @@
-"""The picture of an indentation curve: what was taken of it, over what was measured."""
+"""Figure of an indentation curve: the selected points over the measured ones."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ COLOURS = {"approach": "C0", "hold": "C1", "retract": "C2"}
 
 
 def draw(data: Any) -> Any:
-    """A Figure with load and depth over time and load over depth; what was left out in grey.
+    """Return a figure of load and depth over time and load over depth, with points that were left out in grey.
 
     Args:
         data: an ``IndentationData``.

@@ -1,4 +1,4 @@
-"""The figure of a fit: data, model and residuals over time, the parameters, and whether the fit stands."""
+"""Figure of a fit: data, model and residuals over time, the parameters, and the verdict."""
 
 import math
 import textwrap
@@ -8,19 +8,19 @@ import numpy as np
 
 from fitting.views import axis_units, report
 
-EARLY = 0.1  # share of the duration in which half of the samples lie, if they are to be seen on log time
-FINE = 400  # points of a line
-LETTERS = 90  # of a line above the narrowest figure
+EARLY = 0.1  # fraction of the duration with half of the samples, below which the time axis is logarithmic
+FINE = 400  # number of points of a line
+LETTERS = 90  # characters of a line above the narrowest figure
 
 
 def draw(fit: Any, path: Any) -> Any:
-    """A Figure of a ``Fit``; J(t) with its band, beside the data where they are not J themselves."""
+    """Return a figure of a ``Fit``, with J(t) and its band beside the data where these are not J."""
     from matplotlib.figure import Figure
 
     name, unit, t, measured = fit.curve
     direct = name == "J"
     figure = Figure(figsize=(7.5, 6.5) if direct else (10.0, 6.0), layout="constrained")
-    figure.suptitle("\n".join(_verdict(fit)), fontsize="medium", color="C3" if fit.refused else "black")
+    title(figure, fit)
     places = figure.add_gridspec(3, 1 if direct else 2, height_ratios=(3, 1, 0.5))
     top = figure.add_subplot(places[0, 0])
     bottom = figure.add_subplot(places[1, 0], sharex=top)
@@ -38,19 +38,19 @@ def draw(fit: Any, path: Any) -> Any:
     bottom.plot(t, -fit.residuals, ".", markersize=3)
     bottom.axhline(0.0, color="0.4", linewidth=0.8)
     bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t))
-    _parameters(figure.add_subplot(places[2, :]), fit)
+    parameters(figure.add_subplot(places[2, :]), fit)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
 def draw_tests(fit: Any, path: Any) -> Any:
-    """A Figure of a ``JointFit``: the data and the fit of every test side by side, and the parameters below."""
+    """Return a figure of a ``JointFit``: data and fit of every test side by side, and the parameters below."""
     from matplotlib.figure import Figure
 
     tests = fit.curves
     figure = Figure(figsize=(4.5 * len(tests), 5.0), layout="constrained")
-    figure.suptitle("\n".join(_verdict(fit)), fontsize="medium", color="C3" if fit.refused else "black")
+    title(figure, fit)
     places = figure.add_gridspec(2, len(tests), height_ratios=(4, 1))
     for k, (name, unit, x, values, fitted) in enumerate(tests):
         axes = figure.add_subplot(places[0, k])
@@ -60,43 +60,45 @@ def draw_tests(fit: Any, path: Any) -> Any:
         over = "angular frequency [rad/s]" if name.startswith("G'") else "t [s]"
         axes.set(xlabel=over, ylabel=f"{name} [{unit}]", xscale="log", yscale="log" if positive else "linear")
         axes.legend()
-    _parameters(figure.add_subplot(places[1, :]), fit)
+    parameters(figure.add_subplot(places[1, :]), fit)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
-def _verdict(fit: Any) -> list[str]:
-    return [textwrap.fill(f"refused: {reason}", LETTERS) for reason in fit.refused] or ["the fit stands"]
+def title(figure: Any, fit: Any) -> None:
+    """Write the verdict above a figure."""
+    lines = [textwrap.fill(f"refused: {reason}", LETTERS) for reason in fit.refused] or ["the fit stands"]
+    figure.suptitle("\n".join(lines), fontsize="medium", color="C3" if fit.refused else "black")
 
 
 def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line that ends where t goes back, as between storage and loss modulus."""
+    """Return a line that is interrupted where t decreases, as between storage and loss modulus."""
     back = np.flatnonzero(np.diff(t) < 0) + 1
     return np.insert(t, back, np.nan), np.insert(y, back, np.nan)
 
 
-def _parameters(axes: Any, fit: Any) -> None:
-    """What is known of each parameter, in the words of the summary."""
+def parameters(axes: Any, fit: Any) -> None:
+    """Print the line of each parameter from the summary."""
     axes.axis("off")
     lines = [report.parameter(fit, name) for name in fit.values]
     axes.text(0.0, 1.0, "\n".join(lines), va="top", family="monospace", fontsize="x-small")
 
 
 def _scale(t: np.ndarray) -> str:
-    """Logarithmic where most samples are early."""
+    """Return "log" where most samples are early, otherwise "linear"."""
     return "log" if np.median(t) - t[0] < EARLY * (t[-1] - t[0]) else "linear"
 
 
 def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
-    """Times from begin to end [s], as close in log time as the samples t are."""
+    """Return times from begin to end [s], with the spacing of the samples t."""
     if _scale(t) == "linear":
         return np.linspace(begin, end, FINE)
     return np.append(begin, np.geomspace(t[t > begin][0], end, FINE - 1))
 
 
 def _compliance(axes: Any, fit: Any) -> None:
-    """J(t) of the material and its band."""
+    """Plot J(t) of the material and its band."""
     since = fit.since
     t = _times(since, 0.0, fit.duration)
     _band(axes, fit, t)

@@ -1,4 +1,4 @@
-"""Text for ``print``: what an object holds, each array by its length, range and unit."""
+"""Text representation of objects: each array by its length, range and unit."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 
 def described(head: str, rows: Iterable[tuple[str, Any, str]], notes: Sequence[str] = ()) -> str:
-    """Return a head and lines of name, range and unit; rows whose value is None are left out; notes: a line each."""
+    """Return a heading with lines of name, range and unit, without rows whose value is None, and a line for each note."""
     lines = [line(name, values, unit) for name, values, unit in rows if values is not None]
     return "\n".join([head, *lines, *(f"  note: {note}" for note in notes)])
 

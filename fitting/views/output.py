@@ -1,4 +1,4 @@
-"""What a fit command leaves in its directory: summary.json, curve.csv and fit.png, each whole or not at all."""
+"""Output files of a fit command, summary.json, curve.csv and fit.png, each written atomically."""
 
 import argparse
 import json
@@ -15,7 +15,7 @@ RESULTS = ("summary.json", "curve.csv", "fit.png")
 
 
 def check_directory(options: argparse.Namespace, names: Sequence[str] = RESULTS) -> None:
-    """ValueError where the results, of these names in the directory, may not or cannot be written."""
+    """Raise ValueError where results of these names may not or cannot be written in the directory."""
     directory: Path = options.directory
     if directory.exists() and not directory.is_dir():
         raise ValueError(f"{directory}: found a file, accepted: a directory, new or empty")
@@ -37,7 +37,7 @@ def check_directory(options: argparse.Namespace, names: Sequence[str] = RESULTS)
 
 
 def finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
-    """Print and write."""
+    """Print the summary and write the results."""
     print(in_flags(found.summary()))
     leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
     print(f"in {options.directory}: summary.json, curve.csv, fit.png")
@@ -45,7 +45,7 @@ def finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None 
 
 
 def leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
-    """The summary, the curve and the picture of a fit."""
+    """Write the summary, the curve and the figure of a fit."""
     directory.mkdir(parents=True, exist_ok=True)
     write_json(directory / "summary.json", found.to_dict() | more)
     write(directory / "curve.csv", lambda path: _curve(found, path))
@@ -53,17 +53,17 @@ def leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
 
 
 def write_json(path: Path, values: dict[str, Any]) -> None:
-    """Plain values."""
+    """Write values as JSON."""
     write_text(path, json.dumps(values, indent=2, ensure_ascii=False) + "\n")
 
 
 def write_text(path: Path, text: str) -> None:
-    """As UTF-8."""
+    """Write text as UTF-8."""
     write(path, lambda partial: partial.write_text(text, encoding="utf-8", errors="backslashreplace"))
 
 
 def _curve(fit: Any, path: Path) -> None:
-    """Time or frequency, data, fit and weighted residual of every fitted point."""
+    """Write time or frequency, data, fit and weighted residual of every fitted point."""
     name, unit, t, measured = fit.curve
     header = "{} [{}]".format(*fit.abscissa) + f",{name} [{unit}],fitted [{unit}],weighted residual"
     columns = np.column_stack([t, measured, fit.fitted, fit.residuals])

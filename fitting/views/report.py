@@ -1,16 +1,16 @@
-"""What a fit says to a person in words: lines of text of a ``Fit``, whatever its kind."""
+"""Lines of text that report a ``Fit`` of any kind."""
 
 import math
 from typing import Any
 
 import numpy as np
 
-WIDER = 1.05  # widening of the intervals that is worth a line
-ENOUGH = 4.0  # duration over the longest retardation time from which flow and retardation separate
+WIDER = 1.05  # widening of the intervals above which it is reported
+ENOUGH = 4.0  # duration over the longest retardation time above which flow and retardation are separable
 
 
 def parameter(fit: Any, name: str) -> str:
-    """A parameter with its interval, or what is known of it."""
+    """Return the line of a parameter with its interval, best value and status."""
     unit, value, (low, high) = fit.structure.unit(name), fit.values[name], fit.intervals[name]
     percent = f"{100 * fit.level:g} %"
     if name in fit.fixed:
@@ -21,7 +21,7 @@ def parameter(fit: Any, name: str) -> str:
 
 
 def span(low: float, high: float) -> str:
-    """An interval whose open sides are not printed."""
+    """Return an interval as text without its open sides."""
     if low > 0 and math.isinf(high):
         return f"> {low:.4g}"
     if low == 0 and math.isfinite(high):
@@ -30,10 +30,12 @@ def span(low: float, high: float) -> str:
 
 
 def separation(fit: Any) -> list[str]:
-    """Duration against the retardation times, and the weakest direction."""
+    """Return lines on the duration relative to the retardation times, and on the weakest direction."""
     lines = []
     if math.isfinite(fit.t_over_tau):
-        short = "" if fit.t_over_tau >= ENOUGH else f"; below {ENOUGH:g} flow and retardation do not separate"
+        short = (
+            "" if fit.t_over_tau >= ENOUGH else f"; below {ENOUGH:g} flow and retardation are not separable"
+        )
         times = ", ".join(f"{tau:.5g}" for tau in np.atleast_1d(fit.tau))
         lines.append(f"  tau = {times} s, T/tau = {fit.t_over_tau:.3g}{short}")
     if fit.weakest:
@@ -45,22 +47,22 @@ def separation(fit: Any) -> list[str]:
 
 
 def quality(fit: Any) -> list[str]:
-    """How well the model describes the data."""
+    """Return lines on how well the model describes the data."""
     r2 = "R2 not defined for constant data" if math.isnan(fit.r2) else f"R2 = {fit.r2:.6f}"
     lines = [f"  {r2}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"]
     if fit.misfit:
         lines.append(
-            f"  MISFIT: residuals are correlated beyond chance; intervals were widened "
-            f"{fit.widening:.2g} times and hold only if the model does"
+            f"  MISFIT: the residuals are significantly correlated; intervals were widened "
+            f"by a factor of {fit.widening:.2g} and hold only if the model does"
         )
     elif fit.widening > WIDER:
         why = "its size or correlation is uncertain" if fit.weights == "estimated" else "it may be correlated"
-        lines.append(f"  intervals were widened {fit.widening:.2g} times for the noise: {why}")
+        lines.append(f"  intervals were widened by a factor of {fit.widening:.2g} for the noise: {why}")
     return lines
 
 
 def verdict(fit: Any) -> list[str]:
-    """Whether the fit stands, and why not."""
+    """Return lines with the verdict and the reasons for a rejection."""
     if not fit.refused:
         return ["  verdict: stands"]
     return [*(f"  REFUSED: {reason}" for reason in fit.refused), "  no parameter is determined by this fit"]

@@ -1,17 +1,18 @@
-"""Messages of the readers and fits in the words of the shell: flags in place of keywords."""
+"""Messages of the readers and fits for the shell: flags in place of keyword arguments."""
 
 import re
 
-# what the readers and fits call an option at the head of a message, and its flag
+# names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
-        "model", "nu", "segment", "sigma", "spring_constant", "start", "tau", "weights", "window", "bulk_modulus",
+        "model", "nu", "segment", "sigma", "spring_constant", "start", "stress", "tau", "temperature",
+        "weights", "window", "bulk_modulus",
     )},
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",
 }  # fmt: skip
-# what they say of options elsewhere, and the flags
+# patterns of options elsewhere in a message, and their flags
 FLAGS = (
     (rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\")", lambda found: f"{found[1]}{HEADS[found[2]]}: "),
     (r"\b(fixed|bounds)\['?([^'\]]+)'?\]", lambda found: f"{HEADS[found[1]]} {found[2]}"),
@@ -27,7 +28,7 @@ FLAGS = (
     (r"convention='D'; got convention='?([^']*)'?$", r"--tension; got --convention \1"),
     (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
     (r"\bnu=(\S+), bulk_modulus=(\S+)", r"--nu \1, --bulk-modulus \2"),
-    (r"it or bulk_modulus", "it or --bulk-modulus"),
+    (r"\bof nu and bulk_modulus", "of --nu and --bulk-modulus"),
     (r"\bcontrol=\"(\w+)\"", r"--control \1"),
     (r"\b(start|segment|curve|stress)=", r"--\1="),
     (r"--(start|segment|curve|stress)=(?=[\s,;:]|$)", r"--\1"),
@@ -35,7 +36,7 @@ FLAGS = (
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
     (r"\bdata\.(?=--)", ""),
-    (r"\bread_(creep|relaxation|oscillation|indentation)\b", r"jaxcontact fit \1"),
+    (r"\bread_(creep|growth|relaxation|oscillation|indentation)\b", r"jaxcontact fit \1"),
     (r"\bfit_prony\(data\) (.*) \(jaxcontact fit prony\)", r"jaxcontact fit prony \1"),
     (r"\bfit_prony\b", "jaxcontact fit prony"),
     (
@@ -49,7 +50,7 @@ FLAGS = (
 
 
 def in_flags(message: str) -> str:
-    """Return a message of the readers and fits, of one or several lines, with the flag for each option that it names."""
+    """Return a message of the readers and fits, of one or several lines, with each option replaced by its flag."""
     for pattern, flag in FLAGS:
         message = re.sub(pattern, flag, message, flags=re.MULTILINE)  # type: ignore[call-overload]
     return message

@@ -119,6 +119,8 @@ INSIDE: dict[str, Field] = {  # fields below the surface
     ),
     "displacement": Field(("depth", "component", *PLANE), "m", "displacement (x, y, z), z into the body"),
     "von_mises": Field(("depth", *PLANE), "Pa", "von Mises stress"),
+    "response_error": Field(("depth",), "1", "largest relative error of the response over all wavelengths"),
+    "status": Field(("depth",), "1", "how far the fields at a depth can be trusted"),
 }
 
 

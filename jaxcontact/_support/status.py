@@ -5,6 +5,9 @@ from enum import IntEnum
 import jax.numpy as jnp
 from jax import Array
 
+LARGEST_ERROR = 1e-2
+"""Relative error of the response beyond which a result is ``NOT_RESOLVED``."""
+
 
 class Status(IntEnum):
     """The status of a step; ``message`` states its meaning and the remedy.

@@ -50,7 +50,7 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
 
 @dataclass(frozen=True)
 class Ending:
-    """How a run ended: how far it has come, with what, the signal that stopped it, warnings of one line each.
+    """The end of a run: its progress, its results, the signal that stopped it, and warnings of one line each.
 
     run: the finished steps of an experiment over time, or the result of a steady state.
     """

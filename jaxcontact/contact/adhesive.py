@@ -67,7 +67,7 @@ LOST = 3  # iterations without contact under a tensile load that make a separati
 
 
 class Start(NamedTuple):
-    """Where a search begins: pressure and cells in contact (nx, ny), of a similar state; none: there is no such state."""
+    """Initial pressure and contact cells (nx, ny) of a search, from a similar state; none: there is no such state."""
 
     pressure: Array
     contact: Array
@@ -218,7 +218,7 @@ def minimised(
 
 
 class _Tools(NamedTuple):
-    """What stays the same during a search: the extended operator, its inverse and its grid, and the cell's compliance."""
+    """Constants of a search: the extended operator, its inverse and its grid, and the cell's compliance."""
 
     operator: Linear
     inverse: Linear

@@ -21,7 +21,7 @@ POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
 
 
 class CohesiveLaw(Protocol):
-    """What is asked of a law of adhesion (``inputs.adhesion``), scaled: functions of the gap, cell by cell."""
+    """Interface of a law of adhesion (``inputs.adhesion``), scaled: functions of the gap, cell by cell."""
 
     @property
     def largest_traction(self) -> Array:

@@ -89,8 +89,11 @@ class TangentialSolution:
 
 
 class FreeDirections(NamedTuple):
-    """Where tractions may go: contact (nx, ny); slips (nx, ny); normal (2, nx, ny) of the discs, zero where the cell
-    sticks; curvature k (nx, ny); load_controlled: whether their sum is held."""
+    """Admissible directions of the tractions.
+
+    contact (nx, ny); slips (nx, ny); normal (2, nx, ny) of the discs, zero where the cell sticks; curvature k (nx, ny);
+    load_controlled: whether their sum is held.
+    """
 
     contact: Array
     slips: Array
@@ -132,7 +135,7 @@ def clipped(q: Array, bound: Array) -> Array:
 
 
 def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDirections:
-    """From tractions within their discs and the slip that they come with."""
+    """Return the admissible directions at tractions within their discs and the corresponding slip."""
     bound, contact = problem.bound, problem.bound > 0.0
     size = length(q)
     normal = q / jnp.where(size > 0.0, size, 1.0)
@@ -203,7 +206,7 @@ def admissible(problem: TangentialProblem, y: Array) -> Array:
 
 
 def preconditioner(operator: TractionOperator, free: FreeDirections) -> Linear:
-    """That of the operator, within the free directions; cells of large curvature are moved by that alone."""
+    """Return the operator's preconditioner restricted to the free directions and weighted by the curvature."""
     inverse = operator.preconditioner()
     weight = jnp.sqrt(1.0 / (1.0 + free.curvature / operator.local()))
     return lambda r: free(weight * inverse(weight * free(r)))
@@ -270,7 +273,7 @@ def _newton_change(problem: TangentialProblem, s: _Iterate, limit: Array) -> tup
 
 
 def held(problem: TangentialProblem) -> Array:
-    """Whether friction can hold the given sum of tractions, () bool."""
+    """Return whether friction can sustain the given sum of tractions, () bool."""
     if not problem.load_controlled:
         return jnp.ones((), bool)
     return jnp.sqrt(jnp.sum(problem.target**2)) < jnp.sum(problem.bound)

@@ -62,7 +62,7 @@ KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solv
 
 
 class _Subspace(NamedTuple):
-    """Where the linear solves live: on the cells of the mask and, under a load, at zero mean."""
+    """Subspace of the linear solves: fields on the cells of the mask and, under a load, of zero mean."""
 
     mask: Array
     load_controlled: bool
@@ -84,7 +84,7 @@ def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
 
 
 def _conjugate_gradients(operator: Operator, inside: _Subspace, right: Array) -> Array:
-    """In the window if it holds the mask, otherwise on the whole grid; the other search takes no step."""
+    """Solve in the window if it contains the mask, otherwise on the whole grid; the other search takes no step."""
     shape = operator.window_shape(right.shape)
     if shape is None:
         return _on_grid(operator, inside, right, TANGENT_ITERATIONS)
@@ -227,7 +227,7 @@ def _stable(model: adhesive.Model, operator: Linear, right: Array) -> Array:
 
 
 class _SlipSpace(NamedTuple):
-    """Where the changes (dq, dp), (3, nx, ny), of a contact with friction live, and what they do to the traction."""
+    """Space of the changes (dq, dp), (3, nx, ny), of a contact with friction, and their effect on the traction."""
 
     problem: SlipProblem
     active: _Subspace
@@ -253,17 +253,17 @@ class _SlipSpace(NamedTuple):
         return jnp.concatenate([moved, sunk[None]])
 
     def turned(self, dq: Array) -> Array:
-        """What turns with the tractions on the rim, (3, nx, ny)."""
+        """Return the change due to the rotation of tractions on the rim of the friction disc, (3, nx, ny)."""
         return jnp.concatenate([self.free.curvature * self.free.along(dq), jnp.zeros((1, *dq.shape[1:]))])
 
     def matrix(self, change: Array) -> Array:
-        """What a change leaves of both laws."""
+        """Return the linearised residual of both laws due to a change."""
         change = self(change)
         dq = self.traction(change[:2], self.problem.coefficient * change[2])
         return self(self.lifted(dq, change[2]) + self.turned(dq))
 
     def solve(self, operator: Linear, right: Array) -> Array:
-        """By BiCGSTAB, preconditioned by both problems on their own; nan if it fails."""
+        """Solve by BiCGSTAB with the preconditioners of the separate problems; nan if it fails."""
         tangential = preconditioner(self.problem.operator, self.free)
         normal = self.problem.operator.normal.preconditioner()
         inverse = lambda r: self(jnp.concatenate([tangential(r[:2]), normal(self.active(r[2]))[None]]))
@@ -357,7 +357,7 @@ def _implied_jvp(equations, primals, tangents):
 
 
 def _gmres(operator: Linear, b: Any) -> Any:
-    """Of a system in any pytree; nan if it fails."""
+    """Solve a linear system in any pytree; nan if it fails."""
     x, _ = gmres(
         operator, b, tol=TANGENT_TOLERANCE, restart=DIRECTIONS, maxiter=RESTARTS, solve_method="incremental"
     )

@@ -89,7 +89,7 @@ class _ActiveSet(NamedTuple):
 
 
 def cold_start(problem: Problem) -> Array:
-    """Where to begin without a contact nearby: roughly the contact of the even part of K, (nx, ny).
+    """Return the initial pressure without a contact nearby: roughly that of the even part of K, (nx, ny).
 
     From a cruder guess, cells that are let go too early deep inside the contact of a film that flows far
     may not come back.

@@ -207,12 +207,13 @@ def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
 
 
 def _of_zero_mean(problem: Problem) -> bool:
-    """Whether directions keep the sum of the pressures: it is given, or its size is found by itself."""
+    """Return whether search directions have zero mean: the load is given, or the magnitude of the pressure is found
+    separately."""
     return problem.load_controlled or problem.law.homogeneous
 
 
 def _sized(problem: Problem) -> bool:
-    """Whether the size of the whole pressure may be chosen: at a given approach, if the law allows any size."""
+    """Return whether the magnitude of the whole pressure is free: at a given approach, if the law is homogeneous."""
     return not problem.load_controlled and problem.law.homogeneous
 
 

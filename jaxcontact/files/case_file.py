@@ -87,7 +87,7 @@ def read_case(path: Path) -> Case:
 
 
 def read_tables(path: Path) -> Table:
-    """What stands in a TOML file. Raises CaseError for a file that is missing or broken."""
+    """Return the contents of a TOML file; CaseError for a file that is missing or broken."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
@@ -355,7 +355,7 @@ TANGENTIAL: dict[str, Callable[..., Any]] = {
 
 
 def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
-    """What the function of this kind takes beyond the arguments of ``indent``."""
+    """Return the arguments of the function of this kind beyond those of ``indent``."""
     table, control = tables.get("experiment", {}), tables["control"]
     motion = {name: value for name, value in table.items() if name != "kind"}
     if "velocity" in motion:
@@ -373,7 +373,7 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
 
 
 def _times(table: Table, own: Keys) -> np.ndarray:
-    """From the values, or steps from 0 to the end, uniform or logarithmic from ``first``."""
+    """Return the times from the values, or steps from 0 to the end, uniform or logarithmic from ``first``."""
     if "values" in table:
         if len(table) > 1:
             others = ", ".join(name for name in table if name != "values")

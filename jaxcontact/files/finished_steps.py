@@ -62,7 +62,7 @@ class StoredFields:
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a run has come.
+    """Progress of a run.
 
     blocks, steps: how many are finished; status: of the step that ended the run, 0 for none; seconds: what it
     took so far; carry: what the march goes on from.

@@ -133,6 +133,8 @@ def load(path: str | Path) -> Any:
             f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"
         )
     cls = KINDS[kind]
+    if cls is InteriorFields:  # files of earlier versions do not have it
+        arrays.setdefault("response_error", np.full(np.shape(arrays.get("depths")), np.nan))
     try:
         _check_arrays(cls, arrays)
     except ValueError as error:

@@ -1,1 +1,1 @@
-"""What the body remembers, and the march in time."""
+"""Memory of the body and the march in time."""

@@ -87,7 +87,7 @@ class Stepper(abc.ABC):
 
     @property
     def inherits(self) -> bool:
-        """Whether a step depends on earlier ones, static."""
+        """True if a step depends on earlier ones (static)."""
         return True
 
     @abc.abstractmethod

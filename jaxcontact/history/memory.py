@@ -1,4 +1,4 @@
-"""What a body remembers, as the march sees it.
+"""Interface of the memory of a body in the march.
 
 A memory keeps fields of its own kind (arrays over the grid, spectra, increments: a pytree) and has four methods.
 A step of the march is
@@ -38,7 +38,7 @@ class Memory(abc.ABC):
 
     @property
     def inherits(self) -> bool:
-        """Whether a step depends on earlier ones, static; false for an elastic body alone."""
+        """True if a step depends on earlier ones (static); false only for an elastic body."""
         return True
 
     @abc.abstractmethod

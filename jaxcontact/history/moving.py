@@ -44,7 +44,7 @@ NEVER = 1e9  # cells: nothing was lost
 
 
 class Shift(NamedTuple):
-    """How far the indenter moves along x and y; y is None when it only ever moves along x."""
+    """Displacement of the indenter along x and y; y is None when it moves along x only."""
 
     x: Array
     y: Array | None
@@ -84,7 +84,7 @@ def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Ar
 
 
 class Trail(NamedTuple):
-    """Where the track lies, towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
+    """Position of the track towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
 
     reach: how far the track reaches from the indenter; inside: how far inside the window's side the place
     is where history was lost through it, if it was.
@@ -95,7 +95,7 @@ class Trail(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """What a moving memory keeps.
+    """State of a moving memory.
 
     eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
     is the same; moved: (2,), share of the padded lengths
@@ -137,7 +137,7 @@ class MovingMemory(Memory):
 
     @property
     def inherits(self) -> bool:
-        """Whether there is any rate, as in ``RecursiveMemory``."""
+        """True if there is any rate, as in ``RecursiveMemory``."""
         return self.rates.shape[0] > 0
 
     @property
@@ -199,7 +199,7 @@ class MovingMemory(Memory):
 
     @property
     def _varies(self) -> bool:
-        """Whether the coefficient of friction is a field."""
+        """True if the coefficient of friction is a field."""
         return self.rubbing is not None and self.rubbing.weights is not None
 
     def _shares(self, motion: Motion) -> tuple[Array, Array]:

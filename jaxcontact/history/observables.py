@@ -80,7 +80,7 @@ class Observer:
 
 
 def _slope(profile: Array, axis: int, wraps: bool) -> Array:
-    """By central differences, (nx, ny); at the ends, where the profile does not go on, by those to one side."""
+    """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic."""
     if wraps:
         return (jnp.roll(profile, -1, axis) - jnp.roll(profile, 1, axis)) / 2.0
     return jnp.asarray(jnp.gradient(profile, axis=axis))
@@ -112,7 +112,8 @@ def clearance(pressure: Array, ratio: Array) -> Array:
 
 
 def dropped_share(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
-    """What history that left the window may still do: largest displacement in contact, and whether it is under it.
+    """Return the largest displacement in contact due to history that left the window, and whether it may lie under the
+    contact.
 
     tails: response at offsets along x, (K, nx), falling with the distance; lost: sums of that history, (K,);
     clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.

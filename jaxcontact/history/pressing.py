@@ -105,7 +105,7 @@ def solved(error: Array, tolerance: Array, *found: Array) -> Array:
 
 
 def plane_strain(field: Array) -> bool:
-    """Whether a field (nx, ny) is the same along y."""
+    """Return whether a field (nx, ny) is that of a problem in plane strain, uniform along y."""
     return field.shape[1] == 1
 
 

@@ -28,7 +28,7 @@ class RecursiveMemory(Memory):
 
     @property
     def inherits(self) -> bool:
-        """Whether there is any rate: without one the displacement depends on the present pressure alone."""
+        """True if there is any rate; without one the displacement depends on the present pressure alone."""
         return self.kernels.rates.shape[0] > 0
 
     def start(self, shape: tuple[int, int]) -> Array:

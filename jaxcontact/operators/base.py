@@ -1,4 +1,4 @@
-"""What contact and memory ask of an operator from pressure to displacement on a grid.
+"""Interface of an operator from pressure to displacement on a grid, as used by contact and memory.
 
 An operator is linear in its leaves as well as in the pressure, so that ``change(p)``, with the tangents of the leaves in
 their place, is the tangent of ``operator(p)``; one that is not overrides ``tangent``. Padding, spectra and the shape of
@@ -44,7 +44,7 @@ class Operator(abc.ABC):
 
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        """Of a smaller grid on which a search may begin, within a grid of ``shape``; None: there is none."""
+        """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
 
     @abc.abstractmethod
     def restricted(self) -> Operator:

@@ -101,7 +101,8 @@ class Convolutions(Family):
 
     @classmethod
     def of(cls, kernels: Array, periodic: spectral.Periodic = spectral.FREE) -> Convolutions:
-        """From kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; along a periodic axis those of a period.
+        """Return the operators of kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; of one period along a
+        periodic axis.
 
         The window is without derivative, since only searches use it.
         """
@@ -133,7 +134,7 @@ class Convolutions(Family):
 
 
 def held_compliance(circulant: Array) -> Array:
-    """Of ``Operator``, from the real circulant: its harmonic mean over all waves."""
+    """Return ``Operator.held_compliance`` from the real circulant: its harmonic mean over all waves."""
     floor = FLOOR * _mean_over_waves(circulant)
     return 1.0 / _mean_over_waves(1.0 / jnp.maximum(circulant, floor))
 

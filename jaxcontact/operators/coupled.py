@@ -38,7 +38,7 @@ class Tangential:
     def of(
         cls, kernels: SurfaceKernels, *, coupled: bool, periodic: spectral.Periodic = spectral.FREE
     ) -> Tangential:
-        """From coefficients (..., nx, ny), of one cell along a periodic axis."""
+        """Return the operator of coefficients (..., nx, ny); along a periodic axis they are those of one cell."""
         k = kernels
         of = lambda kernel, along_x, along_y: spectrum(kernel, along_x, along_y, periodic)
         plane = [of(k.xx, 1, 1).real, of(k.yy, 1, 1).real, of(k.xy, -1, -1).real]

@@ -44,7 +44,7 @@ class Errors(NamedTuple):
 
 @pytree
 class Kernels:
-    """What a body, an indenter and a grid come to; made by ``jaxcontact.kernels``, taken as ``kernels=``.
+    """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
 
     family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
     separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
@@ -82,7 +82,7 @@ class Kernels:
         return jnp.max(self.image_errors[:, 1])
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
-        """What a run of a duration [s] on them is told to be off by."""
+        """Return the errors reported for a run of a duration [s]."""
         images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
         return Errors(self.separation_error, images, self.horizon)
 
@@ -176,7 +176,8 @@ def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
 
 
 class Expansion(NamedTuple):
-    """What no grid enters: the response as a sum of products, its images (M + 1, J + 1), and their errors, (t, 2)."""
+    """Grid-independent part of the kernels: the response as a sum of products, its images (M + 1, J + 1), and errors
+    (t, 2)."""
 
     separable: Separable
     images: Images
@@ -184,7 +185,7 @@ class Expansion(NamedTuple):
 
 
 def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
-    """Of a body, with ``nodes`` as in ``kernels``."""
+    """Return the expansion of a body, with ``nodes`` as in ``kernels``."""
     response = response_of(body)
     separable = response.separate(nodes)
     images = _images(response, separable)
@@ -250,7 +251,7 @@ def _images(response: Response, separable: Separable) -> Images:
 
 
 def _image_errors(response: Response, separable: Separable, images: Images) -> Array:
-    """At times spread around every rate, (t, 2): time and error."""
+    """Return time and error at times spread around every rate, (t, 2)."""
     response, separable, images = jax.lax.stop_gradient((response, separable, images))
     times, wavenumbers = check_times(separable.rates), response.wavenumbers()
     exact = products(separable, separable.terms, times[:, None])
@@ -270,7 +271,7 @@ def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Imag
 
 
 def _quasi_elastic_error(response: Response, surface: Material) -> Array:
-    """At times spread around the rates of the surface."""
+    """Return the largest error at times spread around the rates of the surface."""
     response, surface = jax.lax.stop_gradient((response, surface))
     times, wavenumbers = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
     values = response.quasi_elastic(wavenumbers, times, times)

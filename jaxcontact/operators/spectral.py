@@ -66,7 +66,8 @@ def convolve(spectrum: Array, field: Array, periodic: Periodic = FREE) -> Array:
 
 
 def both_signs(my: int) -> Array:
-    """How many wavenumbers each row of a spectrum stands for, (my/2 + 1,): one at zero and at the highest of even my."""
+    """Return the multiplicity of each row of a spectrum, (my/2 + 1,): one at zero and at the highest wavenumber of even
+    my."""
     row = jnp.arange(my // 2 + 1)
     return jnp.where((row == 0) | (2 * row == my), 1.0, 2.0)
 

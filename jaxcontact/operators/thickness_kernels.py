@@ -40,7 +40,7 @@ WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 
 @pytree
 class VaryingKernels:
-    """What a body with a film of varying thickness, an indenter and a grid come to.
+    """Discretised response of a body with a film of varying thickness, and an indenter, on a grid.
 
     body: with a film of one thickness; uniform: its kernels, for all that does not depend on the thickness; spectra and
     circulant (n, M + 1, ...): as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): of

@@ -80,7 +80,7 @@ def scaled_coefficients(
 
 
 def _of_indenter(indenter: Indenter) -> Array:
-    """What the indenter adds to alpha (L, T, K) [1/Pa], (3,)."""
+    """Return the contribution of the indenter to alpha (L, T, K) [1/Pa], (3,)."""
     if indenter.material is None:
         return jnp.zeros(3)
     shares = half_space_shares(indenter.material) * jnp.array([1.0, 1.0, -1.0])

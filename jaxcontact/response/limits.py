@@ -41,7 +41,7 @@ class BodyLimits:
 
     @property
     def creeps_far(self) -> bool:
-        """Whether creep may be felt at any distance from a load: that of a half-space or of a substrate."""
+        """True if creep may have an effect at any distance from a load: that of a half-space or of a substrate."""
         return not self.layers or not isinstance(self.substrate, Elastic)
 
     def film_creep(self) -> Spectrum:
@@ -69,11 +69,12 @@ class BodyLimits:
         return creep.instantaneous + jnp.sum(jnp.where(creep.rates > 0.0, creep.amplitudes, 0.0))
 
     def flows(self) -> Array:
-        """Whether the surface sinks without limit under a load, () bool."""
+        """True if the surface displacement grows without limit under a load, () bool."""
         return jnp.any(jnp.stack([may_flow(solid) for solid in self.solids]))
 
     def rigid_at_first(self) -> Array | bool:
-        """Whether a solid has J(0) = 0, so that a step load cannot deform it at once; a bool where its class tells."""
+        """True if a solid has J(0) = 0, so that a step load cannot deform it at once; a bool where its class determines
+        it."""
         if any(isinstance(solid, KelvinVoigt) for solid in self.solids):
             return True
         return _rigid_at_first(self.solids)

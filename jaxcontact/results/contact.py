@@ -110,8 +110,8 @@ class ContactHistory(ContactResult):
     For a Hertz contact at least 5 cells across, the radius is accurate to 0.04 of a cell, and d smooth_area/d log(load)
     to 0.3 % in the mean over positions on the grid, with a root mean square error of 0.4/(cells across).
 
-    film_strain is the film's shortening over its thickness at its deepest point (computed as on a rigid base; 0 without a
-    film). Above 0.2 linear theory is inaccurate.
+    film_strain is the shortening of the film, the top layer, over its thickness at its deepest point (computed as on a
+    rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
 
     status: an integer of ``Status``, which documents its meaning.
     """

@@ -9,10 +9,10 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import is_concrete, pytree
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.labels import arrays_of, dataset, derived_of
-from jaxcontact.results.notes import Note, brief
+from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
 from jaxcontact.results.summaries import interior_summary
 
 
@@ -21,7 +21,9 @@ class InteriorFields:
     """Stresses and displacements below the surface, SI units.
 
     depths (nz,) [m]; stress (nz, 3, 3, nx, ny) [Pa], tension positive, with rows and columns in the order x, y, z;
-    displacement (nz, 3, nx, ny) [m], z into the body.
+    displacement (nz, 3, nx, ny) [m], z into the body; response_error (nz,): largest relative error of the body's response
+    at each depth, over all wavelengths: that of a stress is relative to the largest component of stress, that of a
+    displacement to the largest component of displacement, under waves of this length and longer ones.
     """
 
     view: ClassVar[str] = "interior"
@@ -29,6 +31,14 @@ class InteriorFields:
     depths: Array
     stress: Array
     displacement: Array
+    response_error: Array | float = 0.0
+
+    @property
+    def status(self) -> Array:
+        """``OUT_OF_RANGE`` where a value is nan, ``NOT_RESOLVED`` where ``response_error`` exceeds 1 %, (nz,)."""
+        spoilt = jnp.isnan(jnp.sum(self.stress, (-4, -3, -2, -1)))
+        error = jnp.broadcast_to(jnp.asarray(self.response_error), spoilt.shape)
+        return first_of((spoilt, Status.OUT_OF_RANGE), (error > LARGEST_ERROR, Status.NOT_RESOLVED))
 
     @property
     def von_mises(self) -> Array:
@@ -47,13 +57,23 @@ class InteriorFields:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The warnings on these fields, in words: an input value, unchecked inside jit or vmap, was out of range."""
+        """The warnings on these fields, in words: an input value, unchecked inside jit or vmap, was out of range, or the
+        error of the response is large."""
         if not is_concrete(self) or not hasattr(self.stress, "__array__"):
             raise ValueError(
                 "notes: expected fields with known values, got fields traced by jit, vmap or grad"
             )
-        message = Status.OUT_OF_RANGE.message
-        return (Note(message, brief(message)),) if np.isnan(np.sum(np.asarray(self.stress))) else ()
+        if np.isnan(np.sum(np.asarray(self.stress))):
+            message = Status.OUT_OF_RANGE.message
+            return (Note(message, brief(message)),)
+        error = np.max(np.asarray(self.response_error))
+        if not error > IMAGE_LIMIT:
+            return ()
+        limit = LARGEST_ERROR if error > LARGEST_ERROR else IMAGE_LIMIT
+        kind = f"response below the surface off by more than {limit:g}"
+        return (
+            Note(f"the response below the surface is off by up to {error:.1g} (response_error)", kind, error),
+        )
 
     def summary(self) -> str:
         """Return the largest stresses and displacements by depth, with their units."""

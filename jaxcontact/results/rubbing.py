@@ -1,4 +1,4 @@
-"""What a rubbed contact gives back."""
+"""Results of a contact with friction in rubbing."""
 
 from jax import Array
 

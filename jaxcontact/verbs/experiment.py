@@ -1,4 +1,4 @@
-"""What all verbs share: one check of what is given, one preparation, one way back to SI.
+"""Common basis of the verbs: the validation of arguments, the preparation of an experiment and the conversion to SI.
 
 A verb over time makes a ``TimedExperiment`` of its arguments, whose ``planned`` gives a ``Plan`` with the stepper of its
 kind, and the march does the rest; a steady state is solved with the pieces. Options are named here, once.
@@ -20,7 +20,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
 from jaxcontact.indenters.shapes import HeightField, Indenter, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
@@ -34,13 +34,12 @@ from jaxcontact.results.contact import ContactHistory, ContactStep, marked
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
-LARGEST_ERROR = 1e-2  # of the response: beyond it a step is not fine
 LOOSEST = 1e-2  # tolerance
 
 
 @dataclass(frozen=True)
 class Options:
-    """What is static in a run; the meaning of each stands in ``indent``."""
+    """Static options of a run; their meaning is documented in ``indent``."""
 
     save: Save = "all"
     substeps: int = 1
@@ -58,7 +57,7 @@ class Options:
 
 @pytree
 class Experiment:
-    """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
+    """A validated experiment in SI units and float64; valid: None, or whether traced values are in range.
 
     film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at most.
     """
@@ -150,12 +149,12 @@ class Experiment:
 
     @property
     def duration(self) -> Array:
-        """From the first time to the last [s]."""
+        """Time from the first to the last step [s]."""
         return self.times[-1] - self.times[0]
 
     @property
     def edges(self) -> tuple[bool, bool]:
-        """Whether contact at the sides of the grid across x, and across y, would go on beyond it."""
+        """Return whether contact at the sides of the grid across x, and across y, would continue beyond the grid."""
         along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)
         return along_x, along_y
 

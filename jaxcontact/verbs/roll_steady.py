@@ -207,7 +207,7 @@ def _numbers(
 
 
 def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -> Array:
-    """That of the normal contact, unless the tangential one has none, or was not found."""
+    """Return the status of the normal contact, or of the tangential one if that was not found or has no steady state."""
     pressed, sheared, tolerance = rolled.pressed, rolled.sheared, contact.tolerance
     status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
     fine = status == Status.FINE

@@ -110,7 +110,7 @@ def _name(path: Any) -> str:
 
 
 def _by_name(outputs: Any) -> dict[str, Array]:
-    """What f returned, as arrays by name."""
+    """Return the outputs of f as arrays by name."""
     checks.require(
         isinstance(outputs, Mapping), f"f: expected a dict of outputs by name, got {type(outputs).__name__}"
     )

@@ -23,7 +23,7 @@ BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the 
 
 @dataclass(frozen=True)
 class FinishedBlock:
-    """What a run has finished since the block before.
+    """The steps that a run has finished since the previous block.
 
     history: of the steps that are fine, with all their fields, in numpy arrays and SI units; status: 0, or that
     of the step that ends the run (see ``ContactHistory``), which is not in the history; carry: the leaves

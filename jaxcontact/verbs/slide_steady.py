@@ -129,7 +129,7 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
 
 
 def _tilts_or_thins(experiment: Experiment) -> bool:
-    """Whether a body that flows could have no steady state on this grid."""
+    """Return whether a fluid body could have no steady state on this grid."""
     grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
     return all(grid.periodic) or (grid.plane_strain and far_off)
 
@@ -159,7 +159,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
 
 
 def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
-    """What friction adds to the wake."""
+    """Return the wake with the contribution of friction."""
     wide = replace(experiment.grid, shape=doubled(experiment.grid.shape, experiment.grid.periodic))
     rubbing = rub(experiment.body, experiment.indenter, wide, wake.kernels.scale, friction)
     return RubbedWake(wake, rubbing, wake.direction)

@@ -52,7 +52,7 @@ class Study:
         return len(self.cases)
 
     def __getitem__(self, index: int) -> Result:
-        """What f returned for a case; KeyError for one that failed, IndexError for one that is not there."""
+        """Return the result of f for a case; KeyError for one that failed, IndexError for an unknown one."""
         index = range(len(self))[index]
         if index in self.failures:
             raise KeyError(f"case {index} failed: {self.failures[index]}")
@@ -290,7 +290,8 @@ def _keep(
 def _outcomes(
     f: Callable, cases: dict[str, Case], workers: Executor | int
 ) -> Iterator[tuple[str, Result | Failure]]:
-    """What f returned or raised, as it comes; workers: how many processes of our own, of which each has one case."""
+    """Yield the results or failures of f as they arrive; workers: an executor, or the number of own processes, one case
+    each."""
     call = functools.partial(_attempt, _stored(f) if isinstance(workers, int) else f)
     waiting, running = deque(cases.items()), dict[Future, str]()
     width = min(workers, len(cases)) if isinstance(workers, int) else len(cases)

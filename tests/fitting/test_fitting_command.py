@@ -118,7 +118,10 @@ def test_a_berkovich_tip_from_the_shell(tmp_path, capsys):
         ([], "--radius"),
         (["--radius", "-1"], "radius"),
         (["--radius", "0.01", "--nu", "0.7"], "nu"),
-        (["--radius", "0.01", "--nu", "0.3", "--bulk-modulus", "1e6"], "one of the two"),
+        (
+            ["--radius", "0.01", "--nu", "0.3", "--bulk-modulus", "1e6"],
+            "exactly one of --nu and --bulk-modulus",
+        ),
         (["--radius", "0.01", "--cone", "70"], "--cone"),
         (["--cone", "blunt"], "--cone"),
         (["--cone", "120"], "half-angle"),
@@ -303,7 +306,7 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
     ElementTree.fromstring(
         page.partition("<body>")[2].join(["<body>", ""]).partition("</html>")[0]
     )  # well formed
-    assert "none of the other" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)
+    assert "no other file" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)
 
 
 def flowing(path, noise=0.01):

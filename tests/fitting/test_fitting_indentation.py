@@ -334,7 +334,7 @@ def test_no_start_finds_a_lower_minimum(seed):
     assert found.rss <= min(costs) * (1 + 1e-5)
     sought, agreed = found.starts
     assert 1 <= agreed < sought
-    assert f"{agreed} of {sought} starts came to this minimum" in found.summary()
+    assert f"{agreed} of {sought} starts converged to this minimum" in found.summary()
 
 
 @pytest.mark.slow

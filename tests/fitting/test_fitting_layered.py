@@ -161,7 +161,10 @@ def test_a_grid_that_is_none_is_named(grid):
         ({"substrate": STEEL}, "layer"),
         ({"layer": 1e-6, "substrate": STEEL, "rise": 1.0}, "rise"),
         ({"layer": 1e-6, "substrate": 210e9}, "substrate: expected a material .*, got float"),
-        ({"layer": 1e-6, "layers": [1e-6], "substrate": STEEL}, "layers: expected it or layer"),
+        (
+            {"layer": 1e-6, "layers": [1e-6], "substrate": STEEL},
+            "layers: expected exactly one of layers and layer",
+        ),
         ({"layers": [1e-6, 2e-6], "substrate": STEEL}, "layers: expected one thickness"),
         ({"layers": [1e-6, jc.Layer(STEEL, -1e-6)], "substrate": STEEL}, "thickness"),
     ],

@@ -85,7 +85,7 @@ WRONG = {
     "one outlier": (
         burgers(TIMES) * (1 + 0.002 * RNG.standard_normal(40)) * np.append(np.ones(38), [1.3, 1.0]),
         {"weights": "relative"},
-        "outliers move the fit: 1 of 40",
+        "outliers affect the fit: 1 of 40",
     ),
     "nothing but a bound": (
         burgers(TIMES),

@@ -67,8 +67,8 @@ def test_a_bulk_modulus_that_is_uncertain_moves_the_fit():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"nu": 0.3}, "one of the two"),
-        ({"bulk_modulus": None}, "one of the two"),
+        ({"nu": 0.3}, "exactly one of nu and bulk_modulus"),
+        ({"bulk_modulus": None}, "exactly one of nu and bulk_modulus"),
         ({"bulk_modulus": -1.0}, "> 0 Pa, got -1"),
         ({"bulk_modulus": "3 MPa"}, "> 0 Pa, got '3 MPa'"),
     ],

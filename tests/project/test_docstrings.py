@@ -34,7 +34,14 @@ GIVEN = [  # what users are given, and do not make
         jc.Surface,
         jc.SurfaceStatistics,
     ),
-    *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
+    *(
+        fitting.BatchFit,
+        fitting.Comparison,
+        fitting.CreepFit,
+        fitting.Design,
+        fitting.GrowthFit,
+        fitting.IndentationFit,
+    ),
     *(
         fitting.JointFit,
         fitting.Minimum,

@@ -98,6 +98,15 @@ def oscillation():
     )
 
 
+def growth():
+    kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 0.2)
+    conditions = [(3e8, 353.0), (9e8, 353.0), (3e8, 393.0)]
+    return [
+        fitting.GrowthData(T, kinetics.thickness(T, *one), stress=one[0], temperature=one[1])
+        for one in conditions
+    ]
+
+
 def posterior():
     some = {"G": np.full(4000, 1e6), "eta": np.full(4000, 1e6)}
     ends, one = dict.fromkeys(some, (1e6, 2e6)), dict.fromkeys(some, 1.0)
@@ -121,12 +130,15 @@ OF_FITS = {
     "Design": lambda: fitting.design(jc.Maxwell(1e6, 1e6), points=50),
     "ModulusFit": lambda: fitting.fit_relaxation(relaxation(), "Maxwell"),
     "PronyFit": lambda: fitting.fit_prony(CREEP, 2),
+    "GrowthData": lambda: growth()[0],
+    "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
+    "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
     "JointFit": lambda: fitting.fit_together([CREEP, relaxation()], "Maxwell"),
     "IndentationFit": lambda: fitting.fit_indentation(
         indentation(), model=jc.Maxwell, indenter=jc.Sphere(1e-3), nu=0.5, control="load"
     ),
 }
-DEAR = {"BatchFit", "Design", "ModulusFit", "PronyFit", "JointFit", "IndentationFit"}
+DEAR = {"BatchFit", "Design", "GrowthFit", "ModulusFit", "PronyFit", "JointFit", "IndentationFit"}
 
 
 def test_every_public_class_is_here():

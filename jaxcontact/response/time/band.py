@@ -70,7 +70,7 @@ def _power(value: Array | float) -> Array:
 
 
 def may_have_no_slowest(body: LayeredHalfSpace) -> bool:
-    """Whether a solid may flow below a layer that may not, known from their classes.
+    """Return whether a solid may flow below a layer that may not, according to their classes.
 
     The rates of such a body have no lower bound: its layer resists bending the less, the longer the wave.
     """
@@ -80,7 +80,7 @@ def may_have_no_slowest(body: LayeredHalfSpace) -> bool:
 
 
 def _has_no_slowest(body: LayeredHalfSpace) -> Array:
-    """Whether a solid flows below a layer that does not, () bool."""
+    """Return whether a solid flows below a layer that does not, () bool."""
     flowing = spectra(body).fluidity > 0.0
     return jnp.any((jnp.cumsum(~flowing[:-1]) > 0) & flowing[1:])
 

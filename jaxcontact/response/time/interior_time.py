@@ -1,4 +1,4 @@
-"""What reaches a depth of a body that creeps, after a history of tractions on its surface.
+"""Fields at a depth of a viscoelastic body after a history of tractions on its surface.
 
 With a traction t that is linear between times t_n and steps on at the first, what is at a depth at the last time T is
 
@@ -38,30 +38,42 @@ class Lags(NamedTuple):
 
 
 class Recalled(NamedTuple):
-    """kernels: the functions of ``Transfer`` at the picked lags, (13, M, n); shares (nt, M) of the module's formula."""
+    """The kernels F of the module's formula at the picked lags.
+
+    kernels: the functions of ``Transfer``, (13, M, n); shares (nt, M); exact: F_n at all lags, (nt, 13, s), at the
+    wavenumbers of ``sampled``, by which errors are measured.
+    """
 
     kernels: Array
     shares: Array
+    exact: Array
 
 
 def lags_before_the_last(times: Array) -> Lags:
-    """Of the changes between times (nt,) [s]; the first is the step at times[0]."""
+    """Return the lags of the changes between times (nt,) [s]; the first change is the step at times[0]."""
     ago = times[-1] - times
     return Lags(ago, jnp.append(ago[:1], ago[:-1]))
 
 
+def sampled(count: int) -> slice:
+    """Return which of ``count`` wavenumbers those are at which all lags are computed, about ``SAMPLED`` of them."""
+    return slice(None, None, -(-count // SAMPLED))
+
+
 def recall(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: Lags | None) -> Recalled:
-    """At wavenumbers (n,) [rad/m] for the depth z [m], ()."""
+    """Return the kernels at wavenumbers (n,) [rad/m] for the depth z [m], ()."""
+    some = sampled(wavenumber.size)
     if lags is None:
-        return Recalled(_at_first(body, wavenumber, z)[:, None], jnp.ones((1, 1)))
-    some = wavenumber[:: -(-wavenumber.size // SAMPLED)]
-    picked, shares = _mixing(jax.lax.map(lambda lag: _mean(body, some, z, Lags(*lag)), tuple(lags)))
+        kernels = _at_first(body, wavenumber, z)
+        return Recalled(kernels[:, None], jnp.ones((1, 1)), kernels[None, :, some])
+    exact = jax.lax.map(lambda lag: _mean(body, wavenumber[some], z, Lags(*lag)), tuple(lags))
+    picked, shares = _mixing(exact)
     means = jax.lax.map(lambda n: _mean(body, wavenumber, z, Lags(lags.start[n], lags.end[n])), picked)
-    return Recalled(jnp.moveaxis(means, 0, 1), shares)
+    return Recalled(jnp.moveaxis(means, 0, 1), shares, exact)
 
 
 def _mixing(means: Array) -> tuple[Array, Array]:
-    """Which lags stand for all, (M,), and their shares in each, (nt, M), from means (nt, 13, n)."""
+    """Return the representative lags, (M,), and their shares in each lag, (nt, M), from means (nt, 13, n)."""
     count = means.shape[0]
     if count <= KEPT:
         return jnp.arange(count), jnp.eye(count)

@@ -1,4 +1,4 @@
-"""Where the images of a layered body lie, and what they are fitted relative to.
+"""Positions of the images of a layered body, and the reference response of their fit.
 
 A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
 of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose moduli and
@@ -63,8 +63,17 @@ def stiffness_contrast(body: LayeredHalfSpace) -> Array:
     return jnp.max(jnp.where(above > 0.0, softest_below / jnp.where(above > 0.0, above, 1.0), 0.0))
 
 
+def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
+    """Return the depth [m], (), down to which images lie for responses after each of the times [s], (t,)."""
+    each = solids_of(body)
+    creep = jnp.stack([solid.creep(times) for solid in solids(body)], 1)
+    late = jax.lax.stop_gradient(jnp.where(creep > 0.0, creep, each.compliances))
+    stretched = jax.vmap(lambda final: _reach(each._replace(final=final))[1])(late)
+    return STRETCHING * jnp.max(stretched)
+
+
 def wavenumbers(body: LayeredHalfSpace) -> Array:
-    """Where the response is to be known for its images, (n,) [rad/m]."""
+    """Return the wavenumbers (n,) [rad/m] at which the response is evaluated for its images."""
     return _wavenumbers(solids_of(body))
 
 

@@ -18,7 +18,8 @@ from jaxcontact.response.time import ladder
 
 
 def fit_wavenumbers(body: LayeredHalfSpace) -> Array:
-    """Where a response is to be given to ``fit_images`` [rad/m], (n,): zero first, and for a half-space only."""
+    """Return the wavenumbers (n,) [rad/m] at which ``fit_images`` takes a response: zero first, for a half-space zero
+    alone."""
     return ladder.wavenumbers(body) if body.layers else jnp.zeros(1)
 
 

@@ -65,8 +65,11 @@ class TangentialSeparable:
 
 
 class TangentialExpansion(NamedTuple):
-    """What no grid enters: the sum of products; its images, (3, M + 1, J + 1); separation_error: the largest relative error
-    of the sum of products, (); image_errors: (t, 2), time [s] and largest relative error of the images then."""
+    """Grid-independent part of the tangential kernels.
+
+    separable: the sum of products; images: (3, M + 1, J + 1); separation_error: the largest relative error of the sum
+    of products, (); image_errors: (t, 2), time [s] and largest relative error of the images at that time.
+    """
 
     separable: TangentialSeparable
     images: TangentialImages

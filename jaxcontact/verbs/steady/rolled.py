@@ -1,4 +1,4 @@
-"""What tractions that roll leave behind them: ``verbs.steady.wake`` in three directions.
+"""Displacement due to the past tractions of steady rolling: ``verbs.steady.wake`` in three directions.
 
 Tractions that are steady in the frame of the indenter have left, at rate lambda_k, an eta_k of their own, and the surface
 is moved by
@@ -64,7 +64,7 @@ class RolledSurface:
 
 
 def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface:
-    """Of what is moved at once."""
+    """Return the surface with its instantaneous response alone."""
     tangential = kernels.family.combined(jnp.zeros(1 + len(kernels.mix)).at[0].set(1.0))
     coupling = None if tangential.coupling is None else 1j * tangential.coupling
     return RolledSurface(normal, tangential.plane, coupling, Coupled(normal, tangential))
@@ -73,7 +73,7 @@ def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface
 def creeping_surface(
     experiment: Experiment, kernels: TractionKernels, wake: Wake, normal: Operator, *, coupled: bool
 ) -> RolledSurface:
-    """With what was left behind; the wake is that of the pressure."""
+    """Return the surface with the wake of past tractions; ``wake`` is that of the pressure."""
     grid, scale, at_once = experiment.grid, kernels.normal.scale, elastic_surface(kernels, normal)
     wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
     coefficients = scaled_coefficients(kernels.expansion, experiment.indenter, wide, scale)
@@ -91,8 +91,10 @@ def creeping_surface(
 
 @pytree
 class _Track:
-    """What was left behind at tangential rates (K,), with mix (M, K) and lambda_k C_k of alpha (L, T, K) at wavenumber
-    zero, (3, K)."""
+    """The track of past tractions at tangential rates (K,).
+
+    mix: (M, K); lasting (3, K): lambda_k C_k of alpha (L, T, K) at wavenumber zero.
+    """
 
     wake: Wake
     rates: Array
@@ -100,8 +102,10 @@ class _Track:
     lasting: Array
 
     def spectra(self, shapes: Array, far: list[Array]) -> Array:
-        """Of entries whose S_m on the doubled grid have the spectra (M + 1, n, MY/2 + 1, MX), and which are felt from
-        far off, n of (mx, my)."""
+        """Return the wake of entries from the spectra of S_m on the doubled grid and the response to far sources.
+
+        shapes: (M + 1, n, MY/2 + 1, MX); far: n fields (mx, my).
+        """
         mixed = jnp.tensordot(self.mix, self.wake.passage(self.rates), 1)
         shape, periodic = self.wake.shape, self.wake.periodic
         near = jnp.sum(shapes[1:] * mixed[:, None], 0)

@@ -48,13 +48,13 @@ class Rolled(NamedTuple):
 
     @property
     def steady(self) -> Array:
-        """Whether nothing changes, ()."""
+        """True if the state no longer changes, ()."""
         return self.change <= STEADY
 
 
 @pytree
 class RollingContact:
-    """What stays the same from step to step, all of order one.
+    """Inputs of a rolling contact that are constant from step to step, all of order one.
 
     surface; profile and coefficient of friction (nx, ny); way of a step, along each axis in its cells, (2,); target and
     tangential_target of ``contact.partial_slip``.
@@ -122,7 +122,7 @@ class RollingContact:
 
 @pytree
 class _Held:
-    """What a steady state follows from: the contact, which cells stick, (nx, ny) bool, and the pressure found, (nx, ny)."""
+    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the pressure found, (nx, ny)."""
 
     contact: RollingContact
     stick: Array
@@ -136,13 +136,13 @@ class _Held:
         )
 
     def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
-        """In a step, (2, nx, ny), under that traction and the pressure that goes with it."""
+        """Return the slip in a step, (2, nx, ny), under this traction and pressure."""
         moved = self.contact.surface.moved(traction, pressure)
         return moved - ahead(moved, self.contact.way) - shift[:, None, None]
 
 
 def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
-    """What is zero of tractions and shift in the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
+    """Return the residual of the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
     traction, shift = state
     contact, pressure = held.contact, held.pressed(traction).pressure
     slip = held.slip(traction, shift, pressure)
@@ -161,7 +161,7 @@ def ahead(field: Array, step: Array) -> Array:
 
 
 def _next(field: Array, axis: int, forwards: Array) -> Array:
-    """Of the neighbours along an axis, at the grid's end of the last cells."""
+    """Return the values of the neighbours along an axis; at the end of the grid, those of the last cells."""
     first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
     later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
     earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)

@@ -60,7 +60,7 @@ class RubbedWake:
         return at_once + on_grid(near, shape, self.wake.periodic, self._far() if self.wake.far_off else 0.0)
 
     def _far(self) -> Array:
-        """From beyond the track on the grid, (mx, my)."""
+        """Return the displacement due to the track beyond the grid, (mx, my)."""
         e = self.direction
         ahead = lambda x, y: (e[0] * x + e[1] * y) / jnp.maximum(x**2 + y**2, 1.0)
         strength = self.rubbing.point_strength() * self.wake.ratio / (2.0 * jnp.pi)

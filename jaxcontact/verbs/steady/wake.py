@@ -1,4 +1,4 @@
-"""What an indenter in steady sliding leaves behind it, as one operator.
+"""The displacement behind an indenter in steady sliding, as one operator.
 
 A pressure that is steady in the indenter's frame has left, at rate lambda_k, the history
 
@@ -47,7 +47,7 @@ FAR_REACH = 14.0  # e-folds of distance
 
 @pytree
 class Wake:
-    """What the indenter leaves behind.
+    """The wake of an indenter in steady sliding.
 
     kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
     along x per second]; ratio: dy/dx; far_off: ``Response.creeps_far``; shape: (nx, ny) of the grid; across:
@@ -75,12 +75,12 @@ class Wake:
 
     @property
     def line(self) -> bool:
-        """Whether this is plane strain."""
+        """True in plane strain."""
         return self.shape[1] == 1
 
     @property
     def length(self) -> Array:
-        """Of the track within the grid, [cells along x]."""
+        """Length of the track within the grid, [cells along x]."""
         return self.speed * self.crossing_time
 
     @property
