@@ -27,6 +27,9 @@ NOTES = {  # notes and diagnostics, stored with any result
     "image_error": "relative error of the response on the grid [1]",
     "single_contact": "1 if the indenter makes a single contact, 0 if it is rough",
     "widenings": "how often the grid was widened",
+    "thickness_error": "relative error of the series in a thickness that varies in the plane [1]",
+    "thickness_slope": "largest slope of a thickness that varies in the plane [1]",
+    "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
 }
 
 

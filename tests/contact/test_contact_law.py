@@ -164,7 +164,7 @@ class _Elastic:
         return ()
 
     def predict(self, fields, pressure, step):
-        return problem_of(bumps(), 1.0, True, 1.0).operator, jnp.zeros(pressure.shape), fields
+        return problem_of(bumps(), 1.0, True, 1.0).operator, jnp.zeros(pressure.shape), fields, 0.0
 
     def update(self, fields, pressure, step):
         return fields

@@ -90,12 +90,12 @@ WRONG = {
     "nothing but a bound": (
         burgers(TIMES),
         {"weights": "absolute", "bounds": {"G1": (None, 2e4)}},
-        "nothing",
+        "no better than a constant",
     ),
     "no creep at all": (
         1e-5 * (1 + 0.2 * RNG.standard_normal(40)),
         {"weights": "relative", "fixed": {"eta1": 1e7}},
-        "nothing",
+        "no better than a constant",
     ),
 }
 
