@@ -247,14 +247,19 @@ def _of_adhesion(run: _Run) -> Iterator[Note]:
 
 
 def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
-    """Yield a note if the smallest contact of the run has few cells across it."""
-    area = np.where(run.contact_area > 0.0, run.contact_area, np.inf)
-    step = int(np.argmin(area))
+    """Yield a note if the smallest contact of the run, with adhesion the largest, has few cells across it.
+
+    A contact with adhesion may shrink to nothing before it separates; the cells across the zone of attraction then matter.
+    """
+    adheres = bool(np.any(np.isfinite(run.cohesive_cells)))
+    area = np.where(run.contact_area > 0.0, run.contact_area, 0.0 if adheres else np.inf)
+    step = int((np.argmax if adheres else np.argmin)(area))
     cells = area[step] / float(run.cell_area)
     across = cells if plane_strain else 2.0 * np.sqrt(cells / np.pi)
-    if across < FEW_CELLS:
+    if 0.0 < across < FEW_CELLS:
+        which = "largest" if adheres else "smallest"
         yield Note(
-            f"only {across:.1f} cells across the smallest contact{_at(run, step)}: fewer than {FEW_CELLS} are too coarse",
+            f"only {across:.1f} cells across the {which} contact{_at(run, step)}: fewer than {FEW_CELLS} are too coarse",
             f"fewer than {FEW_CELLS} cells across the contact",
             -float(across),
         )
