@@ -175,7 +175,7 @@ def test_another_case_does_not_go_on_from_the_steps(interrupted, long_case, capf
     long_case.write_text(long_case.read_text().replace("load = 10.0", "load = 11.0"))
     capfd.readouterr()
     assert main(["run", str(long_case), "-o", str(out)]) == 2
-    assert "--resume goes on" in capfd.readouterr().err
+    assert "--resume continues" in capfd.readouterr().err
     assert main(["run", str(long_case), "-o", str(out), "--resume"]) == 2
     assert "steps of another case" in capfd.readouterr().err
     assert main(["run", str(long_case), "-o", str(out), "--force"]) == 0
