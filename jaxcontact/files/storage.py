@@ -106,7 +106,7 @@ def load(path: str | Path) -> Any:
     Returns:
         The saved result, with numpy arrays as its fields. For a run that kept maps at a few times, it is the history at
         these times, scalars and maps alike, as given by its ``times``; ``course.npz`` beside it has the scalars at all
-            times.
+        times.
 
     Raises:
         ValueError: another ending, or a file that is no such result.

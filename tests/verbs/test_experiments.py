@@ -154,7 +154,8 @@ def test_a_run_gives_the_numbers_that_python_gives(kind, written, tmp_path, capf
     expected, found = VERBS[kind](**given(kind)), jc.load(out / "result.npz")
     assert type(found) is type(expected)
     for name, value in vars(expected).items():
-        if name not in ("grid", "saved", "diagnostics"):
+        # the error is what rounding leaves of the residual, and blocks of steps are another program than one call
+        if name not in ("grid", "saved", "diagnostics", "error"):
             scale = np.max(np.abs(value), initial=0.0)
             np.testing.assert_allclose(
                 getattr(found, name), value, rtol=1e-10, atol=1e-10 * scale, err_msg=name
