@@ -154,11 +154,12 @@ def test_a_run_gives_the_numbers_that_python_gives(kind, written, tmp_path, capf
     expected, found = VERBS[kind](**given(kind)), jc.load(out / "result.npz")
     assert type(found) is type(expected)
     for name, value in vars(expected).items():
-        # the error is what rounding leaves of the residual, and blocks of steps are another program than one call
+        # blocks of steps are another program than one call, and round differently: within a tenth of the solver's
+        # tolerance of 1e-8; the error is what rounding leaves of the residual
         if name not in ("grid", "saved", "diagnostics", "error"):
             scale = np.max(np.abs(value), initial=0.0)
             np.testing.assert_allclose(
-                getattr(found, name), value, rtol=1e-10, atol=1e-10 * scale, err_msg=name
+                getattr(found, name), value, rtol=1e-10, atol=1e-9 * scale, err_msg=name
             )
 
 
