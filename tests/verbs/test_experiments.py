@@ -154,12 +154,12 @@ def test_a_run_gives_the_numbers_that_python_gives(kind, written, tmp_path, capf
     expected, found = VERBS[kind](**given(kind)), jc.load(out / "result.npz")
     assert type(found) is type(expected)
     for name, value in vars(expected).items():
-        # blocks of steps are another program than one call, and round differently: within a tenth of the solver's
-        # tolerance of 1e-8; the error is what rounding leaves of the residual
+        # blocks of steps are another program than one call, and round differently: within the tolerance of the
+        # solver, 1e-7; the error is what rounding leaves of the residual
         if name not in ("grid", "saved", "diagnostics", "error"):
             scale = np.max(np.abs(value), initial=0.0)
             np.testing.assert_allclose(
-                getattr(found, name), value, rtol=1e-10, atol=1e-9 * scale, err_msg=name
+                getattr(found, name), value, rtol=1e-10, atol=1e-7 * scale, err_msg=name
             )
 
 
