@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jax import Array
 
 LARGEST_ERROR = 1e-2
-"""Relative error of the response beyond which a result is ``NOT_RESOLVED``."""
+"""Relative error beyond which a result is marked: of the response ``NOT_RESOLVED``, of growth ``STEP_TOO_LONG``."""
 
 
 class Status(IntEnum):

@@ -27,7 +27,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import Status, first_of
+from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
@@ -35,8 +35,6 @@ from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.pressing import PressCarry, PressStepper, contact_outcome, status_of
 from jaxcontact.inputs.laws import RubbingState
 from jaxcontact.operators import spectral
-
-LARGEST_ERROR = 0.01  # of the largest thickness, or of the approach where that is larger
 
 
 class RubStep(NamedTuple):
