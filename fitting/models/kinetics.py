@@ -36,7 +36,7 @@ class GrowthKinetics:
     Example:
         >>> kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4)
         >>> print(f"{kinetics.thickness(3600.0, stress=1e9, temperature=373.0):.3g} m")
-        2.4e-09 m
+        4.99e-09 m
     """
 
     rate: Array | float
