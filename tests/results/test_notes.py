@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import GLASS, STEEL
 from test_storage import made_up
 
 import jaxcontact as jc
@@ -21,8 +22,6 @@ from jaxcontact.files import storage
 from jaxcontact.results.notes import Diagnostics, Note
 
 RESULTS = {name: kind for name, kind in storage.KINDS.items() if kind is not jc.InteriorFields}
-GLASS = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 BALL = jc.Sphere(5e-3, STEEL)
 GRID = jc.Grid.square(n=16, width=300e-6)
 

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import FILM, STEEL
 from tolerances import APPROACH, PEAK
 
 import jaxcontact as jc
@@ -13,8 +14,6 @@ from jaxcontact.reference import abel
 
 RADIUS, A = 10e-3, 100e-6  # of the ball and of the contact [m]
 BALL = jc.Sphere(RADIUS)
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
-FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
 SOFT = jc.StandardLinearSolid(G1=2e9, G2=1e9, eta2=4e11, nu=0.4)
 
 ELASTIC = {  # moduli [Pa] and nu of the layers and the half-space, thicknesses over the contact's radius
