@@ -32,7 +32,7 @@ RAMP = (
 class Adhesion(abc.ABC):
     """The interface of a law of adhesion: attraction, energy and stiffness as functions of the gap, cell by cell.
 
-    A law whose attraction does not rise with the gap can be added by subclassing: the solver needs no more than this.
+    Further laws can be defined as subclasses with these methods. The attraction must not increase with the gap.
     """
 
     work: Array | float

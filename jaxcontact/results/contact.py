@@ -98,7 +98,7 @@ def _check_one(result: Any) -> None:
 
 @pytree
 class ContactHistory(ContactResult):
-    """A contact over time, SI units.
+    """The result of a contact over time, in SI units.
 
     times (nt,) [s]; pressure [Pa] and displacement [m] (of both surfaces, towards each other): (nt, nx, ny), or (nx, ny)
     at the last time with ``save="last"`` or a function; saved: the return values of that function, stacked over time;
@@ -171,16 +171,16 @@ class ContactHistory(ContactResult):
 
 @pytree
 class AdhesiveHistory(ContactHistory):
-    """A ``ContactHistory`` with adhesion, SI units.
+    """A ``ContactHistory`` with adhesion, in SI units.
 
-    pressure is the sum of what contact carries and of the attraction, negative where the surfaces pull on each other;
-    load is its integral; contact_area and smooth_area are those of the cells whose gap is zero.
+    pressure is the contact pressure minus the attraction, which is negative where the surfaces attract each other; load is
+    its integral; contact_area and smooth_area are those of the cells whose gap is zero.
 
-    jumps (nt,): how often the solution has left its branch since times[0], as contact snaps in or off; jump_energy
-    (nt,) [J]: what was lost by that, so that of the energy lost in a cycle of approach and retraction it is the part
-    of adhesion, and the rest is lost in the body; cohesive_cells (nt,): cells across the zone at the edge of contact
-    in which the surfaces attract each other (pi E* w/(4 s(0)^2) on a half-space with the compliance of a cell): below
-    three the pull-off load depends on the grid. Jumps are found from the energy, as ``history.adhering`` says.
+    jumps (nt,): number of jumps into or out of contact since times[0], at which the solution left its branch of equilibria;
+    jump_energy (nt,) [J]: energy dissipated in these jumps (in a cycle of approach and retraction, the energy lost by
+    adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the zone of attraction
+    at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell. Below three the pull-off load
+    depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
     """
 
     jumps: Array

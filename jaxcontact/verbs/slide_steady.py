@@ -44,34 +44,36 @@ def slide_steady(
     kernels: Kernels | None = None,
     friction: Array | float | None = None,
 ) -> SteadySliding:
-    """The contact of an indenter that has slid for ever at one velocity.
+    """Compute the steady state of an indenter that slides over a body at constant velocity.
 
         u(x) = int_0^infinity dK/ds * p(x + v s) ds,   g = profile + u - approach >= 0,   p >= 0,   p g = 0
 
-    One contact problem with a kernel that is not symmetric; differentiable as one. At rest a body that cannot
-    flow is fully relaxed. Under a load a flowing half-space has a steady pressure, while its approach drifts:
-    see ``approach_drift`` of the result.
+    The steady state is the solution of a single contact problem with an unsymmetric kernel, and is differentiable. At
+    zero velocity a body without steady-state flow is fully relaxed. On a half-space with steady-state flow under a load
+    the pressure is steady, while the approach grows; see ``approach_drift`` of the result.
 
-    With friction the traction mu p, along the velocity on the body, sinks the surface too, unless the two solids are
-    similar: it moves the pressure, of elastic bodies as well (K. L. Johnson, Contact Mechanics, 1985, section 7.1).
+    With friction, the traction mu p along the velocity also causes normal displacement unless the two solids are
+    elastically similar, and changes the pressure, on elastic bodies too (K. L. Johnson, Contact Mechanics, 1985, section
+    7.1).
 
     Args:
-        velocity: of the indenter over the body [m/s]: a number (along x) or (2,), of any size.
-        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``; kernels of a half-space
-            save little, since its wake is built on a larger grid.
+        velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
+        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
+            time, since its wake is computed on a larger grid.
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
-            contact slides. None or rest: no traction. ``friction_coefficient`` of the result is the total, with hysteresis.
+            contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
+            the total, which includes hysteresis.
         control: as in ``indent``, with a single value.
 
-    There is one state and no march to it, hence no ``times``, ``save``, ``substeps`` or ``checkpoint``.
+    Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
 
     Returns:
-        A ``SteadySliding``; under jit, status 6 where there is no steady state. Warnings as in ``indent``.
+        A ``SteadySliding``; under jit, its status is 6 if there is no steady state. Warnings are as in ``indent``.
 
     Raises:
-        ValueError: what cannot be computed; no steady state: a flowing body at rest or on a periodic grid, and a
-            flowing half-space under a fixed approach or in plane strain; a half-space or substrate that creeps, on
-            a grid that is periodic along one axis with several cells along it.
+        ValueError: invalid or unsupported input; a case without steady state, i.e. a body with steady-state flow at zero
+            velocity or on a periodic grid, or a half-space with such flow under a fixed approach or in plane strain; a
+            viscoelastic half-space or substrate on a grid that is periodic along one axis with several cells along it.
 
     Example:
         >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
