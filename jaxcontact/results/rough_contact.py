@@ -36,10 +36,11 @@ class ContactStatistics(InWords):
 
     ``area_fraction`` over ``mean_pressure`` gives contact area against load.
 
-    mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all cells; corrected_fraction: the
-    same with the correction for cells on the contact boundary given in the module (in plane strain the error vanishes to
-    first order, and it equals the counted one); perimeter [m]: length of the contact boundary, pi/4 of that of the cells'
-    sides, as for edges of all directions; mean_gap [m]: over the nominal area, contact included.
+    mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all cells; corrected_fraction: area
+    fraction with a correction for the cells on the contact boundary, defined in ``results.rough_contact`` (in plane strain
+    the error vanishes to first order, and it equals ``area_fraction``); perimeter [m]: length of the contact boundary,
+    estimated as pi/4 of the length of the cell sides along it, which is correct on average over all directions; mean_gap
+    [m]: mean over the nominal area, including the contact.
     """
 
     mean_pressure: Array
@@ -53,9 +54,9 @@ class ContactStatistics(InWords):
 class PressureHistogram(InWords):
     """The pressure distribution over the nominal area.
 
-    edges [Pa], (bins + 1,): from zero to the largest pressure of all times; density [1/Pa], (nt, bins), or (bins,) for
-    fields at one time: of cells in contact only, so that its integral is the area fraction and that of density times
-    pressure the mean pressure.
+    edges [Pa], (bins + 1,): limits of the bins, from zero to the largest pressure of all times; density [1/Pa], (nt, bins),
+    or (bins,) for fields at one time: share of the nominal area per unit of pressure. Only cells in contact are counted, so
+    that the integral of the density is the area fraction, and the integral of density times pressure the mean pressure.
     """
 
     edges: Array
@@ -66,7 +67,8 @@ class PressureHistogram(InWords):
 class ContactClusters:
     """Patches of contact: sets of cells in contact that are connected by their sides.
 
-    labels (nx, ny): 0 where open, 1 in the largest patch, then by decreasing area; areas (n,) [m^2], by counting cells.
+    labels (nx, ny): 0 outside contact, 1 in the largest patch, and so on by decreasing area; areas (n,) [m^2]: areas of the
+    cells in each patch.
     """
 
     labels: np.ndarray
@@ -83,12 +85,11 @@ class ContactClusters:
 
 
 def contact_statistics(result: Any) -> ContactStatistics:
-    """Compute mean area, pressure and gap over the nominal area of the grid; see ``ContactStatistics``.
+    """Compute the area fraction in contact, the mean pressure and the mean gap; see ``ContactStatistics``.
 
     Args:
-        result: the result of ``indent``, ``slide``, ``slide_steady`` and the like. Also under jit, grad and vmap; counts
-            of
-            cells have no derivative, the mean gap and pressure have.
+        result: the result of ``indent``, ``slide``, ``slide_steady`` and similar functions. It may be traced by jit, grad
+            and vmap. The derivatives of numbers of cells are zero; those of the mean gap and the mean pressure are not.
 
     Returns:
         ``ContactStatistics``.
