@@ -75,7 +75,7 @@ def carry(options: argparse.Namespace) -> int:
         found = fit_creep(data, options.model, **given, **flags.known(options))
     if found.refused:
         raise ValueError(
-            f"{options.file}: the fit is refused, so no result can be propagated: {found.refused[0]}"
+            f"{options.file}: the fit is rejected, so that no result can be propagated: {found.refused[0]}"
         )
     band = propagate(found, result)
     name, rows = RESULTS[options.of], np.column_stack([times, band.value, band.sd, band.low, band.high])

@@ -45,7 +45,7 @@ def test_the_first_page_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec("\n".join(BLOCK.findall((DOCS / "start.md").read_text())), {"__name__": "__main__"})
     out = capsys.readouterr().out
-    assert "13 converged" in out and "REFUSED" not in out and "not determined" not in out
+    assert "13 converged" in out and "REJECTED" not in out and "not determined" not in out
 
 
 def test_every_test_that_verification_names_is_there():
