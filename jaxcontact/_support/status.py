@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jax import Array
 
 LARGEST_ERROR = 1e-2
-"""Relative error beyond which a result is marked: of the response ``NOT_RESOLVED``, of growth ``STEP_TOO_LONG``."""
+"""Relative error above which the status is ``NOT_RESOLVED`` (of the response) or ``STEP_TOO_LONG`` (of growth)."""
 
 
 class Status(IntEnum):
@@ -55,8 +55,8 @@ MESSAGES = {
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: kernels with more nodes, or a shorter time",
-    Status.STEP_TOO_LONG: "growth or wear in a step is off by more than 1 %: more substeps",
-    Status.TOO_THICK: "the film has grown thicker than its kernels are made for: a larger thickest",
+    Status.STEP_TOO_LONG: "the error of growth or wear in a step exceeds 1 %: more substeps",
+    Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }
 

@@ -206,7 +206,7 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
     bulky = any(solid.bulk_modulus is not None for solid in solids(body))
     checks.require(
         correspondence == "exact" or not bulky,
-        f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}": it would be 5 % off',
+        f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
     )
     limits = limits_of(body)
     rigid = limits.rigid_at_first()
@@ -252,7 +252,7 @@ def _can_be_reached(
     checks.require(
         bool(inside),
         f"Approach [m]: expected less than {float(highest):g} on a periodic grid, the mean gap at first touch, got"
-        f" {float(np.max(control.value)):g}: the surface does not sink in the mean, and is all in contact there",
+        f" {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface would be in contact",
     )
     return True
 
@@ -373,7 +373,7 @@ def _doubted(result: Any, errors: Errors) -> Array:
 
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
-    """Return the status, with those marked that are fine but for a response known to be off by more than 1 %."""
+    """Return the status, with ``NOT_RESOLVED`` in place of ``FINE`` where the error of the response exceeds 1 %."""
     largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
     off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
     return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

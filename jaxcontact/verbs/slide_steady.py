@@ -115,17 +115,17 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
     checks.require(
         bool(np.any(np.asarray(velocity) != 0.0)),
         "velocity [m/s]: expected not 0: the body flows without limit, so that at rest the contact grows"
-        " for ever and there is no steady state",
+        " indefinitely and there is no steady state",
     )
     checks.require(
         not _tilts_or_thins(experiment),
-        "body: expected one that does not flow without limit, on this grid: under an indenter in plane strain a half-space"
-        " tilts for ever, and on a periodic grid the body sinks for ever under the mean pressure",
+        "body: expected one that does not flow without limit, on this grid: in plane strain a half-space tilts indefinitely"
+        " under an indenter, and on a periodic grid the body creeps indefinitely under the mean pressure",
     )
     checks.require(
         not limits.creeps_far or not isinstance(experiment.control, Approach),
-        "control: expected a Load on a half-space or substrate that flows without limit: its surface sinks for ever, so"
-        " that under a fixed approach the load falls to nothing and there is no steady state",
+        "control: expected a Load on a half-space or substrate that flows without limit: it creeps indefinitely, so that"
+        " under a fixed approach the load decreases to zero and there is no steady state",
     )
     return finite
 

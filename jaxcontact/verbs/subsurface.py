@@ -139,7 +139,7 @@ def _check_volume(body: LayeredHalfSpace, times: Any) -> None:
     moving = [s for s in solids(body) if creeps(s) and s.bulk_modulus is not None]
     checks.require(
         times is None or not moving,
-        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio moves with time",
+        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio varies with time",
     )
 
 

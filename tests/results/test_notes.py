@@ -53,7 +53,8 @@ def troubled(kind):
         )
         smallest = "largest contact, at step 2 of 3 (t = 5 s)"
         adhesive = (
-            "the contact jumps in 1 of 3 steps, first at step 2 of 3 (t = 5 s): derivatives do not see the jump move",
+            "the contact jumps in 1 of 3 steps, first at step 2 of 3 (t = 5 s): derivatives exclude a change of the time of"
+            " jumps",
             "1.5 cells across the zone of attraction at the edge of contact: below 3 pull-off depends on the grid",
         )
     return result, (

@@ -96,7 +96,7 @@ def test_a_response_that_is_not_resolved_is_told():
     """A film 1e13 times as stiff as what lies below it, beyond the reach of the images."""
     grid = jc.Grid.square(8, 1e-3)
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e13, 0.3), 1e-4)], ELASTIC)
-    with pytest.warns(UserWarning, match="the response below the surface is off by up to"):
+    with pytest.warns(UserWarning, match="the response below the surface has a relative error of up to"):
         inside = jc.subsurface(body, grid, np.ones(grid.shape), depths=[5e-5, 1.5e-4])
     assert jc.Status.NOT_RESOLVED in np.asarray(inside.status) and len(inside.notes) == 1
 
