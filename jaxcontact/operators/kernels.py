@@ -171,7 +171,7 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
 
 def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
     """dx, and the compliance of a very wide contact; held constant in derivatives."""
-    compliance = limits.long_term() + indenter.compliance()
+    compliance = limits.relaxed_compliance() + indenter.compliance()
     held = jax.lax.stop_gradient
     return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
 

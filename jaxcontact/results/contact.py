@@ -229,10 +229,10 @@ def radius_of(area: Array, grid: Grid) -> Array:
     return jnp.where(touches, jnp.sqrt(jnp.where(touches, area, 1.0) / jnp.pi), 0.0)
 
 
-def marked(result: Any, valid: Array | None) -> Any:
+def nan_where_invalid(result: Any, valid: Array | None) -> Any:
     """Return the result with all its numbers nan and status OUT_OF_RANGE where ``valid`` is false; None means valid."""
     if valid is None:
         return result
-    nan_where_invalid = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
+    masked = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
     status = jnp.where(valid, result.status, int(Status.OUT_OF_RANGE))
-    return replace(jax.tree.map(nan_where_invalid, result), status=status)
+    return replace(jax.tree.map(masked, result), status=status)

@@ -234,8 +234,8 @@ def _of_adhesion(run: _Run) -> Iterator[Note]:
     if steps.size:
         first = _at(run, int(steps[0])).replace(", at", ", first at")
         text = (
-            f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives exclude a change of the time of"
-            " jumps"
+            f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives exclude a change of the"
+            " time of jumps"
         )
         yield Note(text, "the contact jumps", float(steps.size))
     cells = float(np.min(run.cohesive_cells))

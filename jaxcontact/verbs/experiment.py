@@ -30,7 +30,7 @@ from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_s
 from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
 from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
-from jaxcontact.results.contact import ContactHistory, ContactStep, marked
+from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
@@ -209,7 +209,7 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
         f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
     )
     limits = limits_of(body)
-    rigid = limits.rigid_at_first()
+    rigid = limits.has_zero_instantaneous_compliance()
     alone, film = indenter.material is None, limits.film is not None and correspondence == "exact"
     if not is_concrete(rigid):
         return ~(jnp.asarray(rigid) & (alone or film))
@@ -337,7 +337,9 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
     if experiment.film_map is not None:
         told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment))
-    return marked(replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid)
+    return nan_where_invalid(
+        replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
+    )
 
 
 def _steepness(experiment: Experiment) -> dict[str, Array]:
@@ -364,7 +366,7 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 
 
 def _doubted(result: Any, errors: Errors) -> Array:
-    """Return the status, with the steps marked that are known to be off; a steady state lasts as long as its grid passes."""
+    """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
     if hasattr(result, "times"):
         return doubted(result.status, result.times - result.times[0], errors)
     speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))

@@ -109,8 +109,8 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
         "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
         f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
     )
-    flows = limits.flows()
-    if not is_concrete(flows, velocity) or not bool(flows):
+    fluid = limits.is_fluid()
+    if not is_concrete(fluid, velocity) or not bool(fluid):
         return finite
     checks.require(
         bool(np.any(np.asarray(velocity) != 0.0)),
@@ -171,7 +171,7 @@ def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array)
     limits = limits_of(experiment.body)
     sinks = limits.creeps_far and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
-    return jnp.where(limits.flows() & endless, int(Status.NOT_STEADY), status)
+    return jnp.where(limits.is_fluid() & endless, int(Status.NOT_STEADY), status)
 
 
 def _fields(

@@ -20,10 +20,10 @@ from jaxcontact.operators.coupled import spectrum
 from jaxcontact.response.influence.interior_coefficients import (
     OF_DISPLACEMENTS,
     OF_GRADIENTS,
-    Buried,
-    bury,
+    SubsurfaceImages,
     displacements,
     gradients,
+    subsurface_images,
     summed,
 )
 from jaxcontact.response.interior import poisson_at
@@ -158,7 +158,7 @@ def _fields(
     sizes = jnp.max(jnp.abs(changes), (-1, -2))
 
     def at(z: Array) -> tuple[Array, Array, Array]:
-        images = bury(body, z, lags)
+        images = subsurface_images(body, z, lags)
         mixed = spectral.transform(jnp.tensordot(images.shares, changes, (0, 0)))
         passed, strains = _kernels_of_stress(grid, images)
         apply = lambda kernels: spectral.inverse(
@@ -175,7 +175,7 @@ def _fields(
 Rows = list[list[Array]]
 
 
-def _kernels_of_stress(grid: Grid, images: Buried) -> tuple[Rows, Rows]:
+def _kernels_of_stress(grid: Grid, images: SubsurfaceImages) -> tuple[Rows, Rows]:
     """Spectra (M, my/2 + 1, mx) from (q_x, q_y, p) to the tractions (x, y, z), and to the strains xx, yy and 2 xy times
     the modulus, at a depth."""
     zero, one, two, three = summed(grid, gradients, OF_GRADIENTS, images)
@@ -198,7 +198,7 @@ def _kernels_of_stress(grid: Grid, images: Buried) -> tuple[Rows, Rows]:
     return tractions, strains
 
 
-def _kernels_of_displacement(grid: Grid, images: Buried) -> Rows:
+def _kernels_of_displacement(grid: Grid, images: SubsurfaceImages) -> Rows:
     """Spectra from (q_x, q_y, p) to the displacements (x, y, z) in cells of dx."""
     one, two = summed(grid, displacements, OF_DISPLACEMENTS, images)
     (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)

@@ -175,7 +175,7 @@ def test_derivatives_of_a_film_by_all_its_parameters():
         assert float(getattr(slopes, name)) == pytest.approx(exact, rel=1e-4, abs=1e-7 * up * 0.8 / H / value)
 
 
-class Bulky(abel.Pile):
+class Bulky(abel.LayerStack):
     """Its solids keep their bulk moduli, whatever becomes of their shear moduli."""
 
     def with_modulus(self, moduli):
