@@ -58,7 +58,7 @@ def troubled(kind):
             "1.5 cells across the zone of attraction at the edge of contact: below 3 pull-off depends on the grid",
         )
     return result, (
-        f"1 of {size} steps{first}: contact at the edge of the grid: a wider grid",
+        f"1 of {size} steps{first}: contact at the edge of the grid: use a wider grid",
         f"film strain reaches 0.31{at}: above 0.2 linear theory is inaccurate",
         "the shared decay rates have a relative error of up to 0.07: pass kernels with more nodes",
         "the response on the grid has a relative error of up to 0.0002: its fit by images is inaccurate",
