@@ -59,8 +59,8 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     Forces [N] and powers [W], (nt,), are positive if they resist the motion and are dissipated, and zero at rest. The
     totals, as a dynamometer on the holder of the indenter would measure them, are tangential_force, friction_coefficient
-    (over the load) and power. Their parts are hysteresis_force and hysteresis_power of the viscoelastic body (zero on an elastic
-    one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
+    (over the load) and power. Their parts are hysteresis_force and hysteresis_power of the viscoelastic body (zero on an
+    elastic one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
     friction the totals equal the hysteresis parts. See ``history.observables`` for the convention, and for a term of the
     order of the slope of the profile times coulomb_force that is neglected. lateral_force (nt, 2) [N]: force of the
     pressure on the indenter due to the slopes of its profile (slopes above 1 are left out).

@@ -111,7 +111,7 @@ def test_a_fit_that_is_refused_determines_nothing(name):
     assert {k: v for k, v in found.identified.items() if v} == fixed
     assert any(re.search(why, reason) for reason in found.refused), found.refused
     loaded = json.loads(found.to_json())
-    assert loaded["verdict"] == "refused" and loaded["reasons"] == list(found.refused)
+    assert loaded["verdict"] == "rejected" and loaded["reasons"] == list(found.refused)
     assert "REJECTED" in found.summary()
     assert found.refused[0] in " ".join(found.plot().get_suptitle().split())
 
