@@ -14,6 +14,10 @@ from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
 
+CLOSED = (
+    1e-6  # gap of a cell in contact, relative to the heights of the surface, at most; the solver leaves 1e-8
+)
+
 
 @pytree
 class ContactStep:
@@ -55,6 +59,11 @@ class ContactResult:
         ValueError inside a transformation, where the numbers are not known.
         """
         return notes_of(self)
+
+    @property
+    def in_contact(self) -> Array:
+        """Whether a cell is in contact, of the shape of ``pressure``."""
+        return self.pressure > 0.0
 
     def summary(self) -> str:
         """Return the first, last and largest values of the main quantities, the grid and the convergence status, as text."""
@@ -186,6 +195,13 @@ class AdhesiveHistory(ContactHistory):
     jumps: Array
     jump_energy: Array
     cohesive_cells: Array
+
+    @property
+    def in_contact(self) -> Array:
+        """Whether a cell is in contact, of the shape of ``pressure``: its gap is zero, whether it is pressed or pulled."""
+        relief = jnp.max(self.profile, (-2, -1)) - jnp.min(self.profile, (-2, -1))
+        height = relief + jnp.max(jnp.abs(self.displacement), tuple(range(-self.displacement.ndim, 0)))
+        return self.gap <= CLOSED * height
 
 
 @pytree
