@@ -27,6 +27,7 @@ from fitting.inference.correlation import coloured, forms, whitened
 MARGIN = 8.0  # factor by which the grid of a/b is shortened at both ends
 NUMBERS, FEWEST, MOST = 8000, 16, 128  # random numbers for each a/b, and limits of its number of data sets
 LARGEST = 2000  # number of points above which nothing is calibrated
+FEW = 3  # number of noise models below which nothing is calibrated
 KNOTS, TAIL = 7, 0.02  # of g, and the share of the estimated a/b below the first and above the last
 ACCURACY, SIZE = (
     0.05,
@@ -60,13 +61,13 @@ class Calibration:
         cls, residual: np.ndarray, Q: np.ndarray, shapes: np.ndarray, floors: np.ndarray, rho: float,
         blocks: np.ndarray, p: int,
     ) -> "Calibration | None":  # fmt: skip
-        """Return the calibration of a fit, None where the noise has a single model, or the points are many.
+        """Return the calibration of a fit, None where the noise has hardly more than one model, or the points are many.
 
         The outermost noise models are the same but for their scale, and the last one that is kept represents them.
         """
-        if len(shapes) == 1 or len(Q) > LARGEST or not Q.size:
-            return None
         inner = np.flatnonzero((floors >= MARGIN * floors[0]) & (floors <= floors[-1] / MARGIN))
+        if inner.size < FEW or len(Q) > LARGEST or not Q.size:
+            return None
         count = np.ones(inner.size)
         count[0] += inner[0]
         count[-1] += floors.size - 1 - inner[-1]
@@ -79,7 +80,7 @@ class Calibration:
         """
         models, drawn, (n, k) = self._models, self._drawn, self.Q.shape
         variance = drawn.scale[..., None] * models.variances(directions)[drawn.at]
-        half = student.mixture_half_width(drawn.share, variance, level, float(n - self.p))
+        half = student.mixture_half_width(drawn.share, variance, level, float(n - self.p), student.tabulated)
         true = np.arange(len(self.floors))
         error = models.errors(directions)[:, None] * np.sqrt(drawn.rss[true, :, true] / (n - k))[..., None]
         least = np.take_along_axis(drawn.least, drawn.at[..., None, None], -2)[..., 0, :]
@@ -220,13 +221,13 @@ def _flattest(half: np.ndarray, off: np.ndarray, hats: np.ndarray, level: float,
     standard errors of the latter, which have dof degrees of freedom; hats (m, s, K).
     """
     z, size = student.two_sided(level, dof), hats.shape[-1]
-    unit = ACCURACY * z * float(student.fast_share_within(np.array(z), dof)[1])
+    unit = ACCURACY * z * float(student.tabulated(np.array(z), dof)[1])
     g, penalty = np.zeros(size), np.concatenate([np.eye(size), np.diff(np.eye(size), 2, axis=0)]) / SIZE
     for _ in range(TURNS):
         width = half * np.exp(hats @ g)
         low, high = width - off, width + off
-        below, slope_low = student.fast_share_within(np.abs(low), dof)
-        above, slope_high = student.fast_share_within(np.abs(high), dof)
+        below, slope_low = student.tabulated(np.abs(low), dof)
+        above, slope_high = student.tabulated(np.abs(high), dof)
         covered = 0.5 * np.mean(np.sign(low) * below + np.sign(high) * above, 1)
         slope = np.einsum("ms,msk->mk", 0.5 * width * (slope_low + slope_high), hats) / half.shape[1]
         rise, short = (
