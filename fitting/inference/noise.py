@@ -7,9 +7,9 @@ the restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 
 variance and correlation that a fit of p parameters removes from n residuals. For estimated weights the estimates have
 the covariance s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each
 direction is given the mean of this over the directions. Intervals come from the mixture of Student's t distributions
-over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), so
-their coverage holds although neither is known. Where the residuals have heavy tails, the likelihood of a/b is tempered
-by the variance of its score.
+over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), which
+accounts for the uncertainty of both. Where a/b was estimated, their widths are calibrated (``calibration.py``). Where
+the residuals have heavy tails, the likelihood of a/b is tempered by the variance of its score.
 """
 
 import math
