@@ -105,7 +105,8 @@ class Calibration:
     def _hats(self) -> tuple[np.ndarray, np.ndarray]:
         """Hat functions of the estimated a/b, for the simulated data sets (m, s, K) and for the data (K,)."""
         drawn = self._drawn.floor
-        knots = np.linspace(*np.quantile(drawn, (TAIL, 1.0 - TAIL)), KNOTS)
+        low, high = np.quantile(drawn, (TAIL, 1.0 - TAIL)).tolist()
+        knots = np.linspace(low, high, KNOTS)
         hats = lambda x: np.stack([np.interp(x, knots, one) for one in np.eye(KNOTS)], -1)
         return hats(drawn), hats(self._estimates(self.residual).floor)
 
