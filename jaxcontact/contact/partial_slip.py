@@ -101,15 +101,18 @@ def solve(
     if not problem.coupled:
         pressed = normal.solve(problem.under(0.0), pressure, tolerance, max_iterations)
         tangential = problem.sheared(pressed.pressure)
-        sheared = friction.solve(tangential, traction, tolerance, max_iterations - pressed.iterations)
+        left = max_iterations - pressed.iterations
+        sheared = friction.solve(tangential, traction, problem.operator.along(traction), tolerance, left)
         return Round(pressed, sheared, pressed.iterations + sheared.iterations, zero + 1, jnp.ones((), bool))
 
     def further(s: _RoundSearch) -> _RoundSearch:
         y, goal = _next(s), jnp.clip(TIGHTER * s.unsettled, FINAL * tolerance, LOOSE)
         left = max_iterations - s.round.taken
         pressed = normal.solve(problem.under(y), s.round.normal.pressure, goal, left)
-        tangential, before = problem.sheared(pressed.pressure), s.round.tangential.traction
-        sheared = friction.solve(tangential, before, goal, left - pressed.iterations)
+        tangential, before = problem.sheared(pressed.pressure), s.round.tangential
+        sheared = friction.solve(
+            tangential, before.traction, before.displacement, goal, left - pressed.iterations
+        )
         change = problem.operator.sunk(sheared.traction) - y
         pressed = _under_new_traction(problem, pressed, y + change)
         error = jnp.where(friction.held(tangential), sheared.error, 0.0)
@@ -132,7 +135,8 @@ def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSear
     zero, none, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
     y, pair = problem.operator.sunk(traction), jnp.zeros_like(traction)
     pressed = Solution(pressure, none, jnp.zeros(()), one, zero)
-    sheared = TangentialSolution(traction, pair, pair, pressure > 0.0, jnp.zeros(2), one, zero)
+    displacement = problem.operator.along(traction)
+    sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
     first = Round(pressed, sheared, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
     return _RoundSearch(first, _pushed(blank, y), blank, one, one, one)

@@ -102,12 +102,17 @@ class TractionOperator(abc.ABC):
         """Normal displacement under a tangential traction, (nx, ny): the transpose of ``drawn``."""
 
     @abc.abstractmethod
-    def preconditioner(self) -> Linear:
-        """A cheap approximate inverse of ``along``, symmetric and positive."""
+    def preconditioner(self, added: Array) -> Linear:
+        """Return a cheap approximate inverse of ``along`` plus constants (m,), each on fields of its own (m, 2, nx, ny);
+        symmetric and positive."""
 
     @abc.abstractmethod
     def local(self) -> Array:
         """The mean eigenvalue of ``along``, ()."""
+
+    @abc.abstractmethod
+    def largest(self) -> Array:
+        """Return roughly the largest eigenvalue of ``along``, ()."""
 
 
 class Family(abc.ABC):

@@ -95,14 +95,17 @@ class Coupled(TractionOperator):
         moved = jnp.sum(-1j * self.tangential.coupling * self.tangential.transform(q), 0)
         return self.tangential.inverse(moved, q.shape[-2:])
 
-    def preconditioner(self) -> Linear:
-        """The inverse of the circulant for each direction, its small and negative eigenvalues raised."""
-        inverse = 1.0 / jnp.maximum(self.tangential.circulant, FLOOR * self.local())
-        apply = lambda r: spectral.apply_circulant(inverse, r)
-        return lambda r: jnp.stack([apply(r[0]), apply(r[1])])
+    def preconditioner(self, added: Array) -> Linear:
+        """The inverse of the circulant plus a constant, whose small and negative eigenvalues are raised."""
+        raised = jnp.maximum(self.tangential.circulant, FLOOR * self.local())
+        inverse = (1.0 / (raised + added[:, None, None]))[:, None]
+        return lambda r: spectral.apply_circulant(inverse, r)
 
     def local(self) -> Array:
         return jnp.mean(jnp.abs(self.tangential.circulant))
+
+    def largest(self) -> Array:
+        return jnp.max(self.tangential.circulant)
 
 
 @pytree

@@ -16,7 +16,7 @@ from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
 
 N = 5
-solve = jax.jit(functools.partial(friction.solve, tolerance=1e-10, max_iterations=300))
+solve = jax.jit(lambda p, start: friction.solve(p, start, p.operator.along(start), 1e-10, 300))
 
 
 @functools.cache
