@@ -57,6 +57,7 @@ LENGTHS = 0.05, 5.0  # and its range
 STRONG, STRONG_SHARE = 8.0, 0.05  # k' over the mean eigenvalue of K_tt, or over the largest if that is more
 WEAK = 0.3  # k over the mean eigenvalue of K_tt from which the weights begin to change
 ROUNDING = 1e-14  # in parts of the work of friction: a smaller change of E is rounding
+MET = 1e-12  # of the bound, or of the sum of all bounds: a smaller excess is rounding
 SMALL = 1e-6  # share of what friction holds below which tractions need not be accurate in parts of themselves
 LEVELS, LEVELLED = (
     60,
@@ -212,6 +213,15 @@ def admissible(problem: TangentialProblem, y: Array) -> Array:
     return clipped(y, problem.bound)
 
 
+def is_admissible(problem: TangentialProblem, q: Array) -> Array:
+    """Return whether tractions are within their discs, and of the given sum, but for rounding, () bool."""
+    fits = jnp.all(length(q) <= (1.0 + MET) * problem.bound)
+    if not problem.load_controlled:
+        return fits
+    missing = jnp.max(jnp.abs(jnp.sum(q, (1, 2)) - problem.target))
+    return fits & (missing <= MET * jnp.sum(problem.bound))
+
+
 def preconditioner(operator: TractionOperator, free: FreeDirections) -> Linear:
     """Return the approximate inverse of P (K_tt + k) P in the free directions; see the module."""
     local = operator.local()
@@ -285,7 +295,7 @@ def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Ar
 
 
 def _towards(problem: TangentialProblem, s: _Iterate, trial: _Trial) -> _Iterate:
-    """Go to the trial as far as the energy falls, and all the way in the first iteration, whose start is not admissible."""
+    """Go to the trial as far as the energy falls, and all the way from tractions that are not admissible."""
     step = trial.traction - s.traction
     lifted = problem.operator.along(step)
     slope, curvature = jnp.sum(step * s.slip), jnp.sum(step * lifted)
@@ -295,7 +305,7 @@ def _towards(problem: TangentialProblem, s: _Iterate, trial: _Trial) -> _Iterate
     bent = (turning / 2.0 - slope) / jnp.where(stiff, curvature + turning, 1.0)  # along the rim
     bent = jnp.where(stiff, bent, 1.0)
     lower = (slope + curvature / 2.0 <= rounding) & ((bent > NEARLY) | (jnp.abs(slope) <= rounding))
-    whole = (s.iterations == 0) | lower | (straight > NEARLY)
+    whole = jnp.isinf(s.error) | lower | (straight > NEARLY)
     share = jnp.where(whole, 1.0, jnp.maximum(straight, 0.0))
     q = jnp.where(whole, trial.traction, s.traction + share * step)
     u = s.displacement + share * lifted
@@ -325,8 +335,8 @@ def solve(
 ) -> TangentialSolution:
     """Solve from start tractions (2, nx, ny), which need not be admissible, and the displacement K_tt q under them.
 
-    At least one iteration is made, and each applies K_tt once. Where friction cannot hold a given sum, all cells slip
-    along it, and the error is one. The caller finds in ``error`` whether the tolerance was met.
+    Each iteration applies K_tt once; the first leads to admissible tractions. Where friction cannot hold a given sum, all
+    cells slip along it, and the error is one. The caller finds in ``error`` whether the tolerance was met.
     """
     asked, possible, bound = problem.target, held(problem), problem.bound
     sliding = start
@@ -336,13 +346,15 @@ def solve(
         problem = replace(problem, target=jnp.where(possible, asked, jnp.sum(sliding, (1, 2))))
     moved, nothing = displacement + problem.drift, jnp.zeros_like(start)
     shift = _shift(problem, start, moved, jnp.zeros(2))
+    slip = moved - shift[:, None, None]
+    error = jnp.where(is_admissible(problem, start), _error(problem, start, displacement, slip), jnp.inf)
     first = _Iterate(
-        start, displacement, shift, moved - shift[:, None, None], jnp.ones(()), jnp.zeros((), int),
+        start, displacement, shift, slip, error, jnp.zeros((), int),
         direction=nothing, earlier=nothing, descent=jnp.zeros(()), length=jnp.asarray(LENGTH),
         steepest=jnp.zeros((), bool), steepest_length=1.0 / problem.operator.local(),
     )  # fmt: skip
     further = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & possible
-    going = lambda s: (s.iterations == 0) | further(s)
+    going = lambda s: jnp.isinf(s.error) | further(s)
     improve = lambda s: _towards(problem, s, _trial(problem, s, sliding, possible))
     s = jax.lax.while_loop(going, improve, first)
     return _solution(problem, s, asked, possible)

@@ -114,6 +114,14 @@ class TractionOperator(abc.ABC):
     def largest(self) -> Array:
         """Return roughly the largest eigenvalue of ``along``, ()."""
 
+    @abc.abstractmethod
+    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
+
+    @abc.abstractmethod
+    def restricted(self) -> TractionOperator:
+        """Return the same operator on the grid of ``window_shape``, without derivative."""
+
 
 class Family(abc.ABC):
     """Several operators K_m on one grid, to be mixed."""
