@@ -295,9 +295,7 @@ def solve_on_grid(
     return found.pressure, found.iterations
 
 
-def solve_without_window(
-    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
-) -> Solution:
+def solve_without_window(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve as ``solve`` does, but without a search in a window first."""
     return _solution(problem, usable_start(problem, start), tolerance, max_iterations)
 
