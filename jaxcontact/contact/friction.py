@@ -197,12 +197,13 @@ def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
         tried = s.level + s.share * s.step
         excess, step = _excess(bound, y, total, tried)
         short_enough = jnp.sum(excess * s.step) <= -OVERSHOOT * jnp.sum(s.excess * s.step)
+        short_enough = short_enough | (s.evaluations == 0)
         new = _Level(tried, excess, step, jnp.ones(()), s.evaluations + 1)
         old = s._replace(share=SHORTER * s.share, evaluations=s.evaluations + 1)
         return jax.tree.map(lambda a, b: jnp.where(short_enough, a, b), new, old)
 
     going = lambda s: (jnp.max(jnp.abs(s.excess)) > LEVELLED * room) & (s.evaluations < LEVELS)
-    first = _Level(start, *_excess(bound, y, total, start), jnp.ones(()), jnp.zeros((), int))
+    first = _Level(start, jnp.full(2, 1.0 + room), jnp.zeros(2), jnp.ones(()), jnp.zeros((), int))
     return jax.lax.while_loop(going, improve, first).level
 
 
@@ -270,7 +271,7 @@ def _error(problem: TangentialProblem, q: Array, u: Array, slip: Array) -> Array
     return jnp.where(wrong > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), 0.0)
 
 
-class _Trial(NamedTuple):
+class _SlipTrial(NamedTuple):
     """Admissible tractions to go to; the free directions; the conjugate direction and its descent."""
 
     traction: Array
@@ -279,7 +280,7 @@ class _Trial(NamedTuple):
     descent: Array
 
 
-def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Array) -> _Trial:
+def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Array) -> _SlipTrial:
     """Return what is tried next; the tractions of sliding where the sum cannot be held."""
     q, slip = s.traction, s.slip
     free = free_directions(problem, q, slip)
@@ -291,10 +292,10 @@ def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Ar
     to_rim = jnp.where(free.slips, problem.bound - length(q), 0.0) * free.normal
     outwards = 1.0 + free.curvature / problem.operator.local()
     y = jnp.where(s.steepest, q - s.steepest_length * slip, (q - s.length * direction + to_rim) * outwards)
-    return _Trial(admissible(problem, jnp.where(possible, y, sliding)), free, direction, descent)
+    return _SlipTrial(admissible(problem, jnp.where(possible, y, sliding)), free, direction, descent)
 
 
-def _towards(problem: TangentialProblem, s: _Iterate, trial: _Trial) -> _Iterate:
+def _towards(problem: TangentialProblem, s: _Iterate, trial: _SlipTrial) -> _Iterate:
     """Go to the trial as far as the energy falls, and all the way from tractions that are not admissible."""
     step = trial.traction - s.traction
     lifted = problem.operator.along(step)
