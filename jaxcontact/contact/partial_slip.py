@@ -29,8 +29,8 @@ from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.contact.window import cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
-LOOSE = 1e-3  # tolerance of the first round
-TIGHTER = 0.03  # tolerance of all others, in parts of the error of coupling that the round before left
+LOOSE = 1e-2  # tolerance of the first round
+TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left
 FINAL = 0.3  # of the tolerance: both problems are not solved to less
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
