@@ -112,9 +112,9 @@ def solve(
     inside = _rounds(
         _in_window(problem, part), part(pressure), part(traction), tolerance, max_iterations, fits
     )
-    whole = lambda found, start: jnp.where(fits, paste(found, corner, start.shape), start)
-    pressure = whole(inside.normal.pressure, pressure)
-    traction = whole(inside.tangential.traction, traction)
+    on_grid = lambda found, start: jnp.where(fits, paste(found, corner, start.shape), start)
+    pressure = on_grid(inside.normal.pressure, pressure)
+    traction = on_grid(inside.tangential.traction, traction)
     taken = inside.taken
     found = _rounds(problem, pressure, traction, tolerance, max_iterations - taken, jnp.ones((), bool))
     return found._replace(taken=taken + found.taken, rounds=inside.rounds + found.rounds)
@@ -140,14 +140,10 @@ def _rounds(
     needed: Array,
 ) -> Round:
     """Solve on the grid of the problem; without a round if it is not ``needed``, otherwise by at least one."""
-    zero = jnp.zeros((), int)
     displacement = problem.operator.along(traction)
     if not problem.coupled:
         limit = jnp.where(needed, max_iterations, 0)
-        pressed = normal.solve_without_window(problem.under(0.0), pressure, tolerance, limit)
-        left = limit - pressed.iterations
-        sheared = friction.solve(problem.sheared(pressed.pressure), traction, displacement, tolerance, left)
-        return Round(pressed, sheared, pressed.iterations + sheared.iterations, zero + 1, jnp.ones((), bool))
+        return _uncoupled(problem, pressure, traction, displacement, tolerance, limit)
 
     def further(s: _RoundSearch) -> _RoundSearch:
         y, goal = _next(s), jnp.clip(TIGHTER * s.unsettled, FINAL * tolerance, LOOSE)
@@ -173,6 +169,22 @@ def _rounds(
         return needed & (more | (s.round.rounds == 0))
 
     return jax.lax.while_loop(going, further, _begin(problem, pressure, traction, displacement)).round
+
+
+def _uncoupled(
+    problem: SlipProblem,
+    pressure: Array,
+    traction: Array,
+    displacement: Array,
+    tolerance: Array,
+    max_iterations: Array,
+) -> Round:
+    """Solve both problems once; displacement: K_tt q of the start traction."""
+    pressed = normal.solve_without_window(problem.under(0.0), pressure, tolerance, max_iterations)
+    left, tangential = max_iterations - pressed.iterations, problem.sheared(pressed.pressure)
+    sheared = friction.solve(tangential, traction, displacement, tolerance, left)
+    taken = pressed.iterations + sheared.iterations
+    return Round(pressed, sheared, taken, jnp.ones((), int), jnp.ones((), bool))
 
 
 def _begin(problem: SlipProblem, pressure: Array, traction: Array, displacement: Array) -> _RoundSearch:

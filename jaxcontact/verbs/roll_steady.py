@@ -139,8 +139,9 @@ def _compiled(
     scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
-    across = velocity.ndim > 0
-    surface, observed = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
+    surface, observed = _surface(
+        experiment, kernels, vector / scale.length, across=velocity.ndim > 0, coupled=coupled
+    )
     profile = experiment.indenter.profile(experiment.grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
     contact = RollingContact(
