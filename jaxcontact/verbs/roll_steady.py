@@ -139,9 +139,8 @@ def _compiled(
     scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
-    surface, observed = _surface(
-        experiment, kernels, vector / scale.length, across=velocity.ndim > 0, coupled=coupled
-    )
+    across = velocity.ndim > 0
+    surface, observed = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
     profile = experiment.indenter.profile(experiment.grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
     contact = RollingContact(
@@ -161,13 +160,18 @@ def _compiled(
     numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
     numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
     in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile)
+    in_si |= _powers(in_si, speed)
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
+
+
+def _powers(in_si: dict[str, Array], speed: Array) -> dict[str, Array]:
+    """Return the powers, and the force of hysteresis, in SI units."""
     friction_power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
-    in_si |= {
+    return {
         "friction_power": friction_power,
         "power": in_si["hysteresis_power"] + friction_power,
         "hysteresis_force": in_si["hysteresis_power"] / speed,
     }
-    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
 
 
 _run = Program(_compiled, ("forced", "coupled"))
