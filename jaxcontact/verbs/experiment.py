@@ -28,6 +28,7 @@ from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
+from jaxcontact.operators.traction_kernels import TractionKernels
 from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
@@ -69,7 +70,7 @@ class Experiment:
     grid: Grid
     tolerance: Array
     max_iterations: Array
-    kernels: Kernels | VaryingKernels | None
+    kernels: Kernels | VaryingKernels | TractionKernels | None
     valid: Array | None
     options: Options = static()
     film_map: ThicknessMap | None
