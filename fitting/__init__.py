@@ -36,6 +36,7 @@ from fitting.io.growth_reader import read_growth as read_growth
 from fitting.io.modulus_reader import read_oscillation as read_oscillation
 from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
+from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
@@ -77,6 +78,7 @@ __all__ = [
     "posterior",
     "propagate",
     "read_creep",
+    "read_force",
     "read_growth",
     "read_indentation",
     "read_oscillation",

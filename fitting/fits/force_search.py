@@ -45,15 +45,15 @@ class Approach(NamedTuple):
     def of(cls, data: IndentationData) -> "Approach":
         """Return the approach of a curve; ValueError for fewer than 10 points."""
         some = data.segments == "approach"
-        if some.sum() < LEAST:
-            raise ValueError(
-                f"data: expected at least {LEAST} points of an approach, got {some.sum()} of {some.size} points"
-            )
+        if some.sum() < LEAST:  # not marked: up to the largest depth
+            some = np.ones(data.t.size, dtype=bool)
         t, load, depth = data.t[some], data.load[some], data.depth[some]
         inward, pushed = signs(load - np.median(load[: max(load.size // 10, 5)]), depth)
         zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
         stop = int(np.argmax(depth)) + 1
-        notes = [] if some.all() else [f"approach: {stop} of {some.size} points"]
+        if stop < LEAST:
+            raise ValueError(f"data: expected at least {LEAST} points of an approach, got {stop} of {some.size} points")
+        notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
         notes += [f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0]
         return cls(t[:stop] - t[0], load[:stop], depth[:stop], 1, float(zero), inward, tuple(notes))
 
@@ -156,6 +156,11 @@ class ForceProblem(NamedTuple):
         points = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
         n = self.sample.t.size
         forces = np.asarray(unit_forces(points, self.padded))[:, :n]
+        if not np.any(np.isfinite(forces).all(1)):
+            raise ValueError(
+                f"thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got"
+                f" more for every contact point on a way of {self.units[1]:.3g} m"
+            )
         found = [_linear(force, self.curve, point) for force, point in zip(forces, points, strict=True)]
         rss = np.array([one[0] for one in found])
         lowest = [i for i in range(TRIALS) if rss[i] <= rss[max(i - 1, 0)] and rss[i] <= rss[min(i + 1, TRIALS - 1)]]

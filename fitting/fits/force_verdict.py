@@ -14,9 +14,10 @@ import numpy as np
 from fitting.fits.force_search import ForceProblem
 from fitting.inference.conclusion import FitProblem
 from fitting.inference.evidence import Sample, Solved
+from fitting.models.force_curve import indentation_force
 from fitting.search import nonlinear
 
-CHANGE = 0.25  # of the logarithm of the modulus between half the depth and the whole
+CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole
 TREND = 0.05  # of the largest force
 WINDOW = 0.05  # fraction of the points in a running mean of the residuals
 SEEN = 5.0  # least indentation force in standard deviations of the baseline
@@ -68,7 +69,7 @@ def _missing(force: ForceProblem, solved: Solved) -> tuple[str, ...]:
         )
     deviations = solved.residual / solved.weights / force.units[0]
     noise = float(np.std(deviations[outside]))
-    pushed = float(np.max((np.asarray(curve.load) - theta[3] - theta[4] * np.asarray(curve.t))[~outside], initial=0.0))
+    pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
     if pushed < SEEN * noise:
         return (
             f"no indentation: the force rises by {pushed * force.units[0] * 1e12:.3g} pN, the noise of the baseline is"

@@ -176,6 +176,48 @@ def read_indentation(
     return dataclasses.replace(data, notes=(*data.notes, note))
 
 
+def read_force(
+    path: str | os.PathLike, *, curve: int | str | None = None, spring_constant: float | None = None,
+    sensitivity: float | None = None, columns: dict | None = None, units: dict | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> IndentationData:  # fmt: skip
+    """Read a force curve for ``fit_force``, with its baseline and all segments.
+
+    Args:
+        path: a force curve of JPK, Asylum (Igor), Bruker, AFM Workshop, HDF5 or NT-MDT through the library afmformats, or
+            a text file as in ``read_indentation``.
+        curve: which of several curves in the file, by position from 0 or by name.
+        spring_constant: of the cantilever [N/m], where the file does not state it.
+        sensitivity: of the deflection [m/V], where the file does not state it.
+        columns, units, decimal: as in ``read_indentation``, for a text file.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+
+    Returns:
+        The curve in SI. If the file has no times, the points are numbered in their place, with a note.
+
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
+        ImportError: a microscope's format without afmformats.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "curve.txt"
+        >>> rows = "".join(f"{t}\\t{max(t - 9, 0)}\\t{10 * t}\\n" for t in range(20))
+        >>> _ = file.write_text("Time (s)\\tLoad (nN)\\tDepth (nm)\\n" + rows)
+        >>> print(fitting.read_force(file).load.max())
+        1e-08
+    """
+    if afm.is_force_curve(path):
+        if columns or units or decimal:
+            raise ValueError(
+                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
+            )
+        data = build(os.fspath(path), IndentationData, **afm.read(path, curve, spring_constant, sensitivity, untimed=True))
+    else:
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+    return data.window(*window) if window else data
+
+
 def _indentation_text(
     path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
     spring_constant: float | None, decimal: str | None,

@@ -6,7 +6,7 @@ import re
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
-        "model", "nu", "segment", "sigma", "spring_constant", "start", "stress", "tau", "temperature",
+        "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start", "stress", "tau", "temperature",
         "weights", "window", "bulk_modulus",
     )},
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
