@@ -22,7 +22,9 @@ def add_force(parser: Any) -> None:
     tip = parser.add_mutually_exclusive_group()
     tip.add_argument("--radius", type=float, metavar="R", help="a ball of this radius [m]")
     tip.add_argument("--cone", type=float, metavar="A", help="a cone of this half-angle [degrees]")
-    pyramid = f"a four-sided pyramid of this half-angle between axis and face [degrees] (the default, {FACE:g})"
+    pyramid = (
+        f"a four-sided pyramid of this half-angle between axis and face [degrees] (the default, {FACE:g})"
+    )
     tip.add_argument("--pyramid", type=float, metavar="A", help=pyramid)
     tip.add_argument("--punch", type=float, metavar="R", help="a flat punch of this radius [m]")
     parser.add_argument("--nu", type=float, default=0.5, help="Poisson's ratio of the sample (0.5)")

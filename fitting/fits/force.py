@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
-from fitting.fits.force_search import NUISANCES, Approach, ForceProblem, Setup, trimmed
+from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
 from fitting.fits.force_verdict import deviation
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
@@ -82,8 +82,14 @@ class ForceFit(Fit):
         ]
 
     def _conditions(self) -> list[str]:
-        body = "a half-space" if self.thickness is None else f"a layer of {self.thickness:.4g} m bonded to a rigid base"
-        return [f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m"]
+        body = (
+            "a half-space"
+            if self.thickness is None
+            else f"a layer of {self.thickness:.4g} m bonded to a rigid base"
+        )
+        return [
+            f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m"
+        ]
 
 
 def fit_force(
@@ -135,12 +141,14 @@ def fit_force(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
     setup = Setup.of(indenter, nu, thickness, bounds)
-    approach = trimmed(Approach.of(data), setup).thinned()
+    approach = trimmed(ApproachCurve.of(data), setup).thinned()
     force = ForceProblem.of(approach, setup, weights, sigma)
     problem = FitProblem(data, setup.sought, force.space, force.sample, float(approach.t[-1]), level)
     solved = least_squares(problem, force.objective, force.starts())
     off = deviation(problem, force, solved)
-    solved = solved._replace(left=off.left, against=off.against, notes=(*_notes(force, solved.theta), *off.notes))
+    solved = solved._replace(
+        left=off.left, against=off.against, notes=(*_notes(force, solved.theta), *off.notes)
+    )
     concluded = conclude(problem, solved)
     return concluded.fit(ForceFit, **_own(force, solved, concluded, polynomials))
 
@@ -161,7 +169,9 @@ def _own(force: ForceProblem, solved: Any, concluded: Any, polynomials: bool) ->
     }  # fmt: skip
 
 
-def _nuisances(force: ForceProblem, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
+def _nuisances(
+    force: ForceProblem, theta: np.ndarray, ends: np.ndarray
+) -> dict[str, tuple[float, float, float]]:
     """Return {name: (value, low, high)} in SI units; the contact point as a measured depth."""
     rows = np.column_stack([theta, ends])[2:] * force.space.unit[2:, None]
     approach = force.approach
@@ -178,7 +188,9 @@ def _notes(force: ForceProblem, theta: np.ndarray) -> tuple[str, ...]:
         notes.append(f"{approach.t.size} points are means of {approach.each} samples each")
     thickness, depth = force.setup.thickness, float((1.0 - theta[2]) * force.units[1])
     if thickness is not None and depth > STRAIN * thickness:
-        notes.append(f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful")
+        notes.append(
+            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
+        )
     return tuple(notes)
 
 
@@ -186,7 +198,9 @@ def _polynomials(force: ForceProblem, solved: Any, E: float) -> dict[str, tuple[
     """Return {name: (E [Pa], relative deviation)} with the approximations for this indenter and nu."""
     found = {}
     setup, depth = force.setup, force.units[1]
-    for name, layer in thickness_polynomials.layers(setup.indenter, setup.thickness, setup.sought.volume.value).items():
+    for name, layer in thickness_polynomials.approximations(
+        setup.indenter, setup.thickness, setup.sought.volume.value
+    ).items():
         scaled = layer._replace(scale=layer.scale * depth**layer.power)
         other = force._replace(curve=force.curve._replace(layer=scaled))
         theta = nonlinear.minimise(other.objective(solved.weights), solved.theta).theta

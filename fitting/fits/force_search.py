@@ -27,7 +27,7 @@ LEAST = 10  # fewest points
 NUISANCES = dict(zip(PARTS, ("m", "N", "N/s"), strict=True))
 
 
-class Approach(NamedTuple):
+class ApproachCurve(NamedTuple):
     """The approach of a force curve: t [s], load [N] and depth [m], (n,), positive inwards, from the first point on.
 
     each: number of samples in a point; zero [m]: inward depth of the first point; inward: its sign in the file; notes.
@@ -42,7 +42,7 @@ class Approach(NamedTuple):
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, data: IndentationData) -> "Approach":
+    def of(cls, data: IndentationData) -> "ApproachCurve":
         """Return the approach of a curve; ValueError for fewer than 10 points."""
         some = data.segments == "approach"
         if some.sum() < LEAST:  # not marked: up to the largest depth
@@ -52,17 +52,23 @@ class Approach(NamedTuple):
         zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST:
-            raise ValueError(f"data: expected at least {LEAST} points of an approach, got {stop} of {some.size} points")
+            raise ValueError(
+                f"data: expected at least {LEAST} points of an approach, got {stop} of {some.size} points"
+            )
         notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
-        notes += [f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0]
+        notes += [
+            f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0
+        ]
         return cls(t[:stop] - t[0], load[:stop], depth[:stop], 1, float(zero), inward, tuple(notes))
 
-    def since(self, first: int) -> "Approach":
+    def since(self, first: int) -> "ApproachCurve":
         """Return the curve from a point on."""
         depth, t = self.depth[first:], self.t[first:]
-        return self._replace(t=t - t[0], load=self.load[first:], depth=depth - depth[0], zero=self.zero + depth[0])
+        return self._replace(
+            t=t - t[0], load=self.load[first:], depth=depth - depth[0], zero=self.zero + depth[0]
+        )
 
-    def thinned(self, most: int = MOST) -> "Approach":
+    def thinned(self, most: int = MOST) -> "ApproachCurve":
         """Return means of neighbouring points, at most ``most``."""
         each = -(-self.t.size // most)
         count = self.t.size // each
@@ -109,7 +115,7 @@ class ForceProblem(NamedTuple):
     units (load [N], depth [m], duration [s], compliance [1/Pa]); sample: load over depth [m].
     """
 
-    approach: Approach
+    approach: ApproachCurve
     setup: Setup
     curve: ForceCurve
     units: tuple[float, float, float, float]
@@ -117,12 +123,14 @@ class ForceProblem(NamedTuple):
     sample: Sample
 
     @classmethod
-    def of(cls, approach: Approach, setup: Setup, weights: str | None, sigma: Any) -> "ForceProblem":
+    def of(cls, approach: ApproachCurve, setup: Setup, weights: str | None, sigma: Any) -> "ForceProblem":
         """Return the scaled problem of an approach; ValueError where nothing changes in it."""
         probe, share = probe_of(setup.indenter), setup.sought.volume.share
         load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
         if not (load > 0 and depth > 0 and T > 0):
-            raise ValueError(f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s")
+            raise ValueError(
+                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
+            )
         base = float(np.median(approach.load[: max(approach.load.size // 10, 5)]))
         compliance = probe.size * depth**probe.power / (share * load)
         units = load, depth, T, compliance
@@ -130,7 +138,13 @@ class ForceProblem(NamedTuple):
         above = approach.load - base
         weight, label = choose_weights(approach.t, above, weights, sigma)
         curve = ForceCurve(
-            approach.t / T, approach.depth / depth, above / load, weight * load, probe.power, _layer(setup, depth), extra
+            approach.t / T,
+            approach.depth / depth,
+            above / load,
+            weight * load,
+            probe.power,
+            _layer(setup, depth),
+            extra,
         )
         sample = ForceSample.of(("load", "N", approach.depth, above), weight, label)
         return cls(approach, setup, curve, units, _space(setup, units), sample)
@@ -138,12 +152,18 @@ class ForceProblem(NamedTuple):
     @property
     def padded(self) -> ForceCurve:
         """The curve, padded to a common length."""
-        arrays = {name: padding.repeated(np.asarray(getattr(self.curve, name))) for name in ("t", "depth", "load")}
+        arrays = {
+            name: padding.repeated(np.asarray(getattr(self.curve, name))) for name in ("t", "depth", "load")
+        }
         return self.curve._replace(weights=padding.without_weight(self.curve.weights), **arrays)
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (n,) [1/N]."""
-        curve, n, space = self._replace(curve=self.curve._replace(weights=weights * self.units[0])).padded, weights.size, self.space
+        curve, n, space = (
+            self._replace(curve=self.curve._replace(weights=weights * self.units[0])).padded,
+            weights.size,
+            self.space,
+        )
         return Objective(
             lambda theta: np.asarray(residuals(theta, curve))[:n],
             lambda theta, free: np.asarray(slopes(theta, curve))[:n, free],
@@ -158,15 +178,19 @@ class ForceProblem(NamedTuple):
         forces = np.asarray(unit_forces(points, self.padded))[:, :n]
         if not np.any(np.isfinite(forces).all(1)):
             raise ValueError(
-                f"thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got"
-                f" more for every contact point on a way of {self.units[1]:.3g} m"
+                "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
+                f" {thin_layer.LARGEST:g}, got more for every contact point on a way of {self.units[1]:.3g} m"
             )
         found = [_linear(force, self.curve, point) for force, point in zip(forces, points, strict=True)]
         rss = np.array([one[0] for one in found])
-        lowest = [i for i in range(TRIALS) if rss[i] <= rss[max(i - 1, 0)] and rss[i] <= rss[min(i + 1, TRIALS - 1)]]
+        lowest = [
+            i for i in range(TRIALS) if rss[i] <= rss[max(i - 1, 0)] and rss[i] <= rss[min(i + 1, TRIALS - 1)]
+        ]
         best = sorted((i for i in lowest if np.isfinite(rss[i])), key=lambda i: rss[i])[:3]
         if not best:
-            raise ValueError("data: expected a force that rises with depth, got none: no contact in the curve")
+            raise ValueError(
+                "data: expected a force that rises with depth, got none: no contact in the curve"
+            )
         return [np.clip(found[i][1], *self.space.bounds) for i in best]
 
 
@@ -200,14 +224,15 @@ def _space(setup: Setup, units: tuple[float, float, float, float]) -> SearchSpac
     box = np.array([ends, [0.0, 0.0], [0.0, 1.0], [-2.0, 2.0], [-4.0, 4.0]])
     material = np.array([True, True, False, False, False])
     names = (next(iter(structure.where)), "", *PARTS)
+    unit = np.array([compliance, compliance / T, depth, load, load / T])
     return SearchSpace(
-        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.array([compliance, compliance / T, depth, load, load / T]),
+        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=unit,
         logarithmic=np.arange(5) == 0, material=material, names=names,
         open=np.stack([np.array([low == 0.0, *[False] * 4]), np.array([np.isinf(high), *[False] * 4])], -1),
     )  # fmt: skip
 
 
-def trimmed(approach: Approach, setup: Setup) -> Approach:
+def trimmed(approach: ApproachCurve, setup: Setup) -> ApproachCurve:
     """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
     coarse = approach.thinned(200)
     problem = ForceProblem.of(coarse, setup, "absolute", None)

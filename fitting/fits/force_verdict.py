@@ -7,7 +7,7 @@ modulus changes by more than ``CHANGE`` or the trend exceeds ``TREND`` of the la
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ TREND = 0.05  # of the largest force
 WINDOW = 0.05  # fraction of the points in a running mean of the residuals
 SEEN = 5.0  # least indentation force in standard deviations of the baseline
 SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
+FEW = 8  # fewest points in contact
 HALF = 0.5  # of the largest depth
 
 
@@ -67,6 +68,8 @@ def _missing(force: ForceProblem, solved: Solved) -> tuple[str, ...]:
             f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
             " the contact point is not determined",
         )
+    if (~outside).sum() < FEW:
+        return (f"no indentation: {int((~outside).sum())} points after the contact point",)
     deviations = solved.residual / solved.weights / force.units[0]
     noise = float(np.std(deviations[outside]))
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))

@@ -212,7 +212,11 @@ def read_force(
             raise ValueError(
                 f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
             )
-        data = build(os.fspath(path), IndentationData, **afm.read(path, curve, spring_constant, sensitivity, untimed=True))
+        data = build(
+            os.fspath(path),
+            IndentationData,
+            **afm.read(path, curve, spring_constant, sensitivity, untimed=True),
+        )
     else:
         data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
     return data.window(*window) if window else data

@@ -16,7 +16,7 @@ from jax import Array
 from fitting.models.thin_layer import ThinLayer, kind_of
 
 GARCIA = "Garcia and Garcia 2018"
-FACTORS = {
+FACTORS: dict[str, dict[str, tuple[float, ...]]] = {
     "ball": {
         "Dimitriadis 2002": (1.0, 1.133, 1.283, 0.769, 0.0975),
         GARCIA: (1.0, 1.133, 1.497, 1.469, 0.755),
@@ -39,7 +39,7 @@ class PolynomialLayer(NamedTuple):
         return jnp.polyval(jnp.flip(jnp.asarray(self.coefficients)), self.scale * depth**self.power)
 
 
-def layers(indenter: Any, thickness: float | None, nu: float) -> dict[str, PolynomialLayer]:
+def approximations(indenter: Any, thickness: float | None, nu: float) -> dict[str, PolynomialLayer]:
     """Return {name: factor} of the approximations for an indenter; none on a half-space or for nu other than 0.5."""
     if thickness is None or nu != 0.5:
         return {}

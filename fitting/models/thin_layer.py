@@ -36,10 +36,10 @@ import jaxcontact as jc
 
 LARGEST = 10.0  # largest chi of the table
 WIDEST = 20.0  # largest a/h
-NODES = 64  # of the contact radius
+NODES = 56  # of the contact radius
 DECAY = 17.0  # wavenumber times thickness beyond which H is 1 to rounding
 LEAST_PANELS = 14  # of wavenumbers
-RADII, DEGREE = 88, 40  # number of radii that are solved, and degree in log(1 + chi)
+RADII, DEGREE = 64, 34  # number of radii that are solved, and degree in log(1 + chi)
 BEYOND = 1.15  # end of the samples, where the table ends at 1
 STEP = 1e-30  # of nu, imaginary
 KINDS = ("ball", "cone", "punch")

@@ -1,5 +1,6 @@
 """Force curves: modulus, contact point and baseline of curves that other solutions made, and the verdicts."""
 
+import functools
 import json
 
 import numpy as np
@@ -32,11 +33,12 @@ def curve(load, depth=Z * DEEP):
     return fitting.IndentationData(t=T, load=load, depth=depth)
 
 
+@functools.cache
 def thin(nu, chi):
     """(depth, load) of a ball on a layer with thickness 1 um, up to sqrt(R depth)/thickness = chi, by the other solution."""
     h, G = 1e-6, E / 2.0 / (1.0 + nu)
     body = abel.Layered(1.0, nu, 1.0, 1e12, 0.3)
-    contacts = [abel.solve_radius(a, body, 1.0) for a in np.geomspace(0.02, 3.0 * chi, 60)]
+    contacts = [abel.solve_radius(a, body, 1.0, modes=16) for a in np.geomspace(0.05, 2.0 * chi, 24)]
     deep, load = np.array([(one.approach, one.load) for one in contacts]).T
     depth = Z * (chi * h) ** 2 / RADIUS
     scaled = np.maximum(depth, 0.0) * RADIUS / h**2
@@ -47,7 +49,7 @@ def thin(nu, chi):
 @pytest.mark.parametrize("nu", [0.3, 0.5])
 def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
     depth, load = thin(nu, 1.5)
-    for seed in range(3):
+    for seed in range(2):
         fit = fitting.fit_force(curve(noisy(load, seed), depth), indenter=BALL, nu=nu, thickness=1e-6)
         assert not fit.refused
         assert fit.values["G"] == pytest.approx(E / 2.0 / (1.0 + nu), rel=3e-3)
@@ -60,7 +62,11 @@ def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
 def test_the_laws_of_a_half_space(tip):
     """Hertz, Love and Boussinesq as printed in K. L. Johnson, Contact Mechanics, 1985, for E/(1 - nu^2)."""
     d, plane = np.maximum(Z * DEEP, 0.0), E / (1.0 - 0.4**2)
-    laws = {"Sphere": hertz(d, 0.4), "Cone": 2.0 / np.pi * plane * np.tan(0.6) * d**2, "FlatPunch": 4e-6 * plane * d}
+    laws = {
+        "Sphere": hertz(d, 0.4),
+        "Cone": 2.0 / np.pi * plane * np.tan(0.6) * d**2,
+        "FlatPunch": 4e-6 * plane * d,
+    }
     load = noisy(laws[type(tip).__name__], 3)
     fit = fitting.fit_force(curve(load), indenter=tip, nu=0.4)
     low, high = fit.youngs_modulus[1:]
@@ -78,7 +84,7 @@ def test_signs_and_the_depth_of_the_contact_are_those_of_the_file():
 
 
 def test_a_long_curve_is_thinned_and_its_baseline_cut():
-    t = np.linspace(0.0, 10.0, 20001)
+    t = np.linspace(0.0, 10.0, 5001)
     depth = np.linspace(-9e-6, 1e-6, t.size)
     load = hertz(depth) + 1e-11 * np.random.default_rng(0).standard_normal(t.size)
     fit = fitting.fit_force(fitting.IndentationData(t=t, load=load, depth=depth), indenter=BALL)
@@ -89,7 +95,9 @@ def test_a_long_curve_is_thinned_and_its_baseline_cut():
 def test_the_retract_is_left_out():
     load, depth = hertz(Z * DEEP), Z * DEEP
     both = fitting.IndentationData(
-        t=np.append(T, 1.0 + T[1:]), load=np.append(load, 0.6 * load[-2::-1]), depth=np.append(depth, depth[-2::-1])
+        t=np.append(T, 1.0 + T[1:]),
+        load=np.append(load, 0.6 * load[-2::-1]),
+        depth=np.append(depth, depth[-2::-1]),
     )
     assert fitting.fit_force(both, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-4)
 
@@ -103,7 +111,9 @@ def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_refused_in_a_use
     assert not plain.refused and not slight.refused and width(slight) > 4.0 * width(plain)
     assert any("rises by" in note for note in slight.notes)
     strong = fitting.fit_force(curve(noisy(hertz(d * DEEP) * (1.0 + 8.0 * d**2), 0)), indenter=BALL)
-    assert strong.verdict == "refused" and "stiffen" in strong.refused[0] and "--thickness" in strong.refused[0]
+    assert (
+        strong.verdict == "refused" and "stiffen" in strong.refused[0] and "--thickness" in strong.refused[0]
+    )
     assert not strong.identified["G"]
 
 
@@ -116,10 +126,10 @@ def test_curves_without_contact_or_baseline_say_so():
 
 
 def test_the_polynomials_are_printed_with_their_deviation():
-    depth, load = thin(0.5, 0.5)
+    depth, load = thin(0.5, 1.5)
     fit = fitting.fit_force(curve(noisy(load, 0), depth), indenter=BALL, thickness=1e-6, polynomials=True)
     E0, off = fit.polynomials["Dimitriadis 2002"]
-    assert off > 0.03 and E0 == pytest.approx(fit.youngs_modulus[0] * (1.0 + off))
+    assert off > 0.15 and pytest.approx(fit.youngs_modulus[0] * (1.0 + off)) == E0
     assert "Garcia and Garcia 2018: E = " in fit.summary()
 
 
@@ -150,7 +160,10 @@ def test_intervals_hold_the_modulus_and_the_contact_point():
     [
         ({"thickness": -1.0}, "thickness: expected > 0 m, got -1.0"),
         ({"thickness": 1e-6, "nu": -0.1}, "nu: expected 0 to 0.5 for a thin layer, got -0.1"),
-        ({"thickness": 1e-6, "indenter": jc.Sphere(1e-6, jc.Elastic(1e9, 0.3))}, "indenter: expected a rigid one"),
+        (
+            {"thickness": 1e-6, "indenter": jc.Sphere(1e-6, jc.Elastic(1e9, 0.3))},
+            "indenter: expected a rigid one",
+        ),
         ({"thickness": 1e-9}, "thickness: expected a sample with .* up to 10, got"),
     ],
     ids=["thickness", "nu", "material", "too thin"],
@@ -163,7 +176,9 @@ def test_mistakes(given, message):
 def test_other_data_and_curves_without_approach():
     with pytest.raises(ValueError, match="data: expected IndentationData, got list"):
         fitting.fit_force([], indenter=BALL)
-    falling = fitting.IndentationData(t=T, load=hertz(-Z * DEEP), depth=-Z * DEEP, marks=np.full(T.size, "retract"))
+    falling = fitting.IndentationData(
+        t=T, load=hertz(-Z * DEEP), depth=-Z * DEEP, marks=np.full(T.size, "retract")
+    )
     with pytest.raises(ValueError, match="data: expected"):
         fitting.fit_force(falling, indenter=BALL)
 
@@ -193,7 +208,8 @@ def test_a_file_of_afm_workshop_without_times(tmp_path):
     height = 5e-6 - Z * DEEP - load / k
     columns = "Extend Z-Sense(nm),Extend Force(nN),Retract Z-Sense(nm),Retract Force(nN)\n"
     rows = "".join(
-        f"{1e9 * z:.6f},{1e9 * F:.9f},{1e9 * z:.6f},{1e9 * F:.9f}\n" for z, F in zip(height, load, strict=True)
+        f"{1e9 * z:.6f},{1e9 * F:.9f},{1e9 * z:.6f},{1e9 * F:.9f}\n"
+        for z, F in zip(height, load, strict=True)
     )
     path = tmp_path / "single.csv"
     path.write_text(WORKSHOP + columns + rows)
