@@ -15,10 +15,14 @@ HEADS = ("Force-Distance Curve", "# afmformats")  # first lines of files of AFM 
 
 
 def is_force_curve(path: str | os.PathLike) -> bool:
-    """Return whether the file name ends like that of a force curve, or its first line begins with one of ``HEADS``."""
+    """Return whether the file name ends like that of a force curve."""
+    return os.fspath(path).lower().endswith(SUFFIXES)
+
+
+def is_force_text(path: str | os.PathLike) -> bool:
+    """Return whether a text file is a force curve of AFM Workshop or afmformats, whose first lines are ``HEADS``."""
     name = os.fspath(path)
-    text = name.lower().endswith((".csv", ".tab"))
-    return name.lower().endswith(SUFFIXES) or (text and _first_line(name).startswith(HEADS))
+    return name.lower().endswith((".csv", ".tab")) and _first_line(name).startswith(HEADS)
 
 
 def _first_line(name: str) -> str:

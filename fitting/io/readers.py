@@ -16,13 +16,15 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data import units as unit_table
 from fitting.data.contact import tip_depth
 from fitting.data.curves import CONVENTIONS, CreepData
 from fitting.data.indentation import ERRORS, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, constancy, mending, onset
+from fitting.io.cells import number
 from fitting.io.columns import Series, Wanted, has, locate, series
-from fitting.io.names import says_shear
+from fitting.io.names import kind_of, says_shear
 from fitting.io.table import Table, read_table
 
 TIME = Wanted("t", ("step time", "time"))
@@ -43,6 +45,9 @@ OF = {
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
 AIR = 5  # number of points before contact below which no note is made
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+STATED = re.compile(
+    r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
+)
 SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
 
 
@@ -207,7 +212,7 @@ def read_force(
         >>> print(fitting.read_force(file).load.max())
         1e-08
     """
-    if afm.is_force_curve(path):
+    if afm.is_force_curve(path) or afm.is_force_text(path):
         if columns or units or decimal:
             raise ValueError(
                 f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
@@ -282,7 +287,7 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
                     f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
                 )
         return TIME, COMPLIANCE
-    alone = stress is not None or _fact(STRESS_FACT, table.blocks[0].before) is not None
+    alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
     if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
         raise ValueError(
             f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
@@ -348,7 +353,7 @@ def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
                 f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
             )
         return taken
-    value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)
+    value = _stated_stress(taken.before) if stress is None else float(stress)
     if not value or not np.isfinite(value):
         raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
     values = taken.values | {"stress": np.full(taken.lines.size, value)}
@@ -384,6 +389,19 @@ def _fact(pattern: str, text: str) -> float | None:
         return float(found[-1]) if found else None
     except ValueError:
         return None
+
+
+def _stated_stress(text: str) -> float | None:
+    """Return the one stress [Pa] that the text above the columns states with its unit ("Stress: 100 Pa"), or None."""
+    found = set()
+    for line in text.splitlines():
+        parts = STATED.fullmatch(line)
+        kind = parts and kind_of(parts["name"])
+        if parts and kind in STRESS.names and unit_table.is_unit("stress", parts["unit"]):
+            value = number(parts["value"], ".")
+            value = number(parts["value"], ",") if value is None else value
+            found |= set() if value is None else {value * unit_table.factor("stress", parts["unit"])}
+    return found.pop() if len(found) == 1 else _fact(STRESS_FACT, text)
 
 
 def once(notes: tuple[str, ...]) -> tuple[str, ...]:
