@@ -108,7 +108,7 @@ def fit_force(
     of more than 1000 points is replaced by means of neighbouring points.
 
     Where the residuals have a trend, the intervals include the change of the modulus from half the depth to the whole; the
-    fit is refused where that exceeds 49 %, or the trend 5 % of the largest force.
+    fit is rejected where that exceeds 49 %, or the trend 5 % of the largest force.
 
     Args:
         data: the curve with load [N] and depth [m] = height - load/spring constant, including the baseline before contact

@@ -102,7 +102,7 @@ def test_the_retract_is_left_out():
     assert fitting.fit_force(both, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-4)
 
 
-def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_refused_in_a_users_words():
+def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_rejected_in_a_users_words():
     """A sample that stiffens with depth by a factor 1 + c d."""
     d = np.maximum(Z, 0.0)
     slight = fitting.fit_force(curve(noisy(hertz(d * DEEP) * (1.0 + 0.15 * d), 0)), indenter=BALL)
@@ -112,7 +112,7 @@ def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_refused_in_a_use
     assert any("rises by" in note for note in slight.notes)
     strong = fitting.fit_force(curve(noisy(hertz(d * DEEP) * (1.0 + 8.0 * d**2), 0)), indenter=BALL)
     assert (
-        strong.verdict == "refused" and "stiffen" in strong.refused[0] and "--thickness" in strong.refused[0]
+        strong.verdict == "rejected" and "stiffen" in strong.refused[0] and "--thickness" in strong.refused[0]
     )
     assert not strong.identified["G"]
 
