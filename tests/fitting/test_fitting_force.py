@@ -138,7 +138,8 @@ def test_the_summary_the_dictionary_and_the_figure(tmp_path):
     assert "E     =" in fit.summary() and "contact point" in fit.summary()
     found = json.loads(fit.to_json())
     assert found["youngs_modulus_Pa"]["low"] < E < found["youngs_modulus_Pa"]["high"]
-    top, bottom, _ = fit.plot(tmp_path / "fit.png").axes
+    top, bottom, below = fit.plot(tmp_path / "fit.png").axes
+    assert "E = 1.2" in below.texts[0].get_text() and "contact point at" in below.texts[0].get_text()
     assert top.get_ylabel() == "force [nN]" and bottom.get_ylabel() == "residual [pN]"
     assert bottom.get_xlabel().startswith("depth below the contact point [")
 
