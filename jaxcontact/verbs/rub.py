@@ -163,10 +163,10 @@ class Rubs(TimedExperiment):
         velocity: Any,
         law: Any,
         grid: Grid,
-        friction: Any,
-        wears: str,
-        thermal: Thermal | None,
-        thickest: Any,
+        friction: Any = 0.0,
+        wears: str = "film",
+        thermal: Thermal | None = None,
+        thickest: Any = None,
         **options: Any,
     ) -> Self:
         checks.one_of("wears", wears, "film", "indenter")
