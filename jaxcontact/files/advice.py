@@ -8,7 +8,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxcontact.files.case_file import Case, CaseError
+from jaxcontact.files.case_file import Case, CaseError, tables_named
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters.predicted_contact import predicted
@@ -89,7 +89,7 @@ def describe_strain(case: Case) -> str:
 
 def estimated_strain(case: Case) -> float | None:
     """Return the estimated largest film strain for a ball pressed on a single film; None for any other case."""
-    single_film = len(case.body_for_estimates.layers) == 1
+    single_film = len(tables_named("layer", case.tables)) == 1
     if not (single_film and isinstance(case.indenter, Sphere) and KINDS[case.kind].stationary):
         return None
     return predicted(case.body_for_estimates, case.indenter.outline(), case.control, case.times).film_strain

@@ -30,7 +30,7 @@ from jaxcontact.files.case_schema import (
     Accept,
     Key,
     Keys,
-    Part,
+    CasePart,
     choice,
     sections_of,
 )
@@ -409,7 +409,7 @@ def _parts(kind: str, tables: Table) -> Table:
     return {argument: functools.reduce(operator.add, objects) for argument, objects in found.items()}
 
 
-def _part(part: Part, table: Table) -> Any:
+def _part(part: CasePart, table: Table) -> Any:
     absent = {name: None for name, key in part.keys.items() if not key.required and key.default is None}
     return part.makes(**absent | {name: _as_float(value) for name, value in table.items()})
 

@@ -60,6 +60,12 @@ class Key:
         return f"{self.accept.words}: {self.meaning}{absent}" if self.meaning else self.accept.words
 
 
+def or_file(accept: Accept) -> Accept:
+    """A value, or the name of a .npy file with one value for each cell."""
+    named = lambda v: isinstance(v, str) and v.endswith(".npy")
+    return Accept(lambda v: named(v) or accept.test(v), f"{accept.words}, or a .npy file")
+
+
 SMALLEST, LARGEST = 1e-30, 1e30  # of any quantity: products and squares of them stay within float64
 MOST_CELLS, MOST_TIMES, MOST_ITERATIONS = 2**16, 10**7, 10**9  # along an axis; in a run; of a step
 
@@ -136,10 +142,6 @@ SPEEDS = Accept(
 )
 COEFFICIENT = Accept(
     lambda v: NOT_NEGATIVE.test(v) or isinstance(v, str), f"a number >= 0, {RANGE}, or a .npy file"
-)
-THICKNESS = Accept(
-    lambda v: NOT_NEGATIVE.test(v) or (isinstance(v, str) and v.endswith(".npy")),
-    f"a number >= 0, {RANGE}, or a .npy file",
 )
 FLAG = Accept(_is_flag, "true or false")
 PERIODIC = Accept(lambda v: _is_flag(v) or _pair(v, _is_flag), "true, false or [x, y] of them")
@@ -233,7 +235,7 @@ Keys = dict[str, Key]
 
 
 @dataclass(frozen=True)
-class Part:
+class CasePart:
     """A table of a case that describes an argument of the function of its kind.
 
     argument: its keyword; makes: the class of the object; keys: the keyword arguments of the class; added: whether the
@@ -256,7 +258,7 @@ TIMES_KEYS: Keys = {
 
 
 RUBBING_PARTS = {
-    "growth": Part(
+    "growth": CasePart(
         "law",
         laws.StressActivated,
         {
@@ -270,19 +272,19 @@ RUBBING_PARTS = {
         },
         added=True,
     ),
-    "removal": Part(
+    "removal": CasePart(
         "law",
         laws.ProportionalRemoval,
         {"rate": Key(NOT_NEGATIVE, "removal per thickness and time [1/s]", required=True)},
         added=True,
     ),
-    "wear": Part(
+    "wear": CasePart(
         "law",
         laws.Archard,
         {"coefficient": Key(NOT_NEGATIVE, "volume per load and path [1/Pa]", required=True)},
         added=True,
     ),
-    "thermal": Part(
+    "thermal": CasePart(
         "thermal",
         Thermal,
         {
@@ -319,10 +321,15 @@ class Kind:
     times: Keys | None = None
     march: type[TimedExperiment] | None = None
     thickness: Key = Key(POSITIVE, "thickness [m]", required=True)
-    parts: Mapping[str, Part] = field(default_factory=dict)
+    parts: Mapping[str, CasePart] = field(default_factory=dict)
 
 
-THICKNESS_MAP = Key(THICKNESS, "thickness [m], or a file of one per cell (nx, ny)", required=True, file=True)
+def _thickness(accept: Accept) -> Key:
+    """The thickness of a layer, which may vary in the plane."""
+    meaning = "thickness [m], or a file of one per cell (nx, ny)"
+    return Key(or_file(accept), meaning, required=True, file=True)
+
+
 KINDS: dict[str, Kind] = {
     "indentation": Kind(
         indent,
@@ -341,7 +348,7 @@ KINDS: dict[str, Kind] = {
         stationary=True,
         times=TIMES_KEYS,
         march=Indentation,
-        thickness=THICKNESS_MAP,
+        thickness=_thickness(POSITIVE),
     ),
     "shear": Kind(
         shear,
@@ -393,7 +400,7 @@ KINDS: dict[str, Kind] = {
         stationary=True,
         times=TIMES_KEYS,
         march=Rubs,
-        thickness=THICKNESS_MAP,
+        thickness=_thickness(NOT_NEGATIVE),
         parts=RUBBING_PARTS,
     ),
     "steady-sliding": Kind(
