@@ -77,6 +77,7 @@ from jaxcontact.results.sliding import SlidingHistory as SlidingHistory  # noqa:
 from jaxcontact.results.sliding import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
 from jaxcontact.results.topography import surface_statistics as surface_statistics  # noqa: E402
+from jaxcontact.verbs.flash_temperature import ThermalFilm as ThermalFilm  # noqa: E402
 from jaxcontact.verbs.flash_temperature import flash_temperature as flash_temperature  # noqa: E402
 from jaxcontact.verbs.indent import indent as indent  # noqa: E402
 from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
@@ -137,6 +138,7 @@ __all__ = [
     "TangentialDisplacement",
     "TangentialLoad",
     "Thermal",
+    "ThermalFilm",
     "cite",
     "contact_clusters",
     "contact_statistics",

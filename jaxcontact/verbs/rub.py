@@ -23,6 +23,7 @@ from jaxcontact.inputs.grid import Grid, check_not_periodic
 from jaxcontact.inputs.laws import check_law
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
 from jaxcontact.operators import spectral
+from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.thickness_kernels import compiled_varying
 from jaxcontact.results.notes import announce
 from jaxcontact.results.rubbing import RubbedStep, RubbingHistory
@@ -35,7 +36,6 @@ from jaxcontact.verbs.experiment import (
     fine_values,
     marched,
 )
-from jaxcontact.verbs.flash_temperature import coefficients_at_rest
 
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
 
@@ -232,7 +232,7 @@ class Rubs(TimedExperiment):
     def _heated(self) -> Heated | None:
         if self.thermal is None:
             return None
-        rises = coefficients_at_rest(self.grid) / self.thermal.conductivity
+        rises = coefficients_at_rest(self.grid.shape, self.grid.spacing) / self.thermal.conductivity
         return Heated(spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share)
 
 
