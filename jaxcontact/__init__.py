@@ -56,6 +56,8 @@ from jaxcontact.inputs.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.inputs.materials import Prony as Prony  # noqa: E402
 from jaxcontact.inputs.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
 from jaxcontact.inputs.roughness import self_affine as self_affine  # noqa: E402
+from jaxcontact.inputs.shifts import ArrheniusShift as ArrheniusShift  # noqa: E402
+from jaxcontact.inputs.shifts import WLFShift as WLFShift  # noqa: E402
 from jaxcontact.inputs.surface_files import Surface as Surface  # noqa: E402
 from jaxcontact.inputs.surface_files import read_surface as read_surface  # noqa: E402
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
@@ -97,6 +99,7 @@ __all__ = [
     "AdhesiveHistory",
     "Approach",
     "Archard",
+    "ArrheniusShift",
     "Burgers",
     "Cone",
     "ContactClusters",
@@ -139,6 +142,7 @@ __all__ = [
     "TangentialLoad",
     "Thermal",
     "ThermalFilm",
+    "WLFShift",
     "cite",
     "contact_clusters",
     "contact_statistics",

@@ -23,7 +23,10 @@ def caption_of(case: Case) -> str:
     tables = case.tables
     indenter = tables["indenter"]
     radius = f" of {_amount(indenter['radius'], 'm')}" if "radius" in indenter else ""
-    layers = [f"{table['material']}, {_amount(table['thickness'], 'm')}" for _, table in tables_named("layer", tables)]
+    layers = [
+        f"{table['material']}, {_amount(table['thickness'], 'm')}"
+        for _, table in tables_named("layer", tables)
+    ]
     body = ", on ".join([*layers, tables["substrate"]["material"]])
     controls = [
         f"{name.replace('_', ' ')} {_amount(tables['control'][name], FIELDS[name].unit)}"

@@ -211,9 +211,7 @@ def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:
 
 def _tables_of(sections: dict[str, Keys]) -> Keys:
     """The keys of the file itself, which are its tables."""
-    return {
-        name: Key(_accepted(name), "", name not in OPTIONAL_SECTIONS) for name in sections
-    }
+    return {name: Key(_accepted(name), "", name not in OPTIONAL_SECTIONS) for name in sections}
 
 
 def _accepted(section: str) -> Accept:

@@ -381,7 +381,9 @@ KINDS: dict[str, Kind] = {
         rub,
         RubbingHistory,
         {
-            "velocity": Key(SPEEDS, "velocity of rubbing in place [m/s], held or one per time", required=True),
+            "velocity": Key(
+                SPEEDS, "velocity of rubbing in place [m/s], held or one per time", required=True
+            ),
             "friction": SLIDE_FRICTION,
             "wears": Key(choice("film", "indenter"), "what the laws change", default="film"),
         },

@@ -29,7 +29,9 @@ def blocks_of(case: Case) -> list[Section]:
     """Return the tables of a case in order, with all defaults filled in."""
     sections = sections_of(case.kind)
     blocks = {
-        name: _parts(name, keys, case) if name in PARTS else [Section(f"[{name}]", *_section(name, keys, case))]
+        name: _parts(name, keys, case)
+        if name in PARTS
+        else [Section(f"[{name}]", *_section(name, keys, case))]
         for name, keys in sections.items()
         if name != "layer"
     }

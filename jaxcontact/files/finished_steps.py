@@ -64,7 +64,10 @@ class StoredFields:
 
     def among(self, names: Collection[str]) -> "StoredFields":
         """Return those of some names: fields that may be None are not stored where they are."""
-        kept = (tuple(n for n in group if n in names) for group in (self.maps, self.whole, self.series, self.lines))
+        kept = (
+            tuple(n for n in group if n in names)
+            for group in (self.maps, self.whole, self.series, self.lines)
+        )
         return StoredFields(*kept)
 
 

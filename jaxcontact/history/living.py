@@ -11,6 +11,9 @@ One step of the method of Heun, of second order:
 Both contacts have the operator of the film as it is in the middle of the step by its first estimate. The step's error is
 estimated by dt/2 |r_(n+1) - r*|, what the trapezoidal rule would still change: it is of third order.
 
+With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
+middle of a step is extrapolated from the two steps before.
+
 The scheme is explicit. A law that is stiff for the step, a removal rate k with k dt > 2, say, or wear that flattens single
 cells faster than the step, makes the estimate grow. A step whose estimate is above ``LARGEST_ERROR`` of the largest
 thickness, or of the approach where that is larger, has a status that says so.
@@ -48,13 +51,15 @@ class RubStep(NamedTuple):
 
 class RubCarry(NamedTuple):
     """The carry: that of the contact; thickness [m] and its rate [m/s], work of friction per area [J/m2]: (nx, ny);
-    error: sum of the estimates of all steps so far [m], ()."""
+    error: sum of the estimates of all steps so far [m], (); shift: log of the shift factor of the body's times and its
+    rate of change [1/s], (2,)."""
 
     contact: PressCarry
     thickness: Array
     rate: Array
     work: Array
     error: Array
+    shift: Array
 
 
 @pytree
@@ -62,16 +67,26 @@ class Heated:
     """Temperature of the surface where friction heats it.
 
     spectrum: of the rise per heat flux on a cell [K m2/W], for ``spectral.convolve``; ambient [K], (); share: of the heat
-    of friction that enters the body, ().
+    of friction that enters the body, (); shift: None, or the law of the shift factor of the body's times.
     """
 
     spectrum: Array
     ambient: Array
     share: Array
+    shift: Any = None
 
     def temperature(self, flux: Array) -> Array:
         """Return the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
         return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
+
+    def log_shift(self, temperature: Array, pressure: Array) -> Array:
+        """Return the log of the shift factor at the mean temperature of the contact, without contact at ambient, ()."""
+        if self.shift is None:
+            return jnp.zeros(())
+        touching = pressure > 0.0
+        cells = jnp.sum(touching)
+        rise = jnp.sum(jnp.where(touching, temperature - self.ambient, 0.0)) / jnp.maximum(cells, 1)
+        return self.shift.log_factor(self.ambient + rise)
 
 
 class Awaited(NamedTuple):
@@ -117,7 +132,7 @@ class RubStepper(PressStepper):
 
     def start(self) -> RubCarry:  # type: ignore[override]
         zero = jnp.zeros_like(self.profile)
-        return RubCarry(super().start(), self.at_first, zero, zero, jnp.zeros(()))
+        return RubCarry(super().start(), self.at_first, zero, zero, jnp.zeros(()), jnp.zeros(2))
 
     def advance(  # type: ignore[override]
         self, carry: RubCarry, step: Steps
@@ -136,7 +151,8 @@ class RubStepper(PressStepper):
         before = self._flux(contact.pressure, step.more.speed_before)
         work = carry.work + dt / 2.0 * (before + self._flux(pressure, step.more.speed))
         pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
-        carry = RubCarry(pressed, thickness, second.rate, work, carry.error + estimate)
+        shift = self._shifted(carry.shift, second, dt)
+        carry = RubCarry(pressed, thickness, second.rate, work, carry.error + estimate, shift)
         return carry, self._outcome(carry, coming, first, second, estimate)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
@@ -149,11 +165,21 @@ class RubStepper(PressStepper):
 
     def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
-        driven = ThicknessStep(step.dt, carry.thickness, guessed) if self.of_film else step.dt
+        dt = step.dt * jnp.exp(-carry.shift[0] - carry.shift[1] * step.dt / 2.0)
+        driven = ThicknessStep(dt, carry.thickness, guessed) if self.of_film else dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
         lowest, gap = jnp.min(self.profile), self.profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
         return Awaited(problem, found.earlier, found.fields, driven)
+
+    def _shifted(self, before: Array, found: SolvedRub, dt: Array) -> Array:
+        """Return the log of the shift factor at the end of a step, and its rate of change over the step."""
+        if self.heated is None or self.heated.shift is None:
+            return before
+        assert found.state.temperature is not None
+        now = self.heated.log_shift(found.state.temperature, found.solution.pressure)
+        rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
+        return jnp.stack([now, rate])
 
     def _rubbed(self, coming: Awaited, thickness: Array, guess: Array, step: Steps) -> SolvedRub:
         """Return the contact on a film of a thickness, and the rate of the law in it."""

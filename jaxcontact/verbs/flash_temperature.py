@@ -96,8 +96,12 @@ def flash_temperature(
     """
     valid = _check(heat_flux, grid, velocity, conductivity, diffusivity, film)
     solids = Solid(conductivity, diffusivity), None if film is None else covered(film)
-    flux, spacing, velocity, solids = as_float64((heat_flux, grid.spacing, jnp.asarray(velocity, float), solids))
-    rises = rise_coefficients(tuple(grid.shape), spacing, velocity, *solids, periodic_y=bool(grid.periodic[1]))
+    flux, spacing, velocity, solids = as_float64(
+        (heat_flux, grid.spacing, jnp.asarray(velocity, float), solids)
+    )
+    rises = rise_coefficients(
+        tuple(grid.shape), spacing, velocity, *solids, periodic_y=bool(grid.periodic[1])
+    )
     rise = apply_coefficients(rises, flux)
     return jnp.where(jnp.asarray(valid), rise, jnp.nan)
 
@@ -131,9 +135,7 @@ def _check(
     valid = valid & checks.positive("diffusivity [m2/s]", diffusivity)
     if film is None:
         return valid & _check_peclet(grid, velocity, diffusivity)
-    require(
-        isinstance(film, ThermalFilm), f"film: expected ThermalFilm or None, got {type(film).__name__}"
-    )
+    require(isinstance(film, ThermalFilm), f"film: expected ThermalFilm or None, got {type(film).__name__}")
     across = abs(components(jnp.asarray(velocity, float))[1])
     valid = valid & checks.between("velocity across x [m/s] with film", across, -1.0, 0.0)
     valid = valid & film.check() & _check_peclet(grid, velocity, film.diffusivity)

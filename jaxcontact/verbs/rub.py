@@ -22,6 +22,7 @@ from jaxcontact.inputs.controls import Control, check_friction
 from jaxcontact.inputs.grid import Grid, check_not_periodic
 from jaxcontact.inputs.laws import check_law
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
+from jaxcontact.inputs.shifts import check_shift
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.thickness_kernels import compiled_varying
@@ -47,10 +48,16 @@ class Thermal:
     Since the contact does not move over the film, the temperature is T = ambient + rise, where the rise is that of
     ``flash_temperature`` at zero velocity under the flux share x friction x pressure x speed.
 
+    With ``shift`` the temperature changes the creep of the body: at each instant all its times are multiplied by one factor,
+    that of the mean temperature of the contact (``history.living``). Differences of temperature within the contact do not
+    affect the creep, nor does temperature change the moduli.
+
     Args:
         ambient: temperature far from the contact [K] > 0.
         conductivity: thermal conductivity of the body [W/(m K)] > 0.
         share: fraction of the frictional heat that enters the body, from 0 to 1.
+        shift: None, or the law of the shift factor of the body's times: ``ArrheniusShift``, ``WLFShift``, or a frozen pytree
+            with ``log_factor(temperature)``.
 
     Example:
         >>> steel_at_100_degrees = jc.Thermal(ambient=373.0, conductivity=46.0, share=0.5)
@@ -59,12 +66,14 @@ class Thermal:
     ambient: Array | float
     conductivity: Array | float
     share: Array | float = 1.0
+    shift: Any = None
 
     def check(self) -> Verdict:
         """Return whether the values are in range; ValueError where known ones are not."""
         valid = checks.positive("Thermal ambient [K]", self.ambient)
         valid = valid & checks.positive("Thermal conductivity [W/(m K)]", self.conductivity)
-        return valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
+        valid = valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
+        return valid if self.shift is None else valid & check_shift(self.shift)
 
 
 def rub(
@@ -233,7 +242,9 @@ class Rubs(TimedExperiment):
         if self.thermal is None:
             return None
         rises = coefficients_at_rest(self.grid.shape, self.grid.spacing) / self.thermal.conductivity
-        return Heated(spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share)
+        return Heated(
+            spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share, self.thermal.shift
+        )
 
 
 _OWN = ("velocity", "kinetics", "friction", "thermal", "thickest")

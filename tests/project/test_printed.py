@@ -64,6 +64,8 @@ OBJECTS = {
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),
     "Sensitivity": lambda: jc.Sensitivity(("G1", "G2"), {"load": np.ones((2, 500))}),
     "Surface": lambda: jc.Surface(HEIGHTS, GRID),
+    "ArrheniusShift": lambda: jc.ArrheniusShift(1.6e-19, 373.0),
+    "WLFShift": lambda: jc.WLFShift(17.44, 51.6, 373.0),
     "Archard": lambda: jc.Archard(1e-18),
     "ProportionalRemoval": lambda: jc.ProportionalRemoval(1e-3),
     "StressActivated": lambda: jc.StressActivated(1e-2, 1e-19, 4e-30, None, stress="shear"),

@@ -24,6 +24,7 @@ InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
 pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
 flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
+ArrheniusShift WLFShift
 AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """

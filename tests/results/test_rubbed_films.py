@@ -21,7 +21,9 @@ def lines_of(axes):
 def test_a_figure_has_the_section_the_growth_and_three_maps_with_their_units():
     made = made_up(jc.RubbingHistory)
     section, growth, *maps = (ax for ax in made.plot().axes if ax.get_xlabel())
-    np.testing.assert_allclose(section.get_lines()[-1].get_ydata(), made.thickness[-1, :, 2] * 1e6, rtol=1e-12)
+    np.testing.assert_allclose(
+        section.get_lines()[-1].get_ydata(), made.thickness[-1, :, 2] * 1e6, rtol=1e-12
+    )
     curves = lines_of(growth)
     np.testing.assert_allclose(curves["largest"], made.thickness.max((1, 2)) * 1e6, rtol=1e-12)
     np.testing.assert_allclose(curves["in the middle"], made.thickness[:, 3, 2] * 1e6, rtol=1e-12)

@@ -72,10 +72,18 @@ def beyond_the_film(point, velocity, film, base):
     (k2, kappa2), h, k1, kappa1 = base, film.thickness, film.conductivity, film.diffusivity
     nodes, weights = np.polynomial.legendre.leggauss(16)
     panels = lambda ends: [
-        np.ravel(a) for a in ((ends[:-1, None] + np.diff(ends)[:, None] * (1 + nodes) / 2), np.diff(ends)[:, None] * weights / 2)
+        np.ravel(a)
+        for a in (
+            (ends[:-1, None] + np.diff(ends)[:, None] * (1 + nodes) / 2),
+            np.diff(ends)[:, None] * weights / 2,
+        )
     ]
-    alpha, d_alpha = panels(np.concatenate([[0.0], np.geomspace(1e-6, 1e-2, 12), np.linspace(0.02, 20.0, 150)]) / h)
-    angle, d_angle = panels(np.pi / 2 + np.pi / 2 * np.array([-1, -0.5, -0.1, -0.01, -1e-3, 0, 1e-3, 0.01, 0.1, 0.5, 1]))
+    alpha, d_alpha = panels(
+        np.concatenate([[0.0], np.geomspace(1e-6, 1e-2, 12), np.linspace(0.02, 20.0, 150)]) / h
+    )
+    angle, d_angle = panels(
+        np.pi / 2 + np.pi / 2 * np.array([-1, -0.5, -0.1, -0.01, -1e-3, 0, 1e-3, 0.01, 0.1, 0.5, 1])
+    )
     kx, ky = alpha[:, None] * np.cos(angle), alpha[:, None] * np.sin(angle)
     s1, s2 = (np.sqrt(alpha[:, None] ** 2 - 1j * velocity * kx / kappa) for kappa in (kappa1, kappa2))
     part = np.exp(-2.0 * s1 * h) * (k1 * s1 - k2 * s2) / (k1 * s1 + k2 * s2)
@@ -135,9 +143,7 @@ def test_derivatives_by_a_film_agree_with_differences():
 
     def total(p):
         film = jc.ThermalFilm(p[0], p[1], p[2])
-        field = jc.flash_temperature(
-            flux, GRID, velocity=p[3], conductivity=K, diffusivity=KAPPA, film=film
-        )
+        field = jc.flash_temperature(flux, GRID, velocity=p[3], conductivity=K, diffusivity=KAPPA, film=film)
         return jnp.sum(flux**2 * field)
 
     at = jnp.array([1.5e-4, 5.0, 2e-6, 0.3])
@@ -146,7 +152,9 @@ def test_derivatives_by_a_film_agree_with_differences():
     run = jax.jit(total)
     for i in range(4):
         step = jnp.zeros(4).at[i].set(1e-4 * at[i])
-        assert reverse[i] == pytest.approx(float((run(at + step) - run(at - step)) / (2e-4 * at[i])), rel=1e-4)
+        assert reverse[i] == pytest.approx(
+            float((run(at + step) - run(at - step)) / (2e-4 * at[i])), rel=1e-4
+        )
 
 
 @pytest.mark.versions

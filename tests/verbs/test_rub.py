@@ -217,3 +217,54 @@ def test_what_save_keeps_of_a_rubbing():
     every = heated(jc.Archard(1e-18), None)
     np.testing.assert_allclose(run.saved, every.thickness.min((1, 2)), rtol=1e-12)
     np.testing.assert_array_equal(run.thickness, every.thickness[-1])
+
+
+CREEPING = jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=4e9, nu=0.3)
+
+
+def warmed(film, thermal, times, **options):
+    body = jc.LayeredHalfSpace([jc.Layer(film, 4e-6)], BASE)
+    given = {"velocity": 0.0, "friction": 0.3, "law": jc.Archard(0.0)} | options
+    return jc.rub(
+        body,
+        jc.Sphere(2e-3),
+        jc.Load(2.0),
+        times,
+        grid=DISC,
+        thermal=thermal,
+        thickest=8e-6,
+        tolerance=1e-11,
+        **given,
+    )
+
+
+def test_a_body_at_one_temperature_has_the_times_of_the_shifted_material():
+    """At rest the contact is at ambient temperature: ln a_T = E/k (1/T - 1/T0), and log10 a_T of Williams, Landel and Ferry."""
+    times = np.linspace(0.0, 8.0, 5)
+    arrhenius = jc.ArrheniusShift(activation_energy=1.2e-19, reference=373.0)
+    wlf = jc.WLFShift(c1=10.0, c2=100.0, reference=373.0)
+    factors = (np.exp(1.2e-19 / 1.380649e-23 * (1 / 390.0 - 1 / 373.0)), 10.0 ** (-10.0 * 17.0 / 117.0))
+    for shift, factor in zip((arrhenius, wlf), factors, strict=True):
+        run = warmed(CREEPING, jc.Thermal(390.0, 46.0, shift=shift), times)
+        expected = warmed(CREEPING.shifted(factor), None, times)
+        np.testing.assert_allclose(
+            run.pressure[1:], expected.pressure[1:], atol=1e-7 * float(run.pressure.max())
+        )
+        assert 0.02 < factor < 0.5
+
+
+def test_a_contact_that_warms_creeps_in_reduced_time():
+    """The load is held while the speed rises: the contact is that of the same film without heat at the reduced times, the
+    integrals of 1/a_T at the mean temperature of the contact."""
+    times = np.linspace(0.0, 4.0, 17)
+    velocity = np.stack([2.0 * times / 4.0, 0.0 * times], -1)
+    shift = jc.ArrheniusShift(activation_energy=1.5e-19, reference=350.0)
+    run = warmed(CREEPING, jc.Thermal(350.0, 46.0, shift=shift), times, velocity=velocity)
+    mean = [t[p > 0.0].mean() for t, p in zip(run.temperature, run.pressure, strict=True)]
+    speeds = np.exp(-1.5e-19 / 1.380649e-23 * (1.0 / np.array(mean) - 1.0 / 350.0))
+    reduced = np.append(0.0, np.cumsum((speeds[1:] + speeds[:-1]) / 2.0 * np.diff(times)))
+    assert speeds[-1] > 1.5
+    expected = warmed(CREEPING, None, reduced)
+    unshifted = warmed(CREEPING, None, times)
+    off = lambda other: float(np.max(np.abs(run.approach - other.approach)))
+    assert off(expected) < 1e-2 * off(unshifted)
