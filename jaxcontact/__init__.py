@@ -81,6 +81,8 @@ from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics
 from jaxcontact.results.topography import surface_statistics as surface_statistics  # noqa: E402
 from jaxcontact.verbs.flash_temperature import ThermalFilm as ThermalFilm  # noqa: E402
 from jaxcontact.verbs.flash_temperature import flash_temperature as flash_temperature  # noqa: E402
+from jaxcontact.verbs.heat_partition import ThermalBody as ThermalBody  # noqa: E402
+from jaxcontact.verbs.heat_partition import heat_partition as heat_partition  # noqa: E402
 from jaxcontact.verbs.indent import indent as indent  # noqa: E402
 from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.verbs.rub import Thermal as Thermal  # noqa: E402
@@ -141,6 +143,7 @@ __all__ = [
     "TangentialDisplacement",
     "TangentialLoad",
     "Thermal",
+    "ThermalBody",
     "ThermalFilm",
     "WLFShift",
     "cite",
@@ -149,6 +152,7 @@ __all__ = [
     "enable_compilation_cache",
     "flash_temperature",
     "frequency_response",
+    "heat_partition",
     "indent",
     "kernels",
     "load",

@@ -28,9 +28,9 @@ from jaxcontact.files.case_schema import (
     TABLE,
     TABLES,
     Accept,
+    CasePart,
     Key,
     Keys,
-    CasePart,
     choice,
     sections_of,
 )

@@ -73,8 +73,8 @@ def flash_temperature(
         heat_flux: [W/m2], (nx, ny) on the grid.
         grid: a ``Grid`` that is not periodic, or one in plane strain (one cell along a periodic y), which stands for a
             band without end along y.
-        velocity: of the flux over the body [m/s]: a number along x, or (2,), with ``film`` along x. In plane strain it must not be zero: the
-            rise of a band at rest grows without limit.
+        velocity: of the flux over the body [m/s]: a number along x, or (2,); with ``film`` along x. In
+            plane strain it must not be zero: the rise of a band at rest grows without limit.
         conductivity: thermal conductivity of the body [W/(m K)] > 0.
         diffusivity: thermal diffusivity of the body [m2/s] > 0.
         film: None, or ``ThermalFilm`` on the body, whose conductivity and diffusivity are then those of the base.
@@ -83,8 +83,8 @@ def flash_temperature(
         Temperature rise [K], (nx, ny), at the cell centres.
 
     Raises:
-        ValueError: shapes or values out of range, a velocity across x with ``film``, or a Peclet number |velocity| d/(2 diffusivity) of a cell of the
-            longer side d above 500, for which the grid has to be finer.
+        ValueError: shapes or values out of range, a velocity across x with ``film``, or a Peclet number |velocity|
+            d/(2 diffusivity) of a cell of the longer side d above 500, for which the grid has to be finer.
 
     Example:
         >>> grid = jc.Grid.square(n=32, width=3.2e-3)
@@ -94,7 +94,7 @@ def flash_temperature(
         >>> f"{rise.max():.1f} K"                                    # Carslaw and Jaeger: q a/k = 20 K at the centre
         '20.0 K'
     """
-    valid = _check(heat_flux, grid, velocity, conductivity, diffusivity, film)
+    valid = check_heat(heat_flux, grid, velocity, conductivity, diffusivity, film)
     solids = Solid(conductivity, diffusivity), None if film is None else covered(film)
     flux, spacing, velocity, solids = as_float64(
         (heat_flux, grid.spacing, jnp.asarray(velocity, float), solids)
@@ -111,7 +111,7 @@ def covered(film: ThermalFilm) -> Covered:
     return Covered(film.thickness, Solid(film.conductivity, film.diffusivity))
 
 
-def _check(
+def check_heat(
     heat_flux: Any, grid: Grid, velocity: Any, conductivity: Any, diffusivity: Any, film: Any
 ) -> Verdict:
     """Raise ``ValueError`` for what has no steady temperature; return whether traced values are in range."""

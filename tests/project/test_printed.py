@@ -70,6 +70,7 @@ OBJECTS = {
     "ProportionalRemoval": lambda: jc.ProportionalRemoval(1e-3),
     "StressActivated": lambda: jc.StressActivated(1e-2, 1e-19, 4e-30, None, stress="shear"),
     "Thermal": lambda: jc.Thermal(373.0, 46.0),
+    "ThermalBody": lambda: jc.ThermalBody(46.0, 1.2e-5),
     "ThermalFilm": lambda: jc.ThermalFilm(1e-6, 1.0, 1e-6),
     "SurfaceStatistics": lambda: jc.surface_statistics(HEIGHTS, GRID),
     "Status": lambda: jc.Status.FINE,

@@ -68,9 +68,9 @@ def test_peaks_are_those_of_the_maps_and_are_missing_without_them():
     np.testing.assert_array_equal(made.peak_thickness, [h.max() for h in made.thickness])
     np.testing.assert_array_equal(made.peak_temperature, [t.max() for t in made.temperature])
     assert "peak thickness" in made.summary() and "peak temperature" in made.summary()
-    with pytest.raises(AttributeError, match="peak_temperature: .* without thermal="):
+    with pytest.raises(AttributeError, match=r"peak_temperature: .* without thermal="):
         _ = dataclasses.replace(made, temperature=None).peak_temperature
-    with pytest.raises(AttributeError, match="peak_thickness: .* the last map only"):
+    with pytest.raises(AttributeError, match=r"peak_thickness: .* the last map only"):
         _ = made_up(jc.RubbingHistory, last=True).peak_thickness
 
 

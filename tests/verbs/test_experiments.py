@@ -40,8 +40,9 @@ TEXTS = {
     "tangential_load = [[0.0, 0.0], [3.0, 1.0], [-3.0, 1.0]]\n[solver]\nsubsteps = 2\n" + TIMES,
     "sliding": '[experiment]\nkind = "sliding"\nvelocity = [[0.0, 0.0], [1e-5, 0.0], [1e-5, 2e-5]]\n'
     "friction = 0.2\n[control]\nload = 20.0\n" + TIMES,
-    "rubbing": '[experiment]\nkind = "rubbing"\nvelocity = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.0]]\nfriction = 0.2\n[layer]\nmaterial = "elastic"\n'
-    'G = "20 GPa"\nthickness = "h.npy"\n[control]\nload = 20.0\n[[growth]]\nrate = "10 pm/s"\nactivation_energy = "2e-21 J"\n'
+    "rubbing": '[experiment]\nkind = "rubbing"\nvelocity = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.0]]\nfriction = 0.2\n'
+    '[layer]\nmaterial = "elastic"\nG = "20 GPa"\nthickness = "h.npy"\n[control]\nload = 20.0\n[[growth]]\n'
+    'rate = "10 pm/s"\nactivation_energy = "2e-21 J"\n'
     'activation_volume = "4 A3"\nstress = "shear"\n[[growth]]\nrate = 1e-12\nactivation_energy = 0.0\n'
     "activation_volume = 0.0\ntemperature = 373.0\n[removal]\nrate = 1e-3\n[wear]\ncoefficient = 1e-19\n[thermal]\n"
     "ambient = 373.0\nconductivity = 46.0\n[solver]\nthickest = 3e-7\n" + TIMES,
@@ -62,8 +63,10 @@ IN_PYTHON = {
         "friction": 0.2,
     },
     "rubbing": {
-        "body": jc.LayeredHalfSpace([jc.Layer(jc.Elastic(20e9), FILM)], STEEL), "control": LOAD, "times": [0.0, 1.0, 2.0],
-        "velocity": [[0.0, 0.0], [0.1, 0.0], [0.1, 0.0]], "friction": 0.2, "thickest": 3e-7, "thermal": jc.Thermal(373.0, 46.0),
+        "body": jc.LayeredHalfSpace([jc.Layer(jc.Elastic(20e9), FILM)], STEEL),
+        "control": LOAD, "times": [0.0, 1.0, 2.0],
+        "velocity": [[0.0, 0.0], [0.1, 0.0], [0.1, 0.0]], "friction": 0.2, "thickest": 3e-7,
+        "thermal": jc.Thermal(373.0, 46.0),
         "law": jc.StressActivated(1e-11, 2e-21, 4e-30, None, "shear") + jc.StressActivated(1e-12, 0.0, 0.0, 373.0)
         + jc.ProportionalRemoval(1e-3) + jc.Archard(1e-19),
     },

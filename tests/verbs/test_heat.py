@@ -207,6 +207,83 @@ def test_derivatives_agree_with_each_other_and_with_differences():
     assert jnp.isfinite(jax.grad(total)(at.at[1].set(0.0))).all()
 
 
+STEEL, GLASS = jc.ThermalBody(46.0, 1.2e-5), jc.ThermalBody(1.0, 5e-7)
+
+
+def of_body(flux, body):
+    return body.ambient + rise(flux, GRID, body.velocity, body.conductivity, body.diffusivity, body.film)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (STEEL, GLASS),
+        (STEEL, jc.ThermalBody(46.0, 1.2e-5, velocity=2.0)),
+        (
+            jc.ThermalBody(46.0, 1.2e-5, velocity=(0.3, -0.2), ambient=20.0),
+            jc.ThermalBody(10.0, 4e-6, velocity=-1.0),
+        ),
+        (jc.ThermalBody(46.0, 1.2e-5, film=FILM), jc.ThermalBody(46.0, 1.2e-5, velocity=0.5)),
+    ],
+    ids=["at rest", "one moves", "both move", "a film"],
+)
+def test_two_bodies_have_one_temperature_in_contact_and_take_all_heat(first, second):
+    flux = square() * (1.0 + 0.3 * jnp.asarray(np.random.RandomState(2).rand(32, 32)))
+    own, temperature = jc.heat_partition(flux, GRID, first, second)
+    np.testing.assert_allclose(temperature, of_body(own, first), rtol=1e-9)
+    touching = np.asarray(flux) > 0.0
+    assert np.all(own[~touching] == 0.0)
+    other = of_body(flux - own, second)
+    np.testing.assert_allclose(
+        temperature[touching], other[touching], atol=1e-7 * float(jnp.ptp(temperature))
+    )
+    swapped, _ = jc.heat_partition(flux, GRID, second, first)
+    np.testing.assert_allclose(own + swapped, flux, atol=1e-6 * float(flux.max()))
+
+
+def test_at_rest_conductivities_divide_the_heat_and_a_fast_body_takes_nearly_all():
+    """Far above a Peclet number of one the moving body takes 1/(1 + rise over rise at rest) of the heat, Jaeger 1942."""
+    flux = square()
+    own, _ = jc.heat_partition(flux, GRID, STEEL, GLASS)
+    np.testing.assert_allclose(own, flux * 46.0 / 47.0, rtol=1e-8)
+    shares = [
+        float(
+            jc.heat_partition(flux, GRID, STEEL, jc.ThermalBody(46.0, 1.2e-5, velocity=v))[0].sum()
+            / flux.sum()
+        )
+        for v in (0.0, 1.0, 10.0)
+    ]
+    assert shares[0] == pytest.approx(0.5, rel=1e-8) and shares[0] > 3 * shares[1] > 6 * shares[2] > 0.0
+
+
+@pytest.mark.slow
+def test_the_partition_is_differentiable():
+    flux = square()
+
+    def hottest(p):
+        first, second = jc.ThermalBody(p[0], 1.2e-5), jc.ThermalBody(20.0, p[1], velocity=p[2])
+        return jnp.sum(flux * jc.heat_partition(flux, GRID, first, second)[1]) * 1e-6
+
+    at = jnp.array([46.0, 8e-6, 0.3])
+    reverse, forward = jax.grad(hottest)(at), jax.jacfwd(hottest)(at)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-6)
+    for i in range(3):
+        step = jnp.zeros(3).at[i].set(1e-4 * at[i])
+        assert reverse[i] == pytest.approx(
+            float((hottest(at + step) - hottest(at - step)) / (2e-4 * at[i])), rel=1e-4
+        )
+
+
+def test_a_partition_of_what_is_no_body_or_no_heat_is_refused():
+    with pytest.raises(ValueError, match="second: expected a ThermalBody, got float"):
+        jc.heat_partition(square(), GRID, STEEL, 1.0)
+    with pytest.raises(ValueError, match=r"heat_flux \[W/m2\]: expected >= 0"):
+        jc.heat_partition(-square(), GRID, STEEL, GLASS)
+    with pytest.raises(ValueError, match=r"ThermalBody ambient \[K\]: expected finite"):
+        jc.heat_partition(square(), GRID, STEEL, jc.ThermalBody(1.0, 5e-7, ambient=np.inf))
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -239,7 +239,7 @@ def warmed(film, thermal, times, **options):
 
 
 def test_a_body_at_one_temperature_has_the_times_of_the_shifted_material():
-    """At rest the contact is at ambient temperature: ln a_T = E/k (1/T - 1/T0), and log10 a_T of Williams, Landel and Ferry."""
+    """At rest the contact is at ambient temperature: ln a_T = E/k (1/T - 1/T0), and log10 a_T of WLF."""
     times = np.linspace(0.0, 8.0, 5)
     arrhenius = jc.ArrheniusShift(activation_energy=1.2e-19, reference=373.0)
     wlf = jc.WLFShift(c1=10.0, c2=100.0, reference=373.0)
