@@ -104,11 +104,11 @@ def rub(
     it forms, and the removal of material causes no displacement (``history.growing``). The effect of friction on the
     pressure is neglected.
 
-    The time integration is Heun's method, which is explicit and of second order, with thickness and pressure consistent
-    with each other (``history.living``). ``step_error`` of the result is an estimate of the error, and a step that is too
-    long for the law has status 12. The step is usually limited by wear at the scale of a cell: the wear
-    coefficient x |velocity| x dt must be less than about twice the displacement of a cell per unit of pressure on it, with
-    its neighbours held.
+    Thickness and pressure are consistent with each other to second order in the time step (``history.living``). Removal in
+    proportion to the thickness is exact for steps of any length; otherwise the method is explicit. ``step_error`` of the
+    result is an estimate of the error, and a step that is too long for the law has status 12. The step is usually limited
+    by wear at the scale of a cell: the wear coefficient x |velocity| x dt must be less than about twice the displacement of
+    a cell per unit of pressure on it, with its neighbours held.
 
     Args:
         body: one ``Layer`` on an ``Elastic`` substrate, with a thickness >= 0, a number or (nx, ny); with wears="indenter"
