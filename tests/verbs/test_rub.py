@@ -129,7 +129,7 @@ def test_second_order_in_the_step():
 
 @pytest.mark.parametrize("removal", [0.05, 5.0])
 def test_removal_is_exact_for_steps_of_any_length(removal):
-    """h = g/r + (h0 - g/r) exp(-r t) under a constant pressure: r dt = 1 and 100, where an explicit step would be unstable."""
+    """h = g/r + (h0 - g/r) exp(-r t) under a constant pressure: r dt = 1 and 100."""
     law = jc.StressActivated(4e-9 * removal, 0.0, 0.0, 373.0) + jc.ProportionalRemoval(removal)
     run = in_full_contact(law)
     expected = 4e-9 + 6e-9 * np.exp(-removal * TIMES)
