@@ -12,7 +12,8 @@ r = N - s h, phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z at z = s
 (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430). Removal in proportion to the thickness is exact for any step,
 and a steady state of growth and removal is one of the method. Both contacts have the operator of the film as it is in the
 middle of the step by its first estimate. The step's error is estimated by the larger of dt phi_2 |N_(n+1) - N*|, what
-a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one before: both are of third order.
+a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one before: both are of third
+order.
 
 With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
 middle of a step is extrapolated from the two steps before.
@@ -55,7 +56,8 @@ class RubStep(NamedTuple):
 class RubCarry(NamedTuple):
     """The carry: that of the contact; thickness [m], its rate [m/s] and the relaxation s of the module [1/s], work of
     friction per area [J/m2]: (nx, ny); error: sum of the estimates of all steps so far [m], (); shift: log of the shift
-    factor of the body's times and its rate of change [1/s], (2,); slopes: as ``_slopes`` over the last step, and last: its length [s]."""
+    factor of the body's times and its rate of change [1/s], (2,); slopes: as ``_slopes`` over the last step, and last: its
+    length [s]."""
 
     contact: PressCarry
     thickness: Array
