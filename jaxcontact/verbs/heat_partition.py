@@ -12,6 +12,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict, require
 from jaxcontact._support.pytree import as_float64, pytree
+from jaxcontact.contact.implicit import linear_solution
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.operators.heat import Solid, apply_coefficients, rise_coefficients
 from jaxcontact.verbs.flash_temperature import ThermalFilm, check_heat, covered
@@ -112,7 +113,7 @@ def _divided(
     apply = lambda q: jnp.where(touching, apply_coefficients(both, jnp.where(touching, q, 0.0)), q)
     excess = (apply_coefficients(of_second, flux) + second.ambient - first.ambient) / unit
     right = jnp.where(touching, excess, 0.0)
-    own = jax.lax.custom_linear_solve(apply, right, _solve, _solve)
+    own = linear_solution(apply, right, _solve)
     off = jnp.linalg.norm(apply(own) - right) > 1e-8 * jnp.linalg.norm(right)
     own = jnp.where(off, jnp.nan, own)
     return own, first.ambient + apply_coefficients(of_first, own)
