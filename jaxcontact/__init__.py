@@ -56,6 +56,8 @@ from jaxcontact.inputs.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.inputs.materials import Prony as Prony  # noqa: E402
 from jaxcontact.inputs.materials import StandardLinearSolid as StandardLinearSolid  # noqa: E402
 from jaxcontact.inputs.roughness import self_affine as self_affine  # noqa: E402
+from jaxcontact.inputs.shifts import ArrheniusShift as ArrheniusShift  # noqa: E402
+from jaxcontact.inputs.shifts import WLFShift as WLFShift  # noqa: E402
 from jaxcontact.inputs.surface_files import Surface as Surface  # noqa: E402
 from jaxcontact.inputs.surface_files import read_surface as read_surface  # noqa: E402
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
@@ -77,7 +79,10 @@ from jaxcontact.results.sliding import SlidingHistory as SlidingHistory  # noqa:
 from jaxcontact.results.sliding import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
 from jaxcontact.results.topography import surface_statistics as surface_statistics  # noqa: E402
+from jaxcontact.verbs.flash_temperature import ThermalFilm as ThermalFilm  # noqa: E402
 from jaxcontact.verbs.flash_temperature import flash_temperature as flash_temperature  # noqa: E402
+from jaxcontact.verbs.heat_partition import ThermalBody as ThermalBody  # noqa: E402
+from jaxcontact.verbs.heat_partition import heat_partition as heat_partition  # noqa: E402
 from jaxcontact.verbs.indent import indent as indent  # noqa: E402
 from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.verbs.rub import Thermal as Thermal  # noqa: E402
@@ -96,6 +101,7 @@ __all__ = [
     "AdhesiveHistory",
     "Approach",
     "Archard",
+    "ArrheniusShift",
     "Burgers",
     "Cone",
     "ContactClusters",
@@ -137,12 +143,16 @@ __all__ = [
     "TangentialDisplacement",
     "TangentialLoad",
     "Thermal",
+    "ThermalBody",
+    "ThermalFilm",
+    "WLFShift",
     "cite",
     "contact_clusters",
     "contact_statistics",
     "enable_compilation_cache",
     "flash_temperature",
     "frequency_response",
+    "heat_partition",
     "indent",
     "kernels",
     "load",

@@ -57,6 +57,8 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),
     "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0"),
     "displacement_line": Field(LINE, "m", "displacement of both surfaces at that row"),
+    "thickness_line": Field(LINE, "m", "thickness of the film at that row"),
+    "temperature_line": Field(LINE, "K", "temperature of the surface at that row"),
     "approach": Field(TIME, "m", "approach of the indenter from first touch", shown=True),
     "load": Field(TIME, "N", "normal load", shown=True),
     "peak_pressure": Field(TIME, "Pa", "largest pressure", shown=True),
@@ -65,6 +67,8 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     ),
     "contact_area": Field(TIME, "m2", "contact area, that of the cells in contact", shown=True),
     "smooth_area": Field(TIME, "m2", "contact area within an edge resolved below the cell size"),
+    "peak_thickness": Field(TIME, "m", "largest thickness of the film", shown=True),
+    "peak_temperature": Field(TIME, "K", "largest temperature of the surface", shown=True),
     "film_strain": Field(TIME, "m/m", "shortening of the film over its thickness", shown=True),
     "tangential_force": Field(
         TIME, "N", "force against the motion, hysteresis and Coulomb friction", shown=True

@@ -43,7 +43,7 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.NOT_FINITE: "experiment",
     Status.NOT_RESOLVED: "experiment",
     Status.STEP_TOO_LONG: "solver.substeps",
-    Status.TOO_THICK: "experiment",
+    Status.TOO_THICK: "solver.thickest",
     Status.PULLED_OFF: "control.load",
 }
 

@@ -365,3 +365,8 @@ def _gmres(operator: Linear, b: Any) -> Any:
     left = jax.tree.map(jnp.subtract, b, operator(x))
     met = squares(left) <= LEFT**2 * squares(b)
     return jax.tree.map(lambda a: jnp.where(met, a, jnp.nan), x)
+
+
+def linear_solution(operator: Linear, right: Array, solve: Callable[[Linear, Array], Array]) -> Array:
+    """Return x with operator(x) = right by ``solve``, which also solves the adjoint equation of reverse mode."""
+    return jax.lax.custom_linear_solve(operator, right, solve, solve)

@@ -8,7 +8,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from jaxcontact.files.case_file import Case, CaseError, layer_tables
+from jaxcontact.files.case_file import Case, CaseError, tables_named
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters.predicted_contact import predicted
@@ -79,7 +79,7 @@ def advice(case: Case) -> list[str]:
 
 def describe_strain(case: Case) -> str:
     """Return the estimated film strain in one line, or that there is no estimate; an empty string without a film."""
-    if limits_of(checked_body(case.body)[0]).film is None:
+    if limits_of(checked_body(case.body_for_estimates)[0]).film is None:
         return ""
     strain = estimated_strain(case)
     if strain is None:
@@ -89,10 +89,10 @@ def describe_strain(case: Case) -> str:
 
 def estimated_strain(case: Case) -> float | None:
     """Return the estimated largest film strain for a ball pressed on a single film; None for any other case."""
-    single_film = len(layer_tables(case.tables)) == 1
+    single_film = len(tables_named("layer", case.tables)) == 1
     if not (single_film and isinstance(case.indenter, Sphere) and KINDS[case.kind].stationary):
         return None
-    return predicted(case.body, case.indenter.outline(), case.control, case.times).film_strain
+    return predicted(case.body_for_estimates, case.indenter.outline(), case.control, case.times).film_strain
 
 
 def describe(case: Case) -> str:
@@ -134,7 +134,7 @@ def _grid_advice(case: Case) -> Iterator[str]:
         return
     first, largest = (
         first_radius(case),
-        predicted(case.body, case.indenter.outline(), case.control, case.times).radius,
+        predicted(case.body_for_estimates, case.indenter.outline(), case.control, case.times).radius,
     )
     dx = max(float(spacing) for spacing in case.grid.spacing)
     width = min(float(width) for width in case.grid.width)
@@ -153,12 +153,12 @@ def first_radius(case: Case) -> float:
     values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
     index = int(np.argmax(values > 0.0))
     control = dataclasses.replace(case.control, value=values[index])  # type: ignore[type-var]
-    return case.indenter.estimated_radius(case.body, control, case.times[index : index + 1])
+    return case.indenter.estimated_radius(case.body_for_estimates, control, case.times[index : index + 1])
 
 
 def fastest_time(case: Case) -> float:
     """Return the shortest relaxation time [s] of the material at the surface; inf for an elastic one."""
-    spectrum = limits_of(checked_body(case.body)[0]).surface.spectrum()
+    spectrum = limits_of(checked_body(case.body_for_estimates)[0]).surface.spectrum()
     kelvin_voigt = (
         float(spectrum.instantaneous) == 0.0
     )  # its retardation times are finite, but not its relaxation times

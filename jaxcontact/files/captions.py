@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.prefixes import prefixed
-from jaxcontact.files.case_file import Case, layer_tables
+from jaxcontact.files.case_file import Case, tables_named
 from jaxcontact.files.case_schema import KINDS
 
 CONTROLS = ("load", "approach", "tangential_load", "tangential_displacement")
@@ -23,7 +23,10 @@ def caption_of(case: Case) -> str:
     tables = case.tables
     indenter = tables["indenter"]
     radius = f" of {_amount(indenter['radius'], 'm')}" if "radius" in indenter else ""
-    layers = [f"{table['material']}, {_amount(table['thickness'], 'm')}" for _, table in layer_tables(tables)]
+    layers = [
+        f"{table['material']}, {_amount(table['thickness'], 'm')}"
+        for _, table in tables_named("layer", tables)
+    ]
     body = ", on ".join([*layers, tables["substrate"]["material"]])
     controls = [
         f"{name.replace('_', ' ')} {_amount(tables['control'][name], FIELDS[name].unit)}"

@@ -5,6 +5,8 @@
 """
 
 import difflib
+import functools
+import operator
 import reprlib
 import tomllib
 from collections.abc import Callable
@@ -21,9 +23,12 @@ from jaxcontact.files.case_schema import (
     LARGEST,
     MATERIALS,
     OPTIONAL_SECTIONS,
+    SEVERAL,
     SHAPES,
     TABLE,
     TABLES,
+    Accept,
+    CasePart,
     Key,
     Keys,
     choice,
@@ -35,7 +40,7 @@ from jaxcontact.indenters import shapes
 from jaxcontact.inputs import materials
 from jaxcontact.inputs.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
+from jaxcontact.inputs.layers import Layer, LayeredHalfSpace, at_its_thickest
 from jaxcontact.results.labels import stored_fields
 from jaxcontact.verbs.experiment import TimedExperiment
 
@@ -74,6 +79,11 @@ class Case:
         """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
         march = KINDS[self.kind].march
         return None if march is None else march.of(**self._given())
+
+    @property
+    def body_for_estimates(self) -> LayeredHalfSpace:
+        """The body with layers of one thickness each, the largest."""
+        return at_its_thickest(self.body)
 
     def _given(self) -> Table:
         given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
@@ -118,7 +128,10 @@ def _case(tables: Table, folder: Path) -> Case:
     check_table("", tables, _tables_of(sections))
     for name in ("experiment", "grid", "solver", "control", "times"):
         check_table(name, tables.get(name, {}), sections.get(name, {}))
-    body = _body(tables, sections)
+    for name, part in KINDS[kind].parts.items():
+        for where, table in tables_named(name, tables):
+            check_table(where, table, part.keys)
+    body = _body(tables, sections, folder)
     indenter = _indenter(tables["indenter"], sections["indenter"], folder)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
     control = _control(tables["control"], times.size)
@@ -134,7 +147,7 @@ def _case(tables: Table, folder: Path) -> Case:
 def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:
     """The kind of experiment, and its tables; what belongs to another kind is refused by name."""
     every = {name: keys for kind in KINDS for name, keys in sections_of(kind).items()}
-    check_table("", tables, {name: Key(TABLES if name == "layer" else TABLE, "") for name in every})
+    check_table("", tables, {name: Key(_accepted(name), "") for name in every})
     kind = tables.get("experiment", {}).get("kind", KIND.default)
     check_table("experiment", {"kind": kind}, {"kind": KIND})
     own = sections_of(kind)
@@ -156,10 +169,11 @@ def _in_si(tables: Table, sections: dict[str, Keys]) -> Table:
     ball = tables.get("indenter", {}).get("material")
     if isinstance(ball, dict):
         converted["indenter"]["material"] = _plain_table("indenter.material", ball, solid)
-    if isinstance(tables.get("layer"), list):
-        converted["layer"] = [
-            _plain_table(where, table, keys["layer"]) for where, table in layer_tables(tables)
-        ]
+    for name in SEVERAL:
+        if isinstance(tables.get(name), list):
+            converted[name] = [
+                _plain_table(where, table, keys[name]) for where, table in tables_named(name, tables)
+            ]
     return converted
 
 
@@ -175,7 +189,7 @@ def _plain_table(where: str, table: Any, keys: Keys) -> Any:
 
 def _plain(where: str, value: Any, key: Key) -> Any:
     """A number for a text with a unit, in lists too."""
-    if key.unit is None:
+    if key.unit is None or (key.file and isinstance(value, str) and value.endswith(".npy")):
         return value
     if isinstance(value, list):
         return [_plain(where, item, key) for item in value]
@@ -197,10 +211,11 @@ def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:
 
 def _tables_of(sections: dict[str, Keys]) -> Keys:
     """The keys of the file itself, which are its tables."""
-    return {
-        name: Key(TABLES if name == "layer" else TABLE, "", name not in OPTIONAL_SECTIONS)
-        for name in sections
-    }
+    return {name: Key(_accepted(name), "", name not in OPTIONAL_SECTIONS) for name in sections}
+
+
+def _accepted(section: str) -> Accept:
+    return TABLES if section in SEVERAL else TABLE
 
 
 def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
@@ -271,20 +286,26 @@ def _same_length(where: str, material: Any) -> Any:
     return material
 
 
-def _body(tables: Table, sections: dict[str, Keys]) -> LayeredHalfSpace:
+def _body(tables: Table, sections: dict[str, Keys], folder: Path) -> LayeredHalfSpace:
     layers = [
-        Layer(_material(where, table, sections["layer"]), float(table["thickness"]))
-        for where, table in layer_tables(tables)
+        Layer(_material(where, table, sections["layer"]), _thickness(where, table["thickness"], folder))
+        for where, table in tables_named("layer", tables)
     ]
     return LayeredHalfSpace(layers, _material("substrate", tables["substrate"], sections["substrate"]))
 
 
-def layer_tables(tables: Table) -> list[tuple[str, Table]]:
-    """The name and the table of each layer: one [layer], or a [[layer]] for each from the top down."""
-    given = tables.get("layer", [])
+def _thickness(where: str, value: Any, folder: Path) -> Any:
+    if isinstance(value, str):
+        return _field(f"{where}.thickness", folder / value, "thicknesses (nx, ny) [m]")
+    return float(value)
+
+
+def tables_named(name: str, tables: Table) -> list[tuple[str, Table]]:
+    """Return the tables of a section that may be given several times, each with its name: of layers from the top down."""
+    given = tables.get(name, [])
     if isinstance(given, list):
-        return [(f"layer[{i}]", table) for i, table in enumerate(given)]
-    return [("layer", given)]
+        return [(f"{name}[{i}]", table) for i, table in enumerate(given)]
+    return [(name, given)]
 
 
 def _indenter(table: Table, own: Keys, folder: Path) -> shapes.Indenter:
@@ -363,6 +384,7 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     if isinstance(motion.get("friction"), str):
         path = folder / motion["friction"]
         motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
+    motion |= _parts(kind, tables)
     tangential = KINDS[kind].tangential
     if tangential is None:
         return motion
@@ -370,6 +392,24 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     name = _one_of(control, *names)
     value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
     return motion | {keyword: TANGENTIAL.get(name, np.asarray)(value)}
+
+
+def _parts(kind: str, tables: Table) -> Table:
+    """Return the arguments that further tables describe; the objects of tables of one argument are added."""
+    found: dict[str, list[Any]] = {}
+    for name, part in KINDS[kind].parts.items():
+        for _, table in tables_named(name, tables):
+            found.setdefault(part.argument, []).append(_part(part, table))
+    needed = [name for name, part in KINDS[kind].parts.items() if part.added]
+    if needed and KINDS[kind].parts[needed[0]].argument not in found:
+        names = ", ".join(f"[{name}]" for name in needed)
+        raise CaseError(f"[{needed[0]}]: missing; accepted: one or more of {names}")
+    return {argument: functools.reduce(operator.add, objects) for argument, objects in found.items()}
+
+
+def _part(part: CasePart, table: Table) -> Any:
+    absent = {name: None for name, key in part.keys.items() if not key.required and key.default is None}
+    return part.makes(**absent | {name: _as_float(value) for name, value in table.items()})
 
 
 def _times(table: Table, own: Keys) -> np.ndarray:

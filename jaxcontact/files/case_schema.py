@@ -6,19 +6,21 @@
 
 import math
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.indenters import shapes
-from jaxcontact.inputs import materials
+from jaxcontact.inputs import laws, materials
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact.results.rubbing import RubbingHistory
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.indent import Indentation, indent
 from jaxcontact.verbs.roll_steady import roll_steady
+from jaxcontact.verbs.rub import Rubs, Thermal, rub
 from jaxcontact.verbs.shear import Shearing, shear
 from jaxcontact.verbs.slide import Sliding, slide
 from jaxcontact.verbs.slide_steady import slide_steady
@@ -34,12 +36,16 @@ class Accept:
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a table: what it accepts, what it means, whether it must be there, what holds when absent."""
+    """A key of a table: what it accepts, what it means, whether it must be there, what holds when absent.
+
+    file: whether the name of a .npy file may stand for the value.
+    """
 
     accept: Accept
     meaning: str
     required: bool = False
     default: Any = None
+    file: bool = False
 
     @property
     def unit(self) -> str | None:
@@ -52,6 +58,12 @@ class Key:
         """What it accepts and means, for a message."""
         absent = "" if self.default is None else f", {str(self.default).lower()} when absent"
         return f"{self.accept.words}: {self.meaning}{absent}" if self.meaning else self.accept.words
+
+
+def or_file(accept: Accept) -> Accept:
+    """A value, or the name of a .npy file with one value for each cell."""
+    named = lambda v: isinstance(v, str) and v.endswith(".npy")
+    return Accept(lambda v: named(v) or accept.test(v), f"{accept.words}, or a .npy file")
 
 
 SMALLEST, LARGEST = 1e-30, 1e30  # of any quantity: products and squares of them stay within float64
@@ -106,6 +118,7 @@ POSITIVE = Accept(
 NOT_NEGATIVE = Accept(lambda v: _is_number(v) and v >= 0, f"a number >= 0, {RANGE}")
 POISSON = Accept(lambda v: _is_number(v) and -1 < v <= 0.5, "a number with -1 < nu <= 0.5")
 NUMBER = Accept(_is_number, f"a number, {RANGE}")
+SHARE = Accept(lambda v: _is_number(v) and 0 <= v <= 1, "a number from 0 to 1")
 LOAD = Accept(_is_load, f"a number > 0, or a list of numbers >= 0 that are not all zero, {RANGE}")
 NUMBERS = Accept(lambda v: _is_number(v) or _all_numbers(v), f"a number or a list of numbers, {RANGE}")
 POSITIVE_LIST = Accept(lambda v: _all_numbers(v) and min(v) >= SMALLEST, f"a list of numbers > 0, {RANGE}")
@@ -219,12 +232,67 @@ SAVE = Key(
 )
 
 Keys = dict[str, Key]
+
+
+@dataclass(frozen=True)
+class CasePart:
+    """A table of a case that describes an argument of the function of its kind.
+
+    argument: its keyword; makes: the class of the object; keys: the keyword arguments of the class; added: whether the
+    table may be given several times, and the objects of all tables of that argument are added.
+    """
+
+    argument: str
+    makes: Callable[..., Any]
+    keys: Keys
+    added: bool = False
+
+
 TIMES_KEYS: Keys = {
     "end": Key(POSITIVE, "the last time [s]; the first is 0"),
     "steps": Key(whole_number(1, MOST_TIMES), "number of steps to the end"),
     "spacing": Key(choice("uniform", "logarithmic"), "spacing of the times", default="uniform"),
     "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
     "values": Key(TIMES, "list of the times [s], in place of the other keys"),
+}
+
+
+RUBBING_PARTS = {
+    "growth": CasePart(
+        "law",
+        laws.StressActivated,
+        {
+            "rate": Key(POSITIVE, "rate constant [m/s]", required=True),
+            "activation_energy": Key(NOT_NEGATIVE, "energy at no stress [J]", required=True),
+            "activation_volume": Key(NUMBER, "energy that stress saves, over the stress [m3]", required=True),
+            "temperature": Key(POSITIVE, "temperature [K]; that of the contact, by [thermal], when absent"),
+            "stress": Key(
+                choice("pressure", "shear"), "driving stress; shear: friction x pressure", default="pressure"
+            ),
+        },
+        added=True,
+    ),
+    "removal": CasePart(
+        "law",
+        laws.ProportionalRemoval,
+        {"rate": Key(NOT_NEGATIVE, "removal per thickness and time [1/s]", required=True)},
+        added=True,
+    ),
+    "wear": CasePart(
+        "law",
+        laws.Archard,
+        {"coefficient": Key(NOT_NEGATIVE, "volume per load and path [1/Pa]", required=True)},
+        added=True,
+    ),
+    "thermal": CasePart(
+        "thermal",
+        Thermal,
+        {
+            "ambient": Key(POSITIVE, "temperature far from the contact [K]", required=True),
+            "conductivity": Key(POSITIVE, "thermal conductivity of the body [W/(m K)]", required=True),
+            "share": Key(SHARE, "share of the heat of friction that enters the body", default=1.0),
+        },
+    ),
 }
 
 
@@ -238,7 +306,7 @@ class Kind:
     arrays for each byte of the kernels in a march, in a steady state fields of the grid; tangential: keyword of the
     tangential control and the keys of which one must be given; stationary: whether the indenter does not move over the
     body; times, march: the keys of times, and the class that checks the arguments for a march in blocks; None for a
-    steady state.
+    steady state; thickness: the key of a layer; parts: further tables.
     """
 
     verb: Callable[..., Any]
@@ -252,6 +320,14 @@ class Kind:
     stationary: bool = False
     times: Keys | None = None
     march: type[TimedExperiment] | None = None
+    thickness: Key = Key(POSITIVE, "thickness [m]", required=True)
+    parts: Mapping[str, CasePart] = field(default_factory=dict)
+
+
+def _thickness(accept: Accept) -> Key:
+    """The thickness of a layer, which may vary in the plane."""
+    meaning = "thickness [m], or a file of one per cell (nx, ny)"
+    return Key(or_file(accept), meaning, required=True, file=True)
 
 
 KINDS: dict[str, Kind] = {
@@ -272,6 +348,7 @@ KINDS: dict[str, Kind] = {
         stationary=True,
         times=TIMES_KEYS,
         march=Indentation,
+        thickness=_thickness(POSITIVE),
     ),
     "shear": Kind(
         shear,
@@ -299,6 +376,34 @@ KINDS: dict[str, Kind] = {
         memory=3.0,
         times=TIMES_KEYS,
         march=Sliding,
+    ),
+    "rubbing": Kind(
+        rub,
+        RubbingHistory,
+        {
+            "velocity": Key(
+                SPEEDS, "velocity of rubbing in place [m/s], held or one per time", required=True
+            ),
+            "friction": SLIDE_FRICTION,
+            "wears": Key(choice("film", "indenter"), "what the laws change", default="film"),
+        },
+        {"load": LOAD_ON, "approach": APPROACH},
+        {
+            "tolerance": TOLERANCE,
+            "max_iterations": ITERATIONS,
+            "substeps": SUBSTEPS,
+            "thickest": Key(
+                POSITIVE, "thickness up to which kernels are made [m]; absent: twice that at first or more"
+            ),
+            "save": SAVE,
+        },
+        example="growing_tribofilm",
+        memory=3.0,
+        stationary=True,
+        times=TIMES_KEYS,
+        march=Rubs,
+        thickness=_thickness(NOT_NEGATIVE),
+        parts=RUBBING_PARTS,
     ),
     "steady-sliding": Kind(
         slide_steady,
@@ -332,13 +437,14 @@ def sections_of(kind: str) -> dict[str, Keys]:
     own = KINDS[kind]
     return {
         "experiment": {"kind": KIND} | own.beside,
-        "layer": {"material": MATERIAL, "thickness": Key(POSITIVE, "thickness [m]", required=True)},
+        "layer": {"material": MATERIAL, "thickness": own.thickness},
         "substrate": {"material": MATERIAL},
         "indenter": {
             "shape": Key(choice(*SHAPES), "the shape, whose sizes stand beside it", required=True),
             "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
         },
         "control": own.control,
+        **{name: part.keys for name, part in own.parts.items()},
         **({} if own.times is None else {"times": own.times}),
         "grid": {
             "n": Key(whole_number(4, MOST_CELLS), "cells along x and y", default=256),
@@ -355,4 +461,6 @@ def sections_of(kind: str) -> dict[str, Keys]:
     }
 
 
-OPTIONAL_SECTIONS = ("experiment", "layer", "grid", "solver")
+PARTS = {name: part for kind in KINDS.values() for name, part in kind.parts.items()}
+OPTIONAL_SECTIONS = ("experiment", "layer", "grid", "solver", *PARTS)
+SEVERAL = ("layer", *(name for name, part in PARTS.items() if part.added))  # each may be given several times

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any
 
-from jaxcontact.files.case_file import Case, layer_tables
-from jaxcontact.files.case_schema import KINDS, MATERIALS, SHAPES, Key, Keys, sections_of
+from jaxcontact.files.case_file import Case, tables_named
+from jaxcontact.files.case_schema import KINDS, MATERIALS, PARTS, SHAPES, Key, Keys, sections_of
 
 Table = dict[str, Any]
 
@@ -29,21 +29,31 @@ def blocks_of(case: Case) -> list[Section]:
     """Return the tables of a case in order, with all defaults filled in."""
     sections = sections_of(case.kind)
     blocks = {
-        name: Section(f"[{name}]", *_section(name, keys, case))
+        name: _parts(name, keys, case)
+        if name in PARTS
+        else [Section(f"[{name}]", *_section(name, keys, case))]
         for name, keys in sections.items()
         if name != "layer"
     }
-    layers = [_solid(table, sections["layer"]) for _, table in layer_tables(case.tables)]
+    layers = [_solid(table, sections["layer"]) for _, table in tables_named("layer", case.tables)]
     heading = "[[layer]]" if isinstance(case.tables.get("layer"), list) else "[layer]"
     none = [Section("# no [layer]: the body is a half-space")]
-    first = [blocks.pop("experiment"), *([Section(heading, *layer) for layer in layers] or none)]
-    solids = [blocks.pop("substrate"), blocks.pop("indenter")]
+    first = [*blocks.pop("experiment"), *([Section(heading, *layer) for layer in layers] or none)]
+    solids = [*blocks.pop("substrate"), *blocks.pop("indenter")]
+    others = [block for name in blocks for block in blocks[name]]
     if case.indenter.material is None:
         rigid = Section("# no [indenter.material]: the indenter is rigid")
-        return [*first, *solids, *blocks.values(), rigid]
+        return [*first, *solids, *others, rigid]
     own = {"material": "elastic"} | case.tables["indenter"]["material"]
     elastic = sections["substrate"] | MATERIALS["elastic"][1]
-    return [*first, *solids, Section("[indenter.material]", *_filled(own, elastic)), *blocks.values()]
+    return [*first, *solids, Section("[indenter.material]", *_filled(own, elastic)), *others]
+
+
+def _parts(name: str, keys: Keys, case: Case) -> list[Section]:
+    """Return the tables of a section that describes an argument; a comment where there is none."""
+    heading = f"[[{name}]]" if isinstance(case.tables.get(name), list) else f"[{name}]"
+    given = [Section(heading, *_filled(table, keys)) for _, table in tables_named(name, case.tables)]
+    return given or [Section(f"# no [{name}]", {}, keys)]
 
 
 def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:

@@ -11,7 +11,7 @@ import shutil
 import warnings
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,11 @@ CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and a
 FROM_MAPS = (
     "pressure_line",
     "displacement_line",
+    "thickness_line",
+    "temperature_line",
     "peak_pressure",
+    "peak_thickness",
+    "peak_temperature",
     "sticking_share",
 )  # of all times, whatever is kept
 SLIP = "slip"  # the map that is a sum over the time since the map before
@@ -55,9 +59,16 @@ class StoredFields:
         whole = tuple(name for name in names if TIME[0] not in FIELDS[name].dimensions)
         maps = tuple(name for name in names if name not in whole and FIELDS[name].is_map)
         series = tuple(name for name in names if name not in (*maps, *whole))
-        return cls(
-            maps, whole, series, tuple(n for n in FROM_MAPS if n.endswith("_line") or hasattr(kind, n))
+        lines = tuple(n for n in FROM_MAPS if n.removesuffix("_line") in names or hasattr(kind, n))
+        return cls(maps, whole, series, lines)
+
+    def among(self, names: Collection[str]) -> "StoredFields":
+        """Return those of some names: fields that may be None are not stored where they are."""
+        kept = (
+            tuple(n for n in group if n in names)
+            for group in (self.maps, self.whole, self.series, self.lines)
         )
+        return StoredFields(*kept)
 
 
 @dataclass(frozen=True)
@@ -98,7 +109,9 @@ def fingerprint(case: Case) -> str:
     words = (
         f"{sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
     )
-    numbers = b"".join(np.asarray(leaf, dtype=float).tobytes() for leaf in leaves)
+    numbers = b"".join(
+        leaf.encode() if isinstance(leaf, str) else np.asarray(leaf, dtype=float).tobytes() for leaf in leaves
+    )
     return hashlib.sha256(words.encode() + numbers).hexdigest()
 
 
@@ -172,7 +185,7 @@ class FinishedSteps:
         arrays = arrays_of(block.history) | _lines(block.history)
         if SLIP in arrays:
             arrays[SLIP] = self._slip(before, arrays[SLIP], steps)
-        fields = StoredFields.of(self.kind)
+        fields = StoredFields.of(self.kind).among(arrays)
         last = {name: arrays[name] for name in fields.whole} | {
             name: arrays[name][-1] for name in fields.maps
         }
@@ -188,6 +201,7 @@ class FinishedSteps:
         checkpoint, fields = self._checkpoint(count), StoredFields.of(self.kind)
         last = read_npz(checkpoint, *fields.whole, *fields.maps)
         blocks = [self._block(index) for index in range(count)]
+        fields = fields.among(last | read_npz(blocks[0], *fields.series, *fields.lines))
         series = _joined(blocks, (*fields.series, *fields.lines))
         lines = {name: series.pop(name) for name in fields.lines}
         history = self.kind(**series, **last, saved=None, grid=grid)
@@ -254,8 +268,9 @@ def _salvaged(damaged: list[Path], standing: Standing) -> str:
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
     """Return the lines of a block, see ``FinishedRun``."""
     middle = history.grid.shape[1] // 2
-    pressure, displacement = np.asarray(history.pressure), np.asarray(history.displacement)
-    lines = {"pressure_line": pressure[:, :, middle], "displacement_line": displacement[:, :, middle]}
+    maps = {name: name.removesuffix("_line") for name in FROM_MAPS if name.endswith("_line")}
+    maps = {line: name for line, name in maps.items() if getattr(history, name, None) is not None}
+    lines = {line: np.asarray(getattr(history, name))[:, :, middle] for line, name in maps.items()}
     return lines | {name: values for name, values in numbers_of(history).items() if name in FROM_MAPS}
 
 

@@ -19,6 +19,7 @@ def _prefixed(unit: str, sign: int = 1) -> dict[str, Decimal]:
 
 LENGTHS = {"nm": Decimal("1e-9"), **_prefixed("?m"), "cm": Decimal("1e-2")}
 TIMES = {"s": Decimal(1), "min": Decimal(60), "h": Decimal(3600), "d": Decimal(86400)}
+ELECTRONVOLT, AVOGADRO = Decimal("1.602176634e-19"), Decimal("6.02214076e23")  # exact, SI 2019
 UNITS = {  # by the SI unit of a key: the units accepted after a number
     "m": LENGTHS,
     "s": TIMES | {f"{prefix}s": Decimal(10) ** PREFIXES[prefix] for prefix in ("m", "u", "n")},
@@ -28,6 +29,11 @@ UNITS = {  # by the SI unit of a key: the units accepted after a number
     "1/Pa": _prefixed("1/?Pa", -1),
     "1/(Pa s)": _prefixed("1/(?Pa s)", -1),
     "m/s": {f"{length}/{time}": LENGTHS[length] / TIMES[time] for length in LENGTHS for time in TIMES},
+    "1/s": {f"1/{unit}": 1 / size for unit, size in TIMES.items()},
+    "J": {"J": Decimal(1), "eV": ELECTRONVOLT, "kJ/mol": Decimal(1000) / AVOGADRO},
+    "m3": {"m3": Decimal(1), "nm3": Decimal("1e-27"), "A3": Decimal("1e-30"), "Å3": Decimal("1e-30")},
+    "K": {"K": Decimal(1)},
+    "W/(m K)": {"W/(m K)": Decimal(1)},
     "rad": {"rad": Decimal(1), "mrad": Decimal("1e-3"), "deg": Decimal(math.pi) / 180},
 }
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*")

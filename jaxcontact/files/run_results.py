@@ -132,6 +132,7 @@ def pictures(run: FinishedRun) -> dict[str, Any]:
         "surface.png": plotting.surface_figure(
             x, profile, run.lines["displacement_line"], history.approach, times
         ),
+        "film.png": figures.film_of(x, run.lines, times),
         "overview.png": figures.overview_of(history),
     }
     return {name: figure for name, figure in own.items() if figure is not None}

@@ -3,16 +3,23 @@ together.
 
     dh/dt = r(p, h, T, v),      p: contact on the film as it is,      h >= 0 of a film.
 
-One step of the method of Heun, of second order:
+One step is an exponential method of Heun, of second order. With s = max(0, -dr/dh) at the pressure at the start of the step,
+r = N - s h, phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z at z = s dt,
 
-    h* = h_n + dt r_n                               with its pressure p*,
-    h_(n+1) = h_n + dt/2 (r_n + r*)                 with its pressure p_(n+1).
+    h* = h_n + dt phi_1 r_n                         with its pressure p*,
+    h_(n+1) = h* + dt phi_2 (N* - N_n)              with its pressure p_(n+1)
 
-Both contacts have the operator of the film as it is in the middle of the step by its first estimate. The step's error is
-estimated by dt/2 |r_(n+1) - r*|, what the trapezoidal rule would still change: it is of third order.
+(S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430). Removal in proportion to the thickness is exact for any step,
+and a steady state of growth and removal is one of the method. Both contacts have the operator of the film as it is in the
+middle of the step by its first estimate. The step's error is estimated by the larger of dt phi_2 |N_(n+1) - N*|, what
+a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one before: both are of third
+order.
 
-The scheme is explicit. A law that is stiff for the step, a removal rate k with k dt > 2, say, or wear that flattens single
-cells faster than the step, makes the estimate grow. A step whose estimate is above ``LARGEST_ERROR`` of the largest
+With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
+middle of a step is extrapolated from the two steps before.
+
+The scheme is explicit in the pressure. Wear that flattens single cells faster than the step, or growth that accelerates by
+its own relief, makes the estimate grow. A step whose estimate is above ``LARGEST_ERROR`` of the largest
 thickness, or of the approach where that is larger, has a status that says so.
 """
 
@@ -47,14 +54,20 @@ class RubStep(NamedTuple):
 
 
 class RubCarry(NamedTuple):
-    """The carry: that of the contact; thickness [m] and its rate [m/s], work of friction per area [J/m2]: (nx, ny);
-    error: sum of the estimates of all steps so far [m], ()."""
+    """The carry: that of the contact; thickness [m], its rate [m/s] and the relaxation s of the module [1/s], work of
+    friction per area [J/m2]: (nx, ny); error: sum of the estimates of all steps so far [m], (); shift: log of the shift
+    factor of the body's times and its rate of change [1/s], (2,); slopes: as ``_slopes`` over the last step, and last: its
+    length [s]."""
 
     contact: PressCarry
     thickness: Array
     rate: Array
+    relaxation: Array
     work: Array
     error: Array
+    shift: Array
+    slopes: Array
+    last: Array
 
 
 @pytree
@@ -62,16 +75,26 @@ class Heated:
     """Temperature of the surface where friction heats it.
 
     spectrum: of the rise per heat flux on a cell [K m2/W], for ``spectral.convolve``; ambient [K], (); share: of the heat
-    of friction that enters the body, ().
+    of friction that enters the body, (); shift: None, or the law of the shift factor of the body's times.
     """
 
     spectrum: Array
     ambient: Array
     share: Array
+    shift: Any = None
 
     def temperature(self, flux: Array) -> Array:
         """Return the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
         return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
+
+    def log_shift(self, temperature: Array, pressure: Array) -> Array:
+        """Return the log of the shift factor at the mean temperature of the contact, without contact at ambient, ()."""
+        if self.shift is None:
+            return jnp.zeros(())
+        touching = pressure > 0.0
+        cells = jnp.sum(touching)
+        rise = jnp.sum(jnp.where(touching, temperature - self.ambient, 0.0)) / jnp.maximum(cells, 1)
+        return self.shift.log_factor(self.ambient + rise)
 
 
 class Awaited(NamedTuple):
@@ -117,26 +140,31 @@ class RubStepper(PressStepper):
 
     def start(self) -> RubCarry:  # type: ignore[override]
         zero = jnp.zeros_like(self.profile)
-        return RubCarry(super().start(), self.at_first, zero, zero, jnp.zeros(()))
+        contact, none = super().start(), jnp.zeros(())
+        return RubCarry(
+            contact, self.at_first, zero, zero, zero, none, jnp.zeros(2), jnp.stack([zero, zero]), none
+        )
 
     def advance(  # type: ignore[override]
         self, carry: RubCarry, step: Steps
     ) -> tuple[RubCarry, Outcome]:
         contact, dt = carry.contact, step.dt
-        guessed = self._changed(carry.thickness, dt * carry.rate)
+        guessed = self._changed(carry.thickness, dt * _weights(carry.relaxation * dt)[0] * carry.rate)
         coming = self._predicted(carry, guessed, step)
         first = self._rubbed(coming, guessed, contact.pressure + contact.rate * dt, step)
-        thickness = self._changed(carry.thickness, dt * (carry.rate + first.rate) / 2.0)
+        thickness = self._changed(carry.thickness, _second_order(carry, first, carry.relaxation, dt))
         second = self._rubbed(coming, thickness, first.solution.pressure, step)
-        corrected = self._changed(thickness, dt * (second.rate - first.rate) / 2.0)
-        estimate = jax.lax.stop_gradient(jnp.max(jnp.abs(corrected - thickness)))
+        estimate = jax.lax.stop_gradient(self._estimate(carry, first, second, dt))
         pressure = second.solution.pressure
         fields = self.memory.update(coming.fields, pressure, coming.driven)
         slope = jax.lax.stop_gradient(pressure - contact.pressure) / jnp.where(dt > 0.0, dt, jnp.inf)
-        before = self._flux(contact.pressure, step.more.speed_before)
-        work = carry.work + dt / 2.0 * (before + self._flux(pressure, step.more.speed))
+        fluxes = self._flux(contact.pressure, step.more.speed_before) + self._flux(pressure, step.more.speed)
+        work = carry.work + dt / 2.0 * fluxes
         pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
-        carry = RubCarry(pressed, thickness, second.rate, work, carry.error + estimate)
+        shift = self._shifted(carry.shift, second, dt)
+        relaxation = self._relaxation(second.state)
+        error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(carry, second, dt))
+        carry = RubCarry(pressed, thickness, second.rate, relaxation, work, error, shift, slopes, dt)
         return carry, self._outcome(carry, coming, first, second, estimate)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
@@ -149,11 +177,21 @@ class RubStepper(PressStepper):
 
     def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
-        driven = ThicknessStep(step.dt, carry.thickness, guessed) if self.of_film else step.dt
+        dt = step.dt * jnp.exp(-carry.shift[0] - carry.shift[1] * step.dt / 2.0)
+        driven = ThicknessStep(dt, carry.thickness, guessed) if self.of_film else dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
         lowest, gap = jnp.min(self.profile), self.profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
         return Awaited(problem, found.earlier, found.fields, driven)
+
+    def _shifted(self, before: Array, found: SolvedRub, dt: Array) -> Array:
+        """Return the log of the shift factor at the end of a step, and its rate of change over the step."""
+        if self.heated is None or self.heated.shift is None:
+            return before
+        assert found.state.temperature is not None
+        now = self.heated.log_shift(found.state.temperature, found.solution.pressure)
+        rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
+        return jnp.stack([now, rate])
 
     def _rubbed(self, coming: Awaited, thickness: Array, guess: Array, step: Steps) -> SolvedRub:
         """Return the contact on a film of a thickness, and the rate of the law in it."""
@@ -174,6 +212,22 @@ class RubStepper(PressStepper):
             time=step.more.time,
         )
         return SolvedRub(problem, solution, raised, state, self.kinetics.rate(state))
+
+    def _estimate(self, carry: RubCarry, first: SolvedRub, second: SolvedRub, dt: Array) -> Array:
+        """Return the error of a step in the thickness [m], (), the larger of the two of the module."""
+        relaxation, thickness = carry.relaxation, second.state.thickness
+        change = second.rate - first.rate + relaxation * (thickness - first.state.thickness)
+        corrected = self._changed(thickness, dt * _weights(relaxation * dt)[1] * change)
+        now, before = _slopes(carry, second, dt), carry.slopes
+        bend = 2.0 * (now[0] - before[0] + relaxation * (now[1] - before[1])) / (dt + carry.last)
+        bend = jnp.where((dt > 0.0) & (carry.last > 0.0), bend, 0.0)
+        return jnp.max(jnp.maximum(jnp.abs(corrected - thickness), dt**3 / 12.0 * jnp.abs(bend)))
+
+    def _relaxation(self, state: RubbingState) -> Array:
+        """Return how fast the law relaxes the thickness at a fixed pressure, max(0, -dr/dh) [1/s], (nx, ny)."""
+        rate = lambda thickness: self.kinetics.rate(replace(state, thickness=thickness))
+        _, slope = jax.jvp(rate, (state.thickness,), (jnp.ones_like(state.thickness),))
+        return jnp.maximum(-slope, 0.0)
 
     def _flux(self, pressure: Array, speed: Array) -> Array:
         """Return the power of friction per area [W/m2], from a scaled pressure."""
@@ -208,3 +262,27 @@ class RubStepper(PressStepper):
             (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),
         )
         return jnp.where(own == Status.FINE, kinetic, own)
+
+
+def _second_order(carry: RubCarry, first: SolvedRub, relaxation: Array, dt: Array) -> Array:
+    """Return the change of the thickness over a step [m] by the method of the module, at some relaxation s."""
+    one, two = _weights(relaxation * dt)
+    change = first.rate - carry.rate + relaxation * (first.state.thickness - carry.thickness)
+    return dt * (one * carry.rate + two * change)
+
+
+def _slopes(carry: RubCarry, found: SolvedRub, dt: Array) -> Array:
+    """Return the mean rates of change over a step of the law's rate and of the thickness, (2, nx, ny)."""
+    change = jnp.stack([found.rate - carry.rate, found.state.thickness - carry.thickness])
+    return change / jnp.where(dt > 0.0, dt, jnp.inf)
+
+
+def _weights(z: Array) -> tuple[Array, Array]:
+    """Return phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z of the module, z >= 0; 1 and 1/2 at zero."""
+    small = z < 1e-3
+    safe = jnp.where(small, 1.0, z)
+    first = jnp.where(small, 1.0 - z / 2.0 + z**2 / 6.0 - z**3 / 24.0, -jnp.expm1(-safe) / safe)
+    second = jnp.where(
+        small, 0.5 - z / 6.0 + z**2 / 24.0 - z**3 / 120.0, (1.0 + jnp.expm1(-safe) / safe) / safe
+    )
+    return first, second

@@ -18,7 +18,9 @@ The thickness of a film that wears does not become negative.
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+import inspect
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -28,6 +30,7 @@ from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree, static
 
 BOLTZMANN = 1.380649e-23  # J/K, exact
+T = TypeVar("T")
 
 
 @pytree
@@ -86,6 +89,27 @@ def _terms(law: Any) -> tuple[Any, ...]:
     return law.terms if isinstance(law, SumOfLaws) else (law,)
 
 
+def _with_rate(cls: type[T]) -> type[T]:
+    """Let the constructor of a law take the field ``rate_constant`` as ``rate``.
+
+    The field cannot have that name, since it is the name of the method that every law has.
+    """
+    construct, field = cls.__init__, "rate_constant"
+
+    @functools.wraps(construct)
+    def constructor(self: T, *args: Any, **given: Any) -> None:
+        if "rate" in given:
+            given = {field if name == "rate" else name: value for name, value in given.items()}
+        construct(self, *args, **given)
+
+    signature = inspect.signature(construct)
+    renamed = [p.replace(name="rate") if p.name == field else p for p in signature.parameters.values()]
+    constructor.__signature__ = signature.replace(parameters=renamed)  # type: ignore[attr-defined]
+    cls.__init__ = constructor  # type: ignore[method-assign, assignment]
+    return cls
+
+
+@_with_rate
 @pytree
 class StressActivated(KineticLaw):
     """Growth activated by stress and temperature where there is contact.
@@ -95,14 +119,16 @@ class StressActivated(KineticLaw):
     Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24 (shear stress).
 
     Args:
-        rate_constant: rate [m/s] > 0.
+        rate: rate constant [m/s] > 0; the field is ``rate_constant``, since ``rate`` is a method.
         activation_energy: [J] >= 0.
         activation_volume: [m3].
         temperature: T [K] > 0; None: that of the contact, with ``thermal=``.
         stress: "pressure", or "shear" for friction x pressure; static.
 
     Example:
-        >>> law = jc.StressActivated(1e-2, 1.2e-19, 4e-30, 373.0, stress="shear") + jc.Archard(1e-20)
+        >>> law = jc.StressActivated(
+        ...     rate=1e-2, activation_energy=1.2e-19, activation_volume=4e-30, temperature=373.0, stress="shear"
+        ... ) + jc.Archard(coefficient=1e-20)
     """
 
     rate_constant: Array | float
@@ -110,6 +136,17 @@ class StressActivated(KineticLaw):
     activation_volume: Array | float
     temperature: Array | float | None
     stress: str = static(default="pressure")
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            rate: Array | float,
+            activation_energy: Array | float,
+            activation_volume: Array | float,
+            temperature: Array | float | None,
+            stress: str = "pressure",
+        ) -> None: ...
 
     def rate(self, step: RubbingState) -> Array:
         stress = step.pressure if self.stress == "pressure" else step.friction_stress
@@ -129,18 +166,23 @@ class StressActivated(KineticLaw):
         return valid & checks.positive("StressActivated temperature [K]", self.temperature)
 
 
+@_with_rate
 @pytree
 class ProportionalRemoval(KineticLaw):
     """Removal in proportion to the thickness where there is contact: dh/dt = -rate h.
 
     Args:
-        rate_constant: rate [1/s] >= 0.
+        rate: rate constant [1/s] >= 0; the field is ``rate_constant``, since ``rate`` is a method.
 
     Example:
-        >>> law = jc.ProportionalRemoval(1e-3)
+        >>> law = jc.ProportionalRemoval(rate=1e-3)
     """
 
     rate_constant: Array | float
+
+    if TYPE_CHECKING:
+
+        def __init__(self, rate: Array | float) -> None: ...
 
     def rate(self, step: RubbingState) -> Array:
         return jnp.where(step.pressure > 0.0, -self.rate_constant * step.thickness, 0.0)

@@ -203,12 +203,18 @@ def separate_map(
 
 
 def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
-    """Return the body with each growing or wearing layer at its largest thickness; concrete values only."""
+    """Return the body with each layer at its largest thickness, for estimates; concrete values only.
+
+    A layer that has no thickness anywhere is left out.
+    """
     layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
-    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 0 for layer in layers):
+    if not all(isinstance(layer, Layer) for layer in layers):
         return body
-    at_most = lambda layer: replace(layer, thickness=float(np.max(np.asarray(layer.thickness))))
-    return replace(body, layers=tuple(at_most(layer) for layer in layers))
+    at_most = [float(np.max(np.asarray(layer.thickness))) for layer in layers]
+    if not any(np.ndim(layer.thickness) > 0 for layer in layers) and 0.0 not in at_most:
+        return body
+    there = [(layer, h) for layer, h in zip(layers, at_most, strict=True) if h != 0.0]
+    return replace(body, layers=tuple(replace(layer, thickness=h) for layer, h in there))
 
 
 def _check_layer(layer: Layer | Graded) -> Verdict:

@@ -4,6 +4,7 @@ The attribute ``view`` of a result selects its figure. Figures read the fields o
 so that the modules of results may import this one.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,9 +25,11 @@ def figure_of(result: Any) -> Figure:
 
 @styled
 def overview_of(history: Any) -> Figure | None:
-    """Return the figure of stick and slip zones, or of a rough contact; None if profiles and time series show the result."""
-    if history.view == "shear":
-        return shear_figure(history)
+    """Return the figure of stick and slip zones, of a film that forms, or of a rough contact; None if profiles and time
+    series show the result.
+    """
+    if history.view in ("shear", "rubbing"):
+        return FIGURES[history.view](history)
     if history.grid.plane_strain or is_round(history):
         return None
     return rough_figure(history)
@@ -37,6 +40,41 @@ def contact_figure(history: Any) -> Figure:
     if history.grid.plane_strain or is_round(history):
         return plotting.overview(history)
     return rough_figure(history)
+
+
+def rubbing_figure(history: Any) -> Figure:
+    """The film in cross-section over time, its growth, and maps of thickness, pressure and temperature side by side.
+
+    In plane strain, where a map is a line, the maps are left out; where only the last map was kept, so is the growth.
+    """
+    x, y = history.grid.axes()
+    thickness, times = np.asarray(history.thickness), np.asarray(history.times)
+    over_time = thickness.ndim == 3
+    lines = thickness[..., thickness.shape[-1] // 2].reshape(-1, thickness.shape[-2])
+    names = [name for name in plotting.MAPS if getattr(history, name, None) is not None]
+    rows = 1 if history.grid.plane_strain else 2
+    figure = Figure(figsize=(1.05 * PANEL_WIDTH * len(names), rows * PANEL_HEIGHT), layout="constrained")
+    above, *below = figure.subfigures(rows, 1, squeeze=False)[:, 0]
+    axes = above.subplots(1, 1 + over_time, squeeze=False)[0]
+    plotting.film_section(axes[0], x, lines, times if over_time else times[-1:])
+    if over_time:
+        plotting.growth_curves(axes[1], history)
+    for panels in below:
+        for ax, name in zip(panels.subplots(1, len(names)), names, strict=True):
+            values = np.asarray(getattr(history, name))
+            plotting.quantity_map(ax, x, y, values[-1] if over_time else values, name)
+    figure.suptitle(f"film at t = {float(times[-1]):g} s", fontsize="medium")
+    return figure
+
+
+@styled
+def film_of(x: Any, lines: Mapping[str, Any], times: Any) -> Figure | None:
+    """Return the figure of a film in cross-section over time, from the lines of a run; None if none of its film forms."""
+    if "thickness_line" not in lines:
+        return None
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    plotting.film_section(figure.add_subplot(), x, lines["thickness_line"], times)
+    return figure
 
 
 def shear_figure(history: Any) -> Figure:
@@ -93,6 +131,7 @@ def interior_figure(inside: Any) -> Figure:
 FIGURES = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
     "shear": shear_figure,
+    "rubbing": rubbing_figure,
     "rolling": rolling_figure,
     "steady sliding": steady_sliding_figure,
     "interior": interior_figure,

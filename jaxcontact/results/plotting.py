@@ -88,15 +88,68 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     return ax
 
 
+MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K"}  # of a film that forms, with units
+
+
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
     """Draw a map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
     highest = np.max(pressure) if highest is None else highest
-    (p_unit, p_name), (x_unit, x_name) = scale_of(highest, "Pa"), scale_of(x, "m")
+    return _map(ax, x, y, pressure, ("pressure", "Pa"), (0.0, float(highest)), title)
+
+
+def quantity_map(ax: Axes, x: Any, y: Any, values: Any, name: str) -> Axes:
+    """Draw a map (nx, ny) of one of ``MAPS``; the colours of a temperature and of an indenter's wear begin at the least."""
+    low, high = float(np.min(values)), float(np.max(values))
+    return _map(ax, x, y, values, (name, MAPS[name]), (low if name == "temperature" else min(low, 0.0), high))
+
+
+def _map(
+    ax: Axes,
+    x: Any,
+    y: Any,
+    values: Any,
+    quantity: tuple[str, str],
+    limits: tuple[float, float],
+    title: str = "",
+) -> Axes:
+    """Draw a map of a quantity (name, unit) over x and y [m], with a colour bar between the limits."""
+    (name, own), (low, high) = quantity, limits
+    (unit, symbol), (x_unit, x_name) = scale_of((low, high), own), scale_of(x, "m")
     x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
-    values, top = np.asarray(pressure).T / p_unit, float(highest) / p_unit
-    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, vmax=top, shading="nearest", rasterized=True)
-    ax.figure.colorbar(mesh, ax=ax, label=f"pressure [{p_name}]", shrink=0.8, pad=0.02)
+    scaled, low, high = np.asarray(values).T / unit, low / unit, high / unit
+    mesh = ax.pcolormesh(x, y, scaled, cmap=COLOURS, vmin=low, vmax=high, shading="nearest", rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, label=f"{name} [{symbol}]", shrink=0.8, pad=0.02)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title, aspect="equal")
+    return ax
+
+
+def film_section(ax: Axes, x: Any, thickness: Any, times: Any) -> Axes:
+    """Draw the thickness (nt, nx) [m] of a film along x [m] at each of the times [s]."""
+    (h_unit, h_name), (x_unit, x_name) = scale_of(thickness, "m"), scale_of(x, "m")
+    if len(times) > 1:
+        time_lines(ax, np.asarray(x) / x_unit, np.asarray(thickness) / h_unit, times)
+    else:
+        ax.plot(np.asarray(x) / x_unit, np.asarray(thickness)[0] / h_unit, color=colormaps[COLOURS](0.3))
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"thickness [{h_name}]")
+    return ax
+
+
+def growth_curves(ax: Axes, history: Any) -> Axes:
+    """Plot the largest thickness of a film, that in the middle of the grid, and the mean over the contact, over time."""
+    thickness, touching = np.asarray(history.thickness), np.asarray(history.pressure) > 0.0
+    middle = tuple(n // 2 for n in history.grid.shape)
+    cells = np.maximum(np.sum(touching, (1, 2)), 1)
+    curves = {
+        "largest": np.max(thickness, (1, 2)),
+        "in the middle": thickness[:, middle[0], middle[1]],
+        "mean in contact": np.sum(np.where(touching, thickness, 0.0), (1, 2)) / cells,
+    }
+    unit, name = scale_of(thickness, "m")
+    for shade, style, (label, values) in zip((0.2, 0.5, 0.75), ("-", "--", ":"), curves.items(), strict=True):
+        ax.plot(history.times, values / unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
+    ax.set_ylabel(f"thickness [{name}]")
+    time_axis(ax, history.times)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return ax
 
 

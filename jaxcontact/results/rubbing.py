@@ -1,5 +1,8 @@
-"""Results of a contact with friction in rubbing."""
+"""Results of rubbing: a contact whose film forms and wears."""
 
+from typing import ClassVar
+
+import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
@@ -33,7 +36,27 @@ class RubbingHistory(ContactHistory):
     than the largest thickness for which its kernels were computed.
     """
 
+    view: ClassVar[str] = "rubbing"
     thickness: Array
     friction_work: Array
     step_error: Array
     temperature: Array | None = None
+
+    @property
+    def peak_thickness(self) -> Array:
+        """The largest thickness at each time [m], (nt,). It is not available where only the last map was kept."""
+        return self._largest("thickness")
+
+    @property
+    def peak_temperature(self) -> Array:
+        """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or as above."""
+        return self._largest("temperature")
+
+    def _largest(self, name: str) -> Array:
+        values = getattr(self, name)
+        if values is None or not self._has_maps_over_time:
+            raise AttributeError(
+                f"peak_{name}: expected a {name} at all times, got"
+                f" {'none: rub was called without thermal=' if values is None else 'the last map only'}"
+            )
+        return jnp.max(values, (-2, -1))

@@ -22,7 +22,9 @@ from jaxcontact.inputs.controls import Control, check_friction
 from jaxcontact.inputs.grid import Grid, check_not_periodic
 from jaxcontact.inputs.laws import check_law
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
+from jaxcontact.inputs.shifts import check_shift
 from jaxcontact.operators import spectral
+from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.thickness_kernels import compiled_varying
 from jaxcontact.results.notes import announce
 from jaxcontact.results.rubbing import RubbedStep, RubbingHistory
@@ -35,7 +37,6 @@ from jaxcontact.verbs.experiment import (
     fine_values,
     marched,
 )
-from jaxcontact.verbs.flash_temperature import coefficients_at_rest
 
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
 
@@ -47,10 +48,16 @@ class Thermal:
     Since the contact does not move over the film, the temperature is T = ambient + rise, where the rise is that of
     ``flash_temperature`` at zero velocity under the flux share x friction x pressure x speed.
 
+    With ``shift`` the temperature changes the creep of the body: at each instant all its times are multiplied by one factor,
+    that of the mean temperature of the contact (``history.living``). Differences of temperature within the contact do not
+    affect the creep, nor does temperature change the moduli.
+
     Args:
         ambient: temperature far from the contact [K] > 0.
         conductivity: thermal conductivity of the body [W/(m K)] > 0.
         share: fraction of the frictional heat that enters the body, from 0 to 1.
+        shift: None, or the law of the shift factor of the body's times: ``ArrheniusShift``, ``WLFShift``, or a frozen pytree
+            with ``log_factor(temperature)``.
 
     Example:
         >>> steel_at_100_degrees = jc.Thermal(ambient=373.0, conductivity=46.0, share=0.5)
@@ -59,12 +66,14 @@ class Thermal:
     ambient: Array | float
     conductivity: Array | float
     share: Array | float = 1.0
+    shift: Any = None
 
     def check(self) -> Verdict:
         """Return whether the values are in range; ValueError where known ones are not."""
         valid = checks.positive("Thermal ambient [K]", self.ambient)
         valid = valid & checks.positive("Thermal conductivity [W/(m K)]", self.conductivity)
-        return valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
+        valid = valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
+        return valid if self.shift is None else valid & check_shift(self.shift)
 
 
 def rub(
@@ -95,11 +104,11 @@ def rub(
     it forms, and the removal of material causes no displacement (``history.growing``). The effect of friction on the
     pressure is neglected.
 
-    The time integration is Heun's method, which is explicit and of second order, with thickness and pressure consistent
-    with each other (``history.living``). ``step_error`` of the result is an estimate of the error, and a step that is too
-    long for the law has status 12. The step is usually limited by wear at the scale of a cell: the wear
-    coefficient x |velocity| x dt must be less than about twice the displacement of a cell per unit of pressure on it, with
-    its neighbours held.
+    Thickness and pressure are consistent with each other to second order in the time step (``history.living``). Removal in
+    proportion to the thickness is exact for steps of any length; otherwise the method is explicit. ``step_error`` of the
+    result is an estimate of the error, and a step that is too long for the law has status 12. The step is usually limited
+    by wear at the scale of a cell: the wear coefficient x |velocity| x dt must be less than about twice the displacement of
+    a cell per unit of pressure on it, with its neighbours held.
 
     Args:
         body: one ``Layer`` on an ``Elastic`` substrate, with a thickness >= 0, a number or (nx, ny); with wears="indenter"
@@ -163,10 +172,10 @@ class Rubs(TimedExperiment):
         velocity: Any,
         law: Any,
         grid: Grid,
-        friction: Any,
-        wears: str,
-        thermal: Thermal | None,
-        thickest: Any,
+        friction: Any = 0.0,
+        wears: str = "film",
+        thermal: Thermal | None = None,
+        thickest: Any = None,
         **options: Any,
     ) -> Self:
         checks.one_of("wears", wears, "film", "indenter")
@@ -232,8 +241,10 @@ class Rubs(TimedExperiment):
     def _heated(self) -> Heated | None:
         if self.thermal is None:
             return None
-        rises = coefficients_at_rest(self.grid) / self.thermal.conductivity
-        return Heated(spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share)
+        rises = coefficients_at_rest(self.grid.shape, self.grid.spacing) / self.thermal.conductivity
+        return Heated(
+            spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share, self.thermal.shift
+        )
 
 
 _OWN = ("velocity", "kinetics", "friction", "thermal", "thickest")

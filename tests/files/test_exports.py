@@ -47,7 +47,7 @@ def test_labelled_arrays_have_them(kind):
         assert set(labelled[name].attrs) >= {"units", "long_name"}
 
 
-@pytest.mark.parametrize("kind", [jc.ContactHistory, jc.ShearHistory, jc.SlidingHistory])
+@pytest.mark.parametrize("kind", [jc.ContactHistory, jc.ShearHistory, jc.SlidingHistory, jc.RubbingHistory])
 def test_tables_have_them(kind):
     pytest.importorskip("pandas")
     result = made_up(kind)
@@ -73,6 +73,23 @@ def test_paraview_has_them(kind, tmp_path):
     path = jc.save(made_up(kind), tmp_path / "film.pvd")
     text = next(iter(path.with_suffix("").glob("*_0.vtr"))).read_text()
     assert derived(kind) <= {name.split(" ")[0] for name in re.findall(r'Name="([^"]+)"', text)}
+
+
+@KINDS
+def test_paraview_and_netcdf_have_every_stored_map_at_every_time(kind, tmp_path):
+    result = made_up(kind)
+    known = fields.fields_of(labels.stored_fields(kind))
+    maps = {name for name in labels.stored_fields(kind) if known[name].is_map}
+    pieces = sorted(jc.save(result, tmp_path / "film.pvd").with_suffix("").glob("*.vtr"))
+    assert len(pieces) == (1 if kind in storage.TIMELESS else len(result.times))
+    for piece in pieces:
+        assert maps <= {name.split(" ")[0] for name in re.findall(r'Name="([^"]+)"', piece.read_text())}
+    xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
+    with xarray.open_dataset(jc.save(result, tmp_path / "a.nc"), decode_times=False) as file:
+        for name in maps:
+            assert file[name].attrs["units"] == known[name].symbol
+            values = file[name].transpose(..., "x", "y").to_numpy()
+            np.testing.assert_array_equal(values, getattr(result, name))
 
 
 def test_their_values_are_those_of_the_fields():

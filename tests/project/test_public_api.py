@@ -23,7 +23,8 @@ ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
 pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
-flash_temperature rub RubbingHistory Thermal Archard ProportionalRemoval StressActivated
+flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
+ArrheniusShift WLFShift ThermalBody heat_partition
 AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
@@ -99,7 +100,8 @@ KEYWORDS = {
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
     jc.sweep: "f cases out executor processes version",
-    jc.flash_temperature: "heat_flux grid velocity conductivity diffusivity",
+    jc.heat_partition: "heat_flux grid first second",
+    jc.flash_temperature: "heat_flux grid velocity conductivity diffusivity film",
     jc.self_affine: "grid hurst rms_slope shortest longest seed",
     jc.surface_statistics: "heights grid",
     jc.read_surface: "path grid",

@@ -41,7 +41,7 @@ FILES = {
     "a missing key": (
         "thickness = 150e-9",
         "",
-        r"layer.thickness: missing; accepted: a number > 0, from 1e-30 to 1e\+30: thickness \[m\]",
+        r"layer.thickness: missing; accepted: a number > 0, from 1e-30 to 1e\+30, or a .npy file: thickness \[m\]",
     ),
     "an unknown material": (
         '"elastic"',
@@ -195,6 +195,35 @@ FILES |= {
         r"found neither creepage nor tangential_load; accepted: one of creepage and tangential_load \[N\]",
         "",
         *NO_TIMES,
+    ),
+    "a rubbing without a law": also(
+        'kind = "rubbing"\nvelocity = 0.1',
+        r"\[growth\]: missing; accepted: one or more of \[growth\], \[removal\], \[wear\]",
+    ),
+    "a typo in a law": also(
+        'kind = "rubbing"\nvelocity = 0.1\n[wear]\ncoeficient = 1e-18',
+        r'wear.coeficient: unknown key; did you mean "coefficient"\?',
+    ),
+    "a typo in the second of two laws": also(
+        'kind = "rubbing"\nvelocity = 0.1\n[[removal]]\nrate = 1e-3\n[[removal]]\nrat = 1e-3',
+        r'removal\[1\].rat: unknown key; did you mean "rate"\?',
+    ),
+    "a law of another kind": also(
+        'kind = "indentation"\n[wear]\ncoefficient = 1e-18',
+        r'\[wear\]: found with experiment.kind = "indentation", accepted: with "rubbing"',
+    ),
+    "a length for an energy": also(
+        'kind = "rubbing"\nvelocity = 0.1\n[growth]\nrate = 1.0\nactivation_energy = "1 nm"\nactivation_volume = 0.0',
+        r'growth.activation_energy: found "1 nm", accepted: a number >= 0.*text with a unit: "1 J", eV, kJ/mol',
+    ),
+    "heat twice": also(
+        'kind = "rubbing"\nvelocity = 0.1\n[wear]\ncoefficient = 0.0\n[[thermal]]\nambient = 1.0\nconductivity = 1.0',
+        r"\[thermal\]: found .*, accepted: a table",
+    ),
+    "a thickness that is no array": (
+        "thickness = 150e-9",
+        'thickness = "none.npy"',
+        r"layer.thickness: .*none.npy: No such file",
     ),
     "a length for a load": (
         "load = 10.0",

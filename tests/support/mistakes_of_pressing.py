@@ -125,6 +125,26 @@ PRESSING = {
         lambda: rub(thermal=jc.Thermal(300.0, 46.0, share=2.0)),
         r"Thermal share: expected .* <= 1, got 2",
     ),
+    "a number for a shift": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=1.0)),
+        r"Thermal shift: expected None or an object with a method log_factor, got float",
+    ),
+    "a shift without a reference": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.ArrheniusShift(1e-19, 0.0))),
+        r"ArrheniusShift reference \[K\]: expected > 0",
+    ),
+    "a shift that is no softening": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.WLFShift(-1.0, 50.0, 300.0))),
+        r"WLFShift c1: expected > 0",
+    ),
+    "a shift of negative energy": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.ArrheniusShift(-1e-19, 300.0))),
+        r"ArrheniusShift activation_energy \[J\]: expected >= 0",
+    ),
+    "a shift at no temperature": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.WLFShift(1.0, 50.0, 0.0))),
+        r"WLFShift reference \[K\]: expected > 0",
+    ),
     "wear of both": (lambda: rub(wears="both"), r'wears: expected "film" or "indenter", got \'both\''),
     "growth backwards": (
         lambda: rub(law=jc.StressActivated(-1.0, 1e-19, 1e-30, 300.0)),

@@ -40,12 +40,19 @@ TEXTS = {
     "tangential_load = [[0.0, 0.0], [3.0, 1.0], [-3.0, 1.0]]\n[solver]\nsubsteps = 2\n" + TIMES,
     "sliding": '[experiment]\nkind = "sliding"\nvelocity = [[0.0, 0.0], [1e-5, 0.0], [1e-5, 2e-5]]\n'
     "friction = 0.2\n[control]\nload = 20.0\n" + TIMES,
+    "rubbing": '[experiment]\nkind = "rubbing"\nvelocity = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.0]]\nfriction = 0.2\n'
+    '[layer]\nmaterial = "elastic"\nG = "20 GPa"\nthickness = "h.npy"\n[control]\nload = 20.0\n[[growth]]\n'
+    'rate = "10 pm/s"\nactivation_energy = "2e-21 J"\n'
+    'activation_volume = "4 A3"\nstress = "shear"\n[[growth]]\nrate = 1e-12\nactivation_energy = 0.0\n'
+    "activation_volume = 0.0\ntemperature = 373.0\n[removal]\nrate = 1e-3\n[wear]\ncoefficient = 1e-19\n[thermal]\n"
+    "ambient = 373.0\nconductivity = 46.0\n[solver]\nthickest = 3e-7\n" + TIMES,
     "steady-sliding": '[experiment]\nkind = "steady-sliding"\nvelocity = [1.0, -1.0]\n[control]\nload = 20.0\n',
     "steady-rolling": '[experiment]\nkind = "steady-rolling"\nvelocity = 2.0\nfriction = "mu.npy"\n[control]\n'
     "load = 20.0\ntangential_load = [1.0, 0.0]\n[solver]\ntolerance = 1e-7\n",
 }
 STEEL, LOAD, TANGENTIAL = jc.Elastic.from_young(210e9), jc.Load(20.0), jc.TangentialLoad
 MU = 0.3 + 0.01 * np.arange(256.0).reshape(16, 16) / 256.0
+FILM = 1e-7 * MU
 IN_PYTHON = {
     "shear": {
         "control": jc.Load([20.0, 20.0, 18.0]), "tangential": TANGENTIAL([[0.0, 0.0], [3.0, 1.0], [-3.0, 1.0]]),
@@ -55,6 +62,14 @@ IN_PYTHON = {
         "control": LOAD, "times": [0.0, 1.0, 2.0], "velocity": [[0.0, 0.0], [1e-5, 0.0], [1e-5, 2e-5]],
         "friction": 0.2,
     },
+    "rubbing": {
+        "body": jc.LayeredHalfSpace([jc.Layer(jc.Elastic(20e9), FILM)], STEEL),
+        "control": LOAD, "times": [0.0, 1.0, 2.0],
+        "velocity": [[0.0, 0.0], [0.1, 0.0], [0.1, 0.0]], "friction": 0.2, "thickest": 3e-7,
+        "thermal": jc.Thermal(373.0, 46.0),
+        "law": jc.StressActivated(1e-11, 2e-21, 4e-30, None, "shear") + jc.StressActivated(1e-12, 0.0, 0.0, 373.0)
+        + jc.ProportionalRemoval(1e-3) + jc.Archard(1e-19),
+    },
     "steady-sliding": {"control": LOAD, "velocity": (1.0, -1.0)},
     "steady-rolling": {
         "control": LOAD, "velocity": 2.0, "friction": MU, "creepage": TANGENTIAL((1.0, 0.0)), "tolerance": 1e-7,
@@ -63,6 +78,7 @@ IN_PYTHON = {
 VERBS = {
     "shear": jc.shear,
     "sliding": jc.slide,
+    "rubbing": jc.rub,
     "steady-sliding": jc.slide_steady,
     "steady-rolling": jc.roll_steady,
 }
@@ -79,6 +95,7 @@ def written(tmp_path):
 
     def write(kind, *changes):
         np.save(tmp_path / "mu.npy", MU)
+        np.save(tmp_path / "h.npy", FILM)
         text = TEXTS[kind] + SOLIDS
         for old, new in changes:
             assert old in text
