@@ -55,6 +55,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "pressure": Field(MAP, "Pa", "contact pressure, positive in compression"),
     "displacement": Field(MAP, "m", "sum of the displacements of both surfaces, each into its own body"),
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),
+    "in_contact": Field(MAP, "1", "whether a cell is in contact"),
     "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0"),
     "displacement_line": Field(LINE, "m", "displacement of both surfaces at that row"),
     "thickness_line": Field(LINE, "m", "thickness of the film at that row"),

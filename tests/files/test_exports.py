@@ -17,6 +17,7 @@ FORMER = {"total_tangential_force"}  # names of an earlier version, which warn
 PLACES = {"peak"}  # the largest of the von Mises stresses, which are exported, and its place on the axes
 MAPS = {
     "gap",
+    "in_contact",
     "von_mises",
     "traction",
 }  # follow from fields of the same size: not stored a second time beside these
