@@ -28,6 +28,8 @@ UNITS = {  # by the SI unit of a key: the units accepted after a number
     "1/Pa": _prefixed("1/?Pa", -1),
     "1/(Pa s)": _prefixed("1/(?Pa s)", -1),
     "m/s": {f"{length}/{time}": LENGTHS[length] / TIMES[time] for length in LENGTHS for time in TIMES},
+    "J/m2": {f"{energy}/{area}": size for energy, size in _prefixed("?J").items() for area in ("m2", "m^2")}
+    | {f"{force}/m": size for force, size in _prefixed("?N").items()},
     "rad": {"rad": Decimal(1), "mrad": Decimal("1e-3"), "deg": Decimal(math.pi) / 180},
 }
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*")

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxcontact.results import plotting
+from jaxcontact.results.adhesion_figures import adhesion_figure
 from jaxcontact.results.picture_style import styled
 from jaxcontact.results.rough_figures import is_round, rough_figure
 
@@ -24,9 +25,9 @@ def figure_of(result: Any) -> Figure:
 
 @styled
 def overview_of(history: Any) -> Figure | None:
-    """Return the figure of stick and slip zones, or of a rough contact; None if profiles and time series show the result."""
-    if history.view == "shear":
-        return shear_figure(history)
+    """Return the figure of stick and slip zones, of adhesion or of a rough contact; None if others show the result."""
+    if history.view in ("shear", "adhesion"):
+        return FIGURES[history.view](history)
     if history.grid.plane_strain or is_round(history):
         return None
     return rough_figure(history)
@@ -36,6 +37,13 @@ def contact_figure(history: Any) -> Figure:
     """Pressure profiles and time series; for a contact that is not axisymmetric, maps and statistics."""
     if history.grid.plane_strain or is_round(history):
         return plotting.overview(history)
+    return rough_figure(history)
+
+
+def adhesive_figure(history: Any) -> Figure:
+    """Pressure with tension, and load against approach; for a contact that is not axisymmetric, maps and statistics."""
+    if history.grid.plane_strain or is_round(history):
+        return adhesion_figure(history)
     return rough_figure(history)
 
 
@@ -92,6 +100,7 @@ def interior_figure(inside: Any) -> Figure:
 
 FIGURES = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
+    "adhesion": adhesive_figure,
     "shear": shear_figure,
     "rolling": rolling_figure,
     "steady sliding": steady_sliding_figure,
