@@ -128,12 +128,7 @@ def _add_indentation(press: Any) -> None:
     press.add_argument(
         "--substrate-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the substrate (0.3)"
     )
-    sticks = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
-    press.add_argument("--adhesion", default="0", metavar="W", help=sticks)
-    reach = (
-        "range of the attraction [m] to start from: fit W and it with the contact solver, on a --layer too"
-    )
-    press.add_argument("--adhesion-range", type=float, metavar="Z", help=reach)
+    _add_adhesion(press)
     for name, what in (
         ("contact-point", "offset of the depth [m]"),
         ("drift", "drift of the depth [m/s]"),
@@ -141,6 +136,15 @@ def _add_indentation(press: Any) -> None:
     ):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
     press.set_defaults(command=_indentation)
+
+
+def _add_adhesion(press: Any) -> None:
+    sticks = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
+    press.add_argument("--adhesion", default="0", metavar="W", help=sticks)
+    reach = (
+        "range of the attraction [m] to start from: fit W and it with the contact solver, on a --layer too"
+    )
+    press.add_argument("--adhesion-range", type=float, metavar="Z", help=reach)
 
 
 def _add_indenter(press: Any) -> None:

@@ -32,7 +32,7 @@ def covered(parameter, model, contact_point, seed):
         name: fit.intervals[name][0] <= value <= fit.intervals[name][1] for name, value in truth.items()
     }
     return inside | {
-        "stands": fit.verdict == "stands",
+        "accepted": fit.verdict == "accepted",
         "range identified": fit.identified.get("strength", False),
     }
 

@@ -41,7 +41,7 @@ def test_the_model_has_a_derivative_beyond_the_end_of_the_branch():
 
 def test_a_force_curve_gives_back_modulus_work_and_contact_point():
     fit = fitted(force_curve(None, noise=1e-5))
-    assert fit.verdict == "stands" and fit.identified == {"G": True, "work": True}
+    assert fit.verdict == "accepted" and fit.identified == {"G": True, "work": True}
     assert fit.values["G"] == pytest.approx(G, rel=1e-4) and fit.values["work"] == pytest.approx(
         WORK, rel=1e-4
     )
@@ -68,7 +68,7 @@ def test_a_range_that_the_curve_does_not_tell_is_named_and_the_work_allows_for_i
     """With the contact point unknown, JKR describes a curve of lambda = 0.3 within its noise, with 21 % too much work."""
     data = force_curve(0.3)
     short, free = fitted(data), fitted(data, "fit")
-    assert short.verdict == "stands" and short.values["work"] > 1.15 * WORK
+    assert short.verdict == "accepted" and short.values["work"] > 1.15 * WORK
     assert not free.identified["strength"] and free.intervals["work"][0] < WORK < free.intervals["work"][1]
     assert any(note.startswith("the range of the attraction is not identified") for note in free.notes)
     assert "strength not determined" in free.summary()
@@ -150,4 +150,4 @@ def test_a_film_gives_back_modulus_work_and_range_of_a_simulated_curve():
     print(fit.summary())
     truth = {"G": G, "work": WORK, "range": reach}
     assert all(fit.intervals[name][0] < value < fit.intervals[name][1] for name, value in truth.items())
-    assert fit.verdict == "stands" and any(note.startswith("error by the grid") for note in fit.notes)
+    assert fit.verdict == "accepted" and any(note.startswith("error by the grid") for note in fit.notes)
