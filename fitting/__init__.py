@@ -12,6 +12,7 @@ from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
 from fitting.data.moduli import RelaxationData as RelaxationData
+from fitting.fits.adhesion import AdhesiveFit as AdhesiveFit
 from fitting.fits.batch import BatchFit as BatchFit
 from fitting.fits.batch import fit_creep_batch as fit_creep_batch
 from fitting.fits.creep import Comparison as Comparison
@@ -44,6 +45,7 @@ from fitting.search.minimising import Minimum as Minimum
 from fitting.search.minimising import minimise as minimise
 
 __all__ = [
+    "AdhesiveFit",
     "BatchFit",
     "Comparison",
     "CreepData",

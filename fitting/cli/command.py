@@ -129,8 +129,7 @@ def _add_indentation(press: Any) -> None:
     press.add_argument(
         "--substrate-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the substrate (0.3)"
     )
-    sticks = "work of adhesion of an adhesive ball on a half-space [J/m2] (0)"
-    press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
+    _add_adhesion(press)
     for name, what in (
         ("contact-point", "offset of the depth [m]"),
         ("drift", "drift of the depth [m/s]"),
@@ -138,6 +137,15 @@ def _add_indentation(press: Any) -> None:
     ):
         press.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
     press.set_defaults(command=_indentation)
+
+
+def _add_adhesion(press: Any) -> None:
+    sticks = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
+    press.add_argument("--adhesion", default="0", metavar="W", help=sticks)
+    reach = (
+        "range of the attraction [m] to start from: fit W and it with the contact solver, on a --layer too"
+    )
+    press.add_argument("--adhesion-range", type=float, metavar="Z", help=reach)
 
 
 def _add_indenter(press: Any) -> None:
@@ -222,7 +230,7 @@ def _indentation(options: argparse.Namespace) -> int:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     output.check_directory(options)
     data = flags.resampled(options, options.file, _indented(options, indenter))
-    extra: dict[str, Any] = {"adhesion": options.adhesion}
+    extra: dict[str, Any] = {"adhesion": _adhesion(options)}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
@@ -238,6 +246,18 @@ def _indentation(options: argparse.Namespace) -> int:
             control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
         )  # fmt: skip
     return output.finish(options, found)
+
+
+def _adhesion(options: argparse.Namespace) -> Any:
+    """Return the work of adhesion, how it is fitted, or the law that the contact solver starts from."""
+    fitted = options.adhesion.lower() in ("fit", "jkr")
+    if options.adhesion_range is None:
+        return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)
+    if fitted:
+        raise ValueError(
+            "--adhesion: expected a work of adhesion in J/m2 to start from with --adhesion-range, got a word"
+        )
+    return jc.ExponentialAdhesion(flags.number("--adhesion", options.adhesion), options.adhesion_range)
 
 
 def _indenter(options: argparse.Namespace) -> Any:

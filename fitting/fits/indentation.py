@@ -10,6 +10,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
+from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, check_fitted, fit_adhesive, is_fitted
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
@@ -104,29 +105,13 @@ class IndentationFit(Fit):
 
 
 def fit_indentation(
-    data: IndentationData,
-    model: type | str = jc.Burgers,
-    *,
-    indenter: Any,
-    nu: float | None = None,
-    bulk_modulus: float | None = None,
-    tau: Any = None,
-    control: str = "load",
-    weights: str | None = None,
-    sigma: Any = None,
-    fixed: dict[str, float] | None = None,
-    bounds: dict[str, tuple] | None = None,
-    contact_point: float | str = 0.0,
-    drift: float | str = 0.0,
-    machine_compliance: float | str = 0.0,
-    rise: float | None = None,
-    adhesion: float = 0.0,
-    layer: float | None = None,
-    layers: Sequence[Any] | None = None,
-    substrate: Any = None,
-    grid: Any = None,
-    level: float = 0.95,
-) -> IndentationFit:
+    data: IndentationData, model: type | str = jc.Burgers, *, indenter: Any, nu: float | None = None,
+    bulk_modulus: float | None = None, tau: Any = None, control: str = "load", weights: str | None = None,
+    sigma: Any = None, fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None,
+    contact_point: float | str = 0.0, drift: float | str = 0.0, machine_compliance: float | str = 0.0,
+    rise: float | None = None, adhesion: Any = 0.0, layer: float | None = None, layers: Sequence[Any] | None = None,
+    substrate: Any = None, grid: Any = None, level: float = 0.95,
+) -> IndentationFit | AdhesiveFit:  # fmt: skip
     """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball, cone or punch.
 
     The measured history is used in the hereditary integral (Lee and Radok; Ting where the depth falls after a single
@@ -155,10 +140,15 @@ def fit_indentation(
         rise: replace the measured load by one that rises linearly for this time [s] and is then held constant, for
             comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is a step); only later points are
             fitted.
-        adhesion: known work of adhesion [J/m2] of an adhesive ball on a half-space: the theory of Johnson, Kendall and
+        adhesion: of an adhesive ball; a known work of adhesion [J/m2] on a half-space: the theory of Johnson, Kendall and
             Roberts with the hereditary integral, for a growing contact, from the jump into contact at the first sample
             (derived in ``fitting/models/adhesion.py``). The edge is assumed to respond with the instantaneous
-            compliance; ``slow_edge`` holds the parameters for the opposite limit.
+            compliance; ``slow_edge`` holds the parameters for the opposite limit. "fit": the work of adhesion and the
+            strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
+            retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
+            for an attraction of short range. ``ExponentialAdhesion`` or ``DugdaleAdhesion``: the same with the contact
+            solver, on a half-space or a film, starting from the parameters of the law. ``fixed`` and ``bounds`` take
+            "work", "strength" and "range" too, and the result is an ``AdhesiveFit``.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -185,6 +175,14 @@ def fit_indentation(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     started = time.perf_counter()
+    if is_fitted(adhesion):
+        film = layer is not None or substrate is not None
+        others = {"tau": tau is not None, "rise": rise is not None, "layers": layers is not None}
+        others |= {"bulk_modulus": bulk_modulus is not None}
+        check_fitted(adhesion, model, film, control, others)
+        instrument = Instrument(contact_point, drift, machine_compliance)
+        choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
+        return fit_adhesive(data, adhesion, body_of(indenter, nu, layer, substrate), choices, grid)
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control

@@ -135,7 +135,7 @@ def prepare(
     pressing = pressing._replace(adhesion=work)
     t = data.t - data.t[0]
     kept = _in_contact(data, pressing)
-    weight, label = _weights(data, kept, control, weights, sigma)
+    weight, label = weigh(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     # compliance [1/Pa] that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
@@ -201,7 +201,7 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: 
         )
 
 
-def _weights(
+def weigh(
     data: IndentationData, kept: np.ndarray, control: str, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
     """Return the weights (n,) [1/unit of the response], zero for points that are not fitted, and their label."""

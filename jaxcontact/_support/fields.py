@@ -94,7 +94,12 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "dissipated": Field(TIME, "J", "energy dissipated by friction since the first time", shown=True),
     "jump_energy": Field(TIME, "J", "energy lost in jumps since the first time", shown=True),
     "jumps": Field(TIME, "1", "jumps from one branch of solutions to another since the first time"),
-    "cohesive_cells": Field(TIME, "1", "cells across the zone of attraction at the edge of contact"),
+    "cohesive_cells": Field(
+        TIME, "m/m", "cells across the zone of attraction at the edge of contact", shown=True
+    ),
+    "tabor_number": Field(
+        TIME, "m/m", "Tabor number of a ball with the creep compliance of the surface", shown=True
+    ),
     "approach_drift": Field((), "m", "increase of the approach per factor e of the distance slid"),
     "iterations": Field(TIME, "1", "iterations of the solver"),
     "error": Field(TIME, "1", "error of the solver"),

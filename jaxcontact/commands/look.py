@@ -8,6 +8,7 @@ from jaxcontact._support import citation
 from jaxcontact._support.npz import read_npz, write_whole
 from jaxcontact.commands.status import FINE, tell
 from jaxcontact.files import advice, storage
+from jaxcontact.files.adhesion_advice import describe_adhesion
 from jaxcontact.files.case_file import read_case
 from jaxcontact.files.chosen_times import COURSE
 from jaxcontact.files.template import template
@@ -49,8 +50,8 @@ def check(options: argparse.Namespace) -> int:
         tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
     tell(f"{options.case}: {verdict}: {advice.describe(case)}", sys.stdout)
-    if strain := advice.describe_strain(case):
-        tell(f"{options.case}: {strain}", sys.stdout)
+    for words in filter(None, (advice.describe_strain(case), describe_adhesion(case))):
+        tell(f"{options.case}: {words}", sys.stdout)
     return FINE
 
 

@@ -95,7 +95,7 @@ def _case(path: Path, save: str | None) -> Case:
 
 def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     maps = chosen(case.kept, case.times.size)
-    folder, result = directory / run_directory.UNFINISHED, KINDS[case.kind].result
+    folder, result = directory / run_directory.UNFINISHED, case.result
     steps = FinishedSteps(folder, fingerprint(case), maps, result)
     with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:

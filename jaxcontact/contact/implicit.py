@@ -45,7 +45,9 @@ from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import adhesive, nonsymmetric, partial_slip
-from jaxcontact.contact.adhesive import Start
+from jaxcontact.contact.adhesive_model import Model
+from jaxcontact.contact.adhesive_state import Start
+from jaxcontact.contact.adhesive_tangent import AdhesiveTangent
 from jaxcontact.contact.friction import FreeDirections, TangentialSolution, free_directions, preconditioner
 from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
@@ -193,7 +195,7 @@ def _solve_adhesive_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = solve_adhesive(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
-    tangent = adhesive.AdhesiveTangent.of(problem, found)
+    tangent = AdhesiveTangent.of(problem, found)
     held, nowhere = found.contact_pressure > 0.0, jnp.zeros_like(found.pressure)
     forcing = problem.operator.tangent(change.operator, found.pressure) + change.gap
     explicit = problem.law.explicit(change.law.law, tangent.gap)
@@ -219,7 +221,7 @@ def _solve_adhesive_jvp(primals, tangents):
     return found, d_found
 
 
-def _stable(model: adhesive.Model, operator: Linear, right: Array) -> Array:
+def _stable(model: Model, operator: Linear, right: Array) -> Array:
     """Return the solution of a system of the tangent by conjugate gradients; nan if it is not positive, or they fail."""
     inverse = lambda r: model.faces(operator(r))
     x, _, met = conjugate_gradients(model, inverse, model.faces(right), TANGENT_TOLERANCE, TANGENT_ITERATIONS)

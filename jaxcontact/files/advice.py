@@ -8,6 +8,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from jaxcontact.files.adhesion_advice import COARSE, WIDER, adhesion_advice
 from jaxcontact.files.case_file import Case, CaseError, tables_named
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
@@ -20,7 +21,6 @@ from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
 THICK = 1000.0  # thickness over the grid's width
-COARSE = "cells across the first contact: fewer than {few} are too coarse; accepted: grid.n of about {n}"
 
 
 def check(case: Case, path: Path) -> None:
@@ -74,7 +74,8 @@ def in_bytes(size: float) -> str:
 
 def advice(case: Case) -> list[str]:
     """Return one line for each likely fault of the result; an empty list if there is none."""
-    return [*_layer_advice(case), *_strain_advice(case), *_grid_advice(case), *_time_advice(case)]
+    contact = adhesion_advice if "adhesion" in case.motion else _grid_advice
+    return [*_layer_advice(case), *_strain_advice(case), *contact(case), *_time_advice(case)]
 
 
 def describe_strain(case: Case) -> str:
@@ -83,13 +84,14 @@ def describe_strain(case: Case) -> str:
         return ""
     strain = estimated_strain(case)
     if strain is None:
-        return f"film strain: estimated only for a ball pressed on a single film, not for this case ({case.kind})"
+        kind = f"{case.kind} with adhesion" if "adhesion" in case.motion else case.kind
+        return f"film strain: estimated only for a ball pressed on a single film, not for this case ({kind})"
     return f"film strain: about {strain:.2g} at its largest, within a factor of 1.5"
 
 
 def estimated_strain(case: Case) -> float | None:
-    """Return the estimated largest film strain for a ball pressed on a single film; None for any other case."""
-    single_film = len(tables_named("layer", case.tables)) == 1
+    """Return the estimated largest film strain for a ball pressed on a single film without adhesion; None otherwise."""
+    single_film = len(tables_named("layer", case.tables)) == 1 and "adhesion" not in case.motion
     if not (single_film and isinstance(case.indenter, Sphere) and KINDS[case.kind].stationary):
         return None
     return predicted(case.body_for_estimates, case.indenter.outline(), case.control, case.times).film_strain
@@ -140,11 +142,11 @@ def _grid_advice(case: Case) -> Iterator[str]:
     width = min(float(width) for width in case.grid.width)
     if 2.0 * first / dx < FEW_CELLS:
         n = math.ceil(FEW_CELLS * width / (2.0 * first))
-        yield f"grid.n: about {2.0 * first / dx:.1f} {COARSE.format(few=FEW_CELLS, n=n)} or more"
+        yield f"grid.n: about {2.0 * first / dx:.1f} {COARSE.format(which='first', few=FEW_CELLS, n=n)} or more"
     if 2.0 * largest > width:
         yield (
-            f"grid.width: the contact may grow to {2.0 * largest:.3g} m, found {width:.3g} m;"
-            " accepted: a wider grid, or no width, so that it is chosen automatically"
+            WIDER.format(contact=2.0 * largest, width=width)
+            + ", or no width, so that it is chosen automatically"
         )
 
 

@@ -21,6 +21,7 @@ from jaxcontact.files.case_schema import (
     KIND,
     KINDS,
     LARGEST,
+    LAWS,
     MATERIALS,
     OPTIONAL_SECTIONS,
     SEVERAL,
@@ -70,6 +71,11 @@ class Case:
     motion: Table
     options: Table
     kept: str
+
+    @property
+    def result(self) -> type:
+        """The class of its result."""
+        return _result(self.kind, self.tables)
 
     def run(self) -> Any:
         """Return the result of the function that runs an experiment of this kind."""
@@ -124,6 +130,8 @@ def _case(tables: Table, folder: Path) -> Case:
     if "sweep" in tables:
         raise CaseError("[sweep]: found a study, accepted: by jaxcontact sweep")
     kind, sections = _kind(tables)
+    adhesive = "adhesion" in tables
+    sections = sections_of(kind, adhesive=True) if adhesive else sections
     tables = _in_si(tables, sections)
     check_table("", tables, _tables_of(sections))
     for name in ("experiment", "grid", "solver", "control", "times"):
@@ -135,13 +143,24 @@ def _case(tables: Table, folder: Path) -> Case:
     indenter = _indenter(tables["indenter"], sections["indenter"], folder)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
     control = _control(tables["control"], times.size)
+    if adhesive and not {"width", "shape"} & tables.get("grid", {}).keys():
+        raise CaseError("grid.width: missing; accepted with [adhesion]: width, or shape and spacing")
     grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
     motion = _motion(kind, tables, times.size, folder)
+    if adhesive:
+        law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
+        motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
-    fields = stored_fields(KINDS[kind].result)
+    fields = stored_fields(_result(kind, tables))
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
+
+
+def _result(kind: str, tables: Table) -> type:
+    """Return the class of the result of a case."""
+    own = KINDS[kind]
+    return own.adhesive if own.adhesive is not None and "adhesion" in tables else own.result
 
 
 def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:
@@ -163,7 +182,8 @@ def _in_si(tables: Table, sections: dict[str, Keys]) -> Table:
     """The tables with numbers in SI units where they have text with a unit."""
     solid = {name: key for _, keys in MATERIALS.values() for name, key in keys.items()}
     shape = {name: key for _, keys in SHAPES.values() for name, key in keys.items()}
-    beside = {"layer": solid, "substrate": solid, "indenter": shape}
+    law = {name: key for _, keys in LAWS.values() for name, key in keys.items()}
+    beside = {"layer": solid, "substrate": solid, "indenter": shape, "adhesion": law}
     keys = {name: own | beside.get(name, {}) for name, own in sections.items()}
     converted = {name: _plain_table(name, table, keys.get(name, {})) for name, table in tables.items()}
     ball = tables.get("indenter", {}).get("material")

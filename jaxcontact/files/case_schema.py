@@ -1,7 +1,7 @@
 """The schema of case files: for every key what it accepts, what it means, and what holds when it is absent.
 
-``KINDS`` has the experiments, each with its tables; ``MATERIALS`` and ``SHAPES`` what may stand beside "material" and
-"shape". ``case_file`` reads by it, ``case_text`` writes by it, so that the two cannot differ.
+``KINDS`` has the experiments, each with its tables; ``MATERIALS``, ``SHAPES`` and ``LAWS`` what may stand beside "material",
+"shape" and "law". ``case_file`` reads by it, ``case_text`` writes by it, so that the two cannot differ.
 """
 
 import math
@@ -13,7 +13,8 @@ from typing import Any
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.indenters import shapes
 from jaxcontact.inputs import laws, materials
-from jaxcontact.results.contact import ContactHistory
+from jaxcontact.inputs.adhesion import DugdaleAdhesion, ExponentialAdhesion
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.rubbing import RubbingHistory
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
@@ -197,9 +198,23 @@ SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
+WORK = Key(POSITIVE, "work of adhesion [J/m2]", required=True)
+
+LAWS: dict[str, tuple[type, dict[str, Key]]] = {
+    "exponential": (
+        ExponentialAdhesion,
+        {"work": WORK, "range": Key(POSITIVE, "range of the attraction [m]", required=True)},
+    ),
+    "dugdale": (
+        DugdaleAdhesion,
+        {"work": WORK, "strength": Key(POSITIVE, "traction between the surfaces [Pa]", required=True)},
+    ),
+}
+
 MATERIAL = Key(choice(*MATERIALS), "the model, whose parameters stand beside it", required=True)
 
 LOAD_ON = Key(LOAD, "normal load [N], constant or one per time")
+LOAD_WITH_ADHESION = Key(NUMBERS, "normal load [N], constant or one per time, negative in tension")
 APPROACH = Key(NUMBERS, "approach from first touch [m], constant or one per time")
 STEADY_LOAD = Key(POSITIVE, "normal load [N]")
 STEADY_APPROACH = Key(NUMBER, "approach from first touch [m]")
@@ -304,7 +319,8 @@ class Kind:
     what is prescribed; solver: the keys of the function's options; example: the name of a ready-made case, of which
     common tables are taken if it is of another kind; memory: measured at 256 x 256 on a viscoelastic layer, bytes of work
     arrays for each byte of the kernels in a march, in a steady state fields of the grid; tangential: keyword of the
-    tangential control and the keys of which one must be given; stationary: whether the indenter does not move over the
+    tangential control and the keys of which one must be given; adhesive: the class of its result with a table [adhesion],
+    None for a verb without adhesion; stationary: whether the indenter does not move over the
     body; times, march: the keys of times, and the class that checks the arguments for a march in blocks; None for a
     steady state; thickness: the key of a layer; parts: further tables.
     """
@@ -317,6 +333,7 @@ class Kind:
     example: str
     memory: float
     tangential: tuple[str, tuple[str, str]] | None = None
+    adhesive: type | None = None
     stationary: bool = False
     times: Keys | None = None
     march: type[TimedExperiment] | None = None
@@ -345,6 +362,7 @@ KINDS: dict[str, Kind] = {
         },
         example="polymer_coating",
         memory=3.0,
+        adhesive=AdhesiveHistory,
         stationary=True,
         times=TIMES_KEYS,
         march=Indentation,
@@ -432,9 +450,13 @@ KINDS: dict[str, Kind] = {
 KIND = Key(choice(*KINDS), "what is done, whose parameters stand beside it", default="indentation")
 
 
-def sections_of(kind: str) -> dict[str, Keys]:
-    """The tables of a case of this kind, in their order, each with its keys."""
+def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
+    """Return the tables of a case of this kind in order, each with its keys; adhesive: a load may then be tensile."""
     own = KINDS[kind]
+    control = own.control | ({"load": LOAD_WITH_ADHESION} if adhesive and "load" in own.control else {})
+    law = Key(
+        choice(*LAWS), "attraction between the surfaces, whose parameters stand beside it", required=True
+    )
     return {
         "experiment": {"kind": KIND} | own.beside,
         "layer": {"material": MATERIAL, "thickness": own.thickness},
@@ -443,7 +465,8 @@ def sections_of(kind: str) -> dict[str, Keys]:
             "shape": Key(choice(*SHAPES), "the shape, whose sizes stand beside it", required=True),
             "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
         },
-        "control": own.control,
+        **({} if own.adhesive is None else {"adhesion": {"law": law}}),
+        "control": control,
         **{name: part.keys for name, part in own.parts.items()},
         **({} if own.times is None else {"times": own.times}),
         "grid": {
@@ -462,5 +485,5 @@ def sections_of(kind: str) -> dict[str, Keys]:
 
 
 PARTS = {name: part for kind in KINDS.values() for name, part in kind.parts.items()}
-OPTIONAL_SECTIONS = ("experiment", "layer", "grid", "solver", *PARTS)
+OPTIONAL_SECTIONS = ("experiment", "layer", "adhesion", "grid", "solver", *PARTS)
 SEVERAL = ("layer", *(name for name, part in PARTS.items() if part.added))  # each may be given several times

@@ -6,7 +6,7 @@ from decimal import Decimal
 from typing import Any
 
 from jaxcontact.files.case_file import Case, tables_named
-from jaxcontact.files.case_schema import KINDS, MATERIALS, PARTS, SHAPES, Key, Keys, sections_of
+from jaxcontact.files.case_schema import KINDS, LAWS, MATERIALS, PARTS, SHAPES, Key, Keys, sections_of
 
 Table = dict[str, Any]
 
@@ -35,6 +35,8 @@ def blocks_of(case: Case) -> list[Section]:
         for name, keys in sections.items()
         if name != "layer"
     }
+    if "adhesion" in blocks and "adhesion" not in case.tables:
+        blocks["adhesion"] = [Section("# no [adhesion]: the surfaces do not attract each other")]
     layers = [_solid(table, sections["layer"]) for _, table in tables_named("layer", case.tables)]
     heading = "[[layer]]" if isinstance(case.tables.get("layer"), list) else "[layer]"
     none = [Section("# no [layer]: the body is a half-space")]
@@ -64,6 +66,8 @@ def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
     if name == "indenter":
         values = {key: value for key, value in table.items() if key != "material"}
         return _filled(values, keys | SHAPES[table["shape"]][1])
+    if name == "adhesion" and table:
+        return _filled(table, keys | LAWS[table["law"]][1])
     if name == "times":
         return _filled(table, {"values": keys["values"]} if "values" in table else keys)
     if name == "grid":
@@ -85,7 +89,7 @@ def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
     """Return the table in the order of the keys, with defaults for missing keys."""
     defaults = {name: key.default for name, key in keys.items() if key.default is not None}
     values = defaults | table
-    order = ["material", "shape", *keys]
+    order = ["material", "shape", "law", *keys]
     return {name: values[name] for name in dict.fromkeys(order) if name in values}, keys
 
 
@@ -111,8 +115,8 @@ def _meaning(name: str, value: Any, key: Key) -> str:
     """Return the meaning of a value: for a material, a shape or an experiment, the first line of its docstring."""
     if name == "kind":
         return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
-    if isinstance(value, str) and name in ("material", "shape"):  # the shape of a grid is two numbers
-        return ((MATERIALS | SHAPES)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
+    if isinstance(value, str) and name in ("material", "shape", "law"):  # the shape of a grid is two numbers
+        return ((MATERIALS | SHAPES | LAWS)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
     choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
     return key.meaning.split("; from the expected")[0].split("; absent: ")[0] + choices
 

@@ -54,7 +54,7 @@ def _at_once(case: Case) -> Footprint:
     """Return the requirements of a steady state, one compiled program: its work arrays and the fields of its result."""
     field, maps = (
         8.0 * case.grid.shape[0] * case.grid.shape[1],
-        maps_of(stored_fields(KINDS[case.kind].result), 1),
+        maps_of(stored_fields(case.result), 1),
     )
     memory = PROCESS + (KINDS[case.kind].memory + 3.0 * maps) * field
     return Footprint(memory, maps * field + 8.0 * 20 + HEADERS)
@@ -67,7 +67,7 @@ def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
     work = KINDS[case.kind].memory * kernels
     if experiment.options.correspondence == "quasi-elastic":
         work = max(work, SUPERPOSITION * steps)
-    (nx, ny), stored = case.grid.shape, StoredFields.of(KINDS[case.kind].result)
+    (nx, ny), stored = case.grid.shape, StoredFields.of(case.result)
     kept = chosen(case.kept, case.times.size).size
     numbers = sum(1 + (FIELDS[name].dimensions == VECTOR) for name in stored.series)
     each, whole = _bytes(block[1].fields) / BLOCK, 8.0 * nx * ny * len(stored.whole)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from jaxcontact._support.fields import shown
-from jaxcontact.results.summaries import component
+from jaxcontact.results.summaries import component, not_defined
 
 
 def values_of(result: Any) -> dict[str, np.ndarray]:
@@ -17,7 +17,7 @@ def values_of(result: Any) -> dict[str, np.ndarray]:
             values[name] = np.asarray(getattr(result, name))
         elif axis in ("x", "y") and hasattr(result, vector):
             values[name] = component(getattr(result, vector), axis)
-    return values
+    return {name: series for name, series in values.items() if not not_defined(series, name)}
 
 
 def figures_in(values: dict[str, np.ndarray], over_time: bool) -> dict[str, float]:

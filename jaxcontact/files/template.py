@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from jaxcontact.files.case_file import case_of, read_tables
-from jaxcontact.files.case_schema import KINDS, MATERIALS, SHAPES, TABLE, sections_of
+from jaxcontact.files.case_schema import KINDS, LAWS, MATERIALS, SHAPES, TABLE, sections_of
 from jaxcontact.files.case_text import Section, block_text, blocks_of
 
 HEAD = """# {title}
@@ -25,7 +25,7 @@ def template(kind: str, cases: Path, name: str) -> str:
     tables["experiment"] = tables.get("experiment", {}) | {"kind": kind}
     case = case_of(tables, path)
     blocks = [block_text(block) + "".join(_absent(block)) for block in blocks_of(case)]
-    return HEAD.format(title=_title(path), name=name) + "\n".join([*blocks, *_choices()])
+    return HEAD.format(title=_title(path), name=name) + "\n".join([*blocks, *_choices(kind)])
 
 
 def _title(path: Path) -> str:
@@ -40,8 +40,9 @@ def _absent(block: Section) -> Iterator[str]:
             yield f"# {name} = ...  # {key.meaning}\n"
 
 
-def _choices() -> Iterator[str]:
-    """Yield the materials and the shapes, each with its keys."""
-    for what, choices in (("material of a layer or the substrate", MATERIALS), ("shape", SHAPES)):
+def _choices(kind: str) -> Iterator[str]:
+    """Yield the materials, the shapes and, with adhesion, its laws, each with its keys."""
+    laws = [("law of [adhesion]", LAWS)] if "adhesion" in sections_of(kind) else []
+    for what, choices in [("material of a layer or the substrate", MATERIALS), ("shape", SHAPES), *laws]:
         rows = [f'#   "{name}": {", ".join(keys)}' for name, (_, keys) in choices.items()]
         yield "\n".join([f"# {what}, and its keys", *rows]) + "\n"

@@ -24,7 +24,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import replace
-from jaxcontact.contact.adhesive import Start
+from jaxcontact.contact.adhesive_state import Start
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.implicit import solve_adhesive, solve_contact
 from jaxcontact.contact.normal import Problem, Solution

@@ -88,9 +88,10 @@ class ContactResult:
     def plot(self) -> Any:
         """Return a figure of the result.
 
-        An axisymmetric contact is shown by pressure profiles, and approach, load and contact radius over time; a rough
-        contact by maps of pressure, gap and contact, contact area against load, and the pressure distribution; sheared
-        and rolling contacts by stick and slip zones and tractions; steady sliding by its pressure.
+        An axisymmetric contact is shown by pressure profiles, and approach, load and contact radius over time, with
+        adhesion by load against approach with its jumps; a rough contact by maps of pressure, gap and contact, contact area
+        against load, and the pressure distribution; sheared and rolling contacts by stick and slip zones and tractions;
+        steady sliding by its pressure.
         """
         from jaxcontact.results import figures
 
@@ -190,11 +191,18 @@ class AdhesiveHistory(ContactHistory):
     adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the zone of attraction
     at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell. Below three the pull-off load
     depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
+
+    tabor_number (nt,): (R w^2/(E*^2 z^3))^(1/3) of a ball, with the range z = w/s(0) and the contact modulus E* = 2/(C(t) +
+    C_ball), where C(t) is the creep compliance (1 - nu) J of the material at the surface, and C_ball that of the ball, at
+    the time since times[0]. Above about 5 the attraction acts as one of short range (JKR), below about 0.1 as one of long
+    range (DMT). It is nan for indenters other than a ball, and summaries then leave it out.
     """
 
+    view: ClassVar[str] = "adhesion"
     jumps: Array
     jump_energy: Array
     cohesive_cells: Array
+    tabor_number: Array
 
     @property
     def in_contact(self) -> Array:

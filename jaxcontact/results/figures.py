@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxcontact.results import plotting
+from jaxcontact.results.adhesion_figures import adhesion_figure
 from jaxcontact.results.picture_style import styled
 from jaxcontact.results.rough_figures import is_round, rough_figure
 
@@ -25,10 +26,10 @@ def figure_of(result: Any) -> Figure:
 
 @styled
 def overview_of(history: Any) -> Figure | None:
-    """Return the figure of stick and slip zones, of a film that forms, or of a rough contact; None if profiles and time
-    series show the result.
+    """Return the figure of stick and slip zones, of a film that forms, of adhesion or of a rough contact; None if profiles
+    and time series show the result.
     """
-    if history.view in ("shear", "rubbing"):
+    if history.view in ("shear", "rubbing", "adhesion"):
         return FIGURES[history.view](history)
     if history.grid.plane_strain or is_round(history):
         return None
@@ -75,6 +76,13 @@ def film_of(x: Any, lines: Mapping[str, Any], times: Any) -> Figure | None:
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     plotting.film_section(figure.add_subplot(), x, lines["thickness_line"], times)
     return figure
+
+
+def adhesive_figure(history: Any) -> Figure:
+    """Pressure with tension, and load against approach; for a contact that is not axisymmetric, maps and statistics."""
+    if history.grid.plane_strain or is_round(history):
+        return adhesion_figure(history)
+    return rough_figure(history)
 
 
 def shear_figure(history: Any) -> Figure:
@@ -130,6 +138,7 @@ def interior_figure(inside: Any) -> Figure:
 
 FIGURES = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
+    "adhesion": adhesive_figure,
     "shear": shear_figure,
     "rubbing": rubbing_figure,
     "rolling": rolling_figure,

@@ -1,8 +1,8 @@
 """Pictures of results: functions that draw into given Axes, and functions that return whole figures.
 
-Only this module, ``picture_style``, ``figures``, ``rough_figures`` and the pictures of ``paper`` import matplotlib.
-Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a figure that is the
-last value of a cell.
+Only this module, ``picture_style``, ``figures``, ``rough_figures``, ``adhesion_figures`` and the pictures of ``paper``
+import matplotlib. Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a
+figure that is the last value of a cell.
 """
 
 from typing import Any, NamedTuple
@@ -17,6 +17,7 @@ from jaxcontact._support.prefixes import fitting_prefix
 from jaxcontact.results.picture_style import COLOURS, colours_of_time, styled, time_axis
 
 MOST_LINES, MOST_ARROWS = 40, 24
+TENSION = 0.02  # of the largest pressure: a tension that is shown
 CONSTANT = 1e-6  # relative change below which a quantity counts as constant
 
 
@@ -55,13 +56,15 @@ def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
     time_lines(ax, np.asarray(x) / x_unit, np.asarray(pressure) / p_unit, times)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]")
     ax.set_xlim(*_around_contact(np.asarray(x) / x_unit, pressure))
-    ax.set_ylim(bottom=0.0)
+    ax.set_ylim(bottom=None if np.min(pressure) < 0.0 else 0.0)
     return ax
 
 
 def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple[float, float]:
-    """Return limits of x, symmetric about zero, that enclose all contact with a margin."""
-    touched = np.any(np.asarray(pressure) > 0.0, axis=0)
+    """Return limits of x, symmetric about zero, that enclose all contact and attraction with a margin."""
+    pressure = np.asarray(pressure)
+    least = TENSION * np.max(np.abs(pressure)) if np.min(pressure) < 0.0 else 0.0
+    touched = np.any(np.abs(pressure) > least, axis=0)
     reach = float(np.max(np.abs(x[touched]))) * margin if np.any(touched) else float(np.max(np.abs(x)))
     reach = max(reach, 2.0 * float(x[1] - x[0]))
     return -reach, reach
@@ -94,7 +97,8 @@ MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K"}  # of a film tha
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
     """Draw a map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
     highest = np.max(pressure) if highest is None else highest
-    return _map(ax, x, y, pressure, ("pressure", "Pa"), (0.0, float(highest)), title)
+    lowest = min(float(np.min(pressure)), 0.0)
+    return _map(ax, x, y, pressure, ("pressure", "Pa"), (lowest, float(highest)), title)
 
 
 def quantity_map(ax: Axes, x: Any, y: Any, values: Any, name: str) -> Axes:

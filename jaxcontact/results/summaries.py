@@ -134,7 +134,7 @@ def _cells(grid: Any) -> str:
 def _row(result: Any, field: str, unit: str) -> list[str]:
     unit = "" if "/" in unit else unit
     values = _values(result, field)
-    if values is None:
+    if values is None or not_defined(values, field):
         return []
     picked: dict[str, Any] = {"": values}
     if values.ndim:
@@ -153,6 +153,11 @@ def _values(result: Any, field: str) -> np.ndarray | None:
     if vector != field:
         return component(getattr(result, vector), field[-1]) if hasattr(result, vector) else None
     return np.asarray(getattr(result, field)) if hasattr(result, field) else None
+
+
+def not_defined(values: np.ndarray, field: str) -> bool:
+    """Return whether a field has no meaning for a result: the Tabor number of an indenter that is no ball."""
+    return field == "tabor_number" and bool(np.all(np.isnan(values)))
 
 
 def component(vector: Any, axis: str) -> np.ndarray:

@@ -19,12 +19,13 @@ from jaxcontact.history.memory import Memory
 from jaxcontact.history.pressing import PressStepper
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
-from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.indenters.shapes import Indenter, Sphere
 from jaxcontact.inputs.adhesion import Adhesion, check_adhesion
 from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, body_at_first, separate_map
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
+from jaxcontact.response.limits import limits_of
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.verbs.experiment import Plan, Save, TimedExperiment, fine_steps, fine_values, marched
@@ -207,7 +208,15 @@ class Indentation(TimedExperiment):
             return self.plan(PressStepper(memory, **self.contact(scale)), more, scale, errors)
         law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
         stepper = PressStepper(memory, **self.contact(scale), law=law)
-        return self.plan(stepper, more, scale, errors, makes=AdhesiveHistory)
+        course = {"tabor_number": self._tabor_number(self.adhesion)}
+        return self.plan(stepper, more, scale, errors, makes=AdhesiveHistory, course=course)
+
+    def _tabor_number(self, law: Adhesion) -> Array:
+        """Return the Tabor number of a ball with the compliance of the surface at each time, (nt,); nan without a ball."""
+        if not isinstance(self.indenter, Sphere):
+            return jnp.full(self.times.shape, jnp.nan)
+        compliance = limits_of(self.body).narrow(self.times - self.times[0]) + self.indenter.compliance()
+        return law.tabor_number(self.indenter.radius, 2.0 / compliance)
 
     def _varying(self, film: ThicknessMap, dt: Array) -> Plan:
         """Return the march on a film whose thickness varies in the plane, and in time where it does."""

@@ -109,6 +109,8 @@ def test_a_new_case_reads_as_it_is_and_names_every_key_of_its_kind(kind, tmp_pat
     sections = sections_of(kind)
     if "# no [layer]" in text:
         del sections["layer"]
+    if "# no [adhesion]" in text:
+        del sections["adhesion"]
     for name, keys in sections.items():
         assert f"[{name}]" in text
         assert all(re.search(rf"^(# )?{key} = |^\[{name}\.{key}\]", text, re.M) for key in keys), name

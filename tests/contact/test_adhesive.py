@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 import jaxcontact as jc
 from jaxcontact.contact import implicit
-from jaxcontact.contact.adhesive import Start
+from jaxcontact.contact.adhesive_state import Start
 from jaxcontact.contact.attraction import Attraction
 from jaxcontact.contact.normal import Problem
 from jaxcontact.inputs.adhesion import RampedAttraction

@@ -57,6 +57,8 @@ def test_units_stand_in_lists_and_in_several_layers(tmp_path):
         ("36 mm/h", "m/s", 1e-5),
         ("90 deg", "rad", math.pi / 2),
         ("2 1/(MPa s)", "1/(Pa s)", 2e-6),
+        ("50 mJ/m2", "J/m2", 0.05),
+        ("50 mN/m", "J/m2", 0.05),
     ],
 )
 def test_a_quantity_is_its_number_in_si(text, unit, value):
@@ -65,7 +67,7 @@ def test_a_quantity_is_its_number_in_si(text, unit, value):
 
 def test_every_quantity_of_the_schema_has_its_units():
     groups = [keys for kind in case_schema.KINDS for keys in case_schema.sections_of(kind).values()]
-    groups += [keys for _, keys in (case_schema.MATERIALS | case_schema.SHAPES).values()]
+    groups += [keys for _, keys in (case_schema.MATERIALS | case_schema.SHAPES | case_schema.LAWS).values()]
     assert {key.unit for keys in groups for key in keys.values()} - {None} == set(UNITS)
 
 

@@ -35,6 +35,7 @@ GIVEN = [  # what users are given, and do not make
         jc.SurfaceStatistics,
     ),
     *(
+        fitting.AdhesiveFit,
         fitting.BatchFit,
         fitting.Comparison,
         fitting.CreepFit,

@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 from bodies import FILM, STEEL
+from force_curves import force_curve
 from test_storage import made_up
 
 import fitting
@@ -101,7 +102,7 @@ def oscillation():
     )
 
 
-def force_curve():
+def microscope_curve():
     t = np.linspace(0.0, 1.0, 100)
     load = 1e-8 * np.maximum(t - 0.5, 0.0) ** 1.5
     return fitting.IndentationData(t=t, load=load, depth=2e-6 * t)
@@ -142,13 +143,31 @@ OF_FITS = {
     "GrowthData": lambda: growth()[0],
     "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
     "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
-    "ForceFit": lambda: fitting.fit_force(force_curve(), indenter=jc.Sphere(5e-6)),
+    "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
+    "AdhesiveFit": lambda: fitting.fit_indentation(
+        force_curve(None),
+        "Elastic",
+        indenter=jc.Sphere(5e-6),
+        nu=0.5,
+        control="depth",
+        contact_point="fit",
+        adhesion="JKR",
+    ),
     "JointFit": lambda: fitting.fit_together([CREEP, relaxation()], "Maxwell"),
     "IndentationFit": lambda: fitting.fit_indentation(
         indentation(), model=jc.Maxwell, indenter=jc.Sphere(1e-3), nu=0.5, control="load"
     ),
 }
-DEAR = {"BatchFit", "Design", "GrowthFit", "ModulusFit", "PronyFit", "JointFit", "IndentationFit"}
+DEAR = {
+    "AdhesiveFit",
+    "BatchFit",
+    "Design",
+    "GrowthFit",
+    "ModulusFit",
+    "PronyFit",
+    "JointFit",
+    "IndentationFit",
+}
 
 
 def test_every_public_class_is_here():

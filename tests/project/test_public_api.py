@@ -28,7 +28,8 @@ ArrheniusShift WLFShift ThermalBody heat_partition
 AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
-BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth IndentationData
+AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth
+IndentationData
 IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated RelaxationData compare design
 fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
 read_creep read_force read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
@@ -56,7 +57,7 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
-    jc.AdhesiveHistory: "jumps jump_energy cohesive_cells",
+    jc.AdhesiveHistory: "jumps jump_energy cohesive_cells tabor_number",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",
@@ -78,6 +79,7 @@ MEMBERS = {
     jc.Elastic: "G nu from_young creep relaxation",
     jc.Grid: "shape spacing periodic square around width axes coordinates cell_area",
     fitting.CreepFit: "material intervals identified predict summary plot",
+    fitting.AdhesiveFit: "material law values intervals identified pull_off separation_work tabor_number summary plot",
     fitting.IndentationFit: "material intervals identified predict summary plot",
 }
 
@@ -112,7 +114,7 @@ KEYWORDS = {
     jc.load: "path",
     fitting.minimise: "loss start bounds scale method steps tolerance state",
     fitting.fit_creep: "model weights fixed bounds",
-    fitting.fit_indentation: "model indenter nu control layer substrate",
+    fitting.fit_indentation: "model indenter nu control layer substrate adhesion",
 }
 
 

@@ -28,7 +28,28 @@ width = 300e-6
 PRONY = 'material = "prony"\nJ0 = 1.0\nJ = [1.0, 2.0]\ntau = [1.0]\n'
 LAYER = CASE[CASE.index('material = "burgers"') : CASE.index("thickness")]
 BALL_TEXT = 'shape = "sphere"\nradius = 9.525e-3'
+STICKS = '[adhesion]\nlaw = "exponential"\nwork = 0.05\nrange = 1e-9\n'
 FILES = {
+    "a typo in a law": (
+        "[times]",
+        STICKS.replace("range", "rnage") + "[times]",
+        r'adhesion.rnage: unknown key; did you mean "range"\?',
+    ),
+    "an unknown law of adhesion": (
+        "[times]",
+        STICKS.replace("exponential", "exponental") + "[times]",
+        r'adhesion.law: found "exponental", accepted: "exponential" \| "dugdale"',
+    ),
+    "no work of adhesion": (
+        "[times]",
+        STICKS.replace("work = 0.05\n", "") + "[times]",
+        r"adhesion.work: missing; accepted: a number > 0",
+    ),
+    "adhesion without a width": (
+        "[times]\nend = 600.0\nsteps = 6\n[grid]\nn = 32\nwidth = 300e-6",
+        STICKS + "[times]\nend = 600.0\nsteps = 6\n[grid]\nn = 32",
+        r"grid.width: missing; accepted with \[adhesion\]: width, or shape and spacing",
+    ),
     "not TOML": ("[grid]", "[grid", r"not TOML: "),
     "a typo": ("thickness", "thicknes", r'layer.thicknes: unknown key; did you mean "thickness"\?'),
     "a typo in a section": ("[grid]", "[gird]", r'\[gird\]: unknown key; did you mean "grid"\?'),

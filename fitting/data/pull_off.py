@@ -1,0 +1,115 @@
+"""Contact and pull-off of an adhesive force curve, read from the curve itself without a model of the contact.
+
+The zero of the load is that after the pull-off, at the end of the retraction (``zeroed``). On the approach the contact
+begins with the jump that brings the load to its lowest value, or, where none is seen, where the load leaves its noise and
+drift. On the retraction it ends where the load, after its lowest value, has lost ``LOST`` of it: a contact of short range
+that is retracted at a given depth breaks at 5/9 of the lowest load (K. L. Johnson, Contact Mechanics, 1985, section 5.5),
+and under a soft spring earlier.
+"""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.data.indentation import IndentationData
+from fitting.data.segments import noise
+
+SURE = 5.0  # standard deviations of the noise by which a load differs from zero
+ONSET = 0.02  # fraction of the largest load, below which the zero of the load may drift
+LOST = 0.5  # fraction of the lowest load that is lost when the contact breaks
+NEAR = 0.92  # fraction of the lowest load within which points determine it
+TAIL = 10  # part of the retraction at its end, 1/TAIL, out of contact
+FEWEST = 6  # points that determine it
+
+
+class PullOff(NamedTuple):
+    """Quantities read from an adhesive force curve.
+
+    force [N] and its standard deviation: the largest tension of the retraction; work [J] and its standard deviation: that
+    of the tension over the depth in which the retraction is in tension; contact (n,) bool: the points in contact.
+    """
+
+    force: float
+    force_sd: float
+    work: float
+    work_sd: float
+    contact: np.ndarray
+
+
+def zeroed(data: IndentationData) -> IndentationData:
+    """Return the curve with the load counted from its median at the end of the retraction, if that is out of contact."""
+    back = np.flatnonzero(data.segments == "retract")
+    tail = back[-max(back.size // TAIL, 1) :] if back.size >= FEWEST else back[:0]
+    if not tail.size:
+        return data
+    zero = float(np.median(data.load[tail]))
+    held = _held(data.load[back] - zero)
+    if np.any(held[-tail.size :]) or abs(zero) < noise(data.load) / np.sqrt(tail.size):
+        return data
+    note = f"zero of the load: {zero:.4g} N, the median of the last {tail.size} points of the retraction"
+    return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note))
+
+
+def read_pull_off(data: IndentationData) -> PullOff:
+    """Return what an adhesive force curve tells without a model; ValueError for a curve without a pull-off."""
+    marks, load = data.segments, data.load
+    back = np.flatnonzero(marks == "retract")
+    spread = noise(load)
+    if back.size < FEWEST or not load[back].min() < -SURE * spread:
+        found = "no retraction" if back.size < FEWEST else f"a lowest load of {load[back].min():.3g} N"
+        raise ValueError(
+            f"adhesion: expected a retraction with a tension above {SURE:g} standard deviations of the noise"
+            f" ({SURE * spread:.3g} N), got {found}"
+        )
+    contact = np.ones(load.size, dtype=bool)
+    contact[back] = _held(load[back])
+    there = np.flatnonzero(marks == "approach")
+    if there.size:
+        contact[there] = _touched(load[there], spread)
+    force, force_sd = _lowest(data.depth[back], load[back], contact[back], spread)
+    work, work_sd = _work(data.depth[back], load[back], contact[back], spread)
+    return PullOff(force, force_sd, work, work_sd, contact)
+
+
+def _held(load: np.ndarray) -> np.ndarray:
+    """Return which points (n,) of a retraction are in contact."""
+    lowest = int(np.argmin(load))
+    after = np.flatnonzero(load[lowest:] > (1.0 - LOST) * load[lowest])
+    end = lowest + int(after[0]) if after.size else load.size
+    return np.arange(load.size) < end
+
+
+def _touched(load: np.ndarray, spread: float) -> np.ndarray:
+    """Return which points (n,) of an approach are in contact."""
+    least = max(SURE * spread, ONSET * float(load.max()))
+    lowest = int(np.argmin(load))
+    apart = np.flatnonzero(load <= least)
+    first = int(apart[-1]) + 1 if apart.size else 0
+    start = lowest if load[lowest] < -least else first
+    return np.arange(load.size) >= start
+
+
+def _lowest(depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float) -> tuple[float, float]:
+    """Return the largest tension and its standard deviation, from a parabola through the points near it."""
+    near = np.flatnonzero(contact & (load < NEAR * load.min()))
+    lowest = int(np.argmin(load))
+    if near.size < FEWEST:
+        return -float(load[lowest]), spread
+    x = depth[near] - depth[lowest]
+    x = x / max(float(np.ptp(x)), 1e-300)
+    A = np.stack([np.ones(x.size), x, x**2], -1)
+    best = np.linalg.lstsq(A, load[near], rcond=None)[0]
+    at = int(np.argmin(A @ best))
+    sd = np.sqrt(np.sum((A @ best - load[near]) ** 2) / (near.size - 3))
+    return -float(A[at] @ best), float(sd * np.sqrt(A[at] @ np.linalg.pinv(A.T @ A) @ A[at]))
+
+
+def _work(depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float) -> tuple[float, float]:
+    """Return the work of the tension and its standard deviation for noise that is independent from point to point."""
+    on = np.flatnonzero(contact)
+    tension = np.flatnonzero(load[on] < 0.0)
+    on = on[tension[0] :] if tension.size else on[:0]
+    steps = -np.diff(depth[on])
+    weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    return -float(weights @ load[on]), float(spread * np.sqrt(np.sum(weights**2)))

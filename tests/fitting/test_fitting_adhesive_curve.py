@@ -1,0 +1,131 @@
+"""Fits of the work of adhesion to approach and retraction, on half-spaces against closed forms and on a film."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from force_curves import NU, RADIUS, SHIFT, UNITS, WORK, E, G, branch, force_curve
+
+import fitting
+import jaxcontact as jc
+from fitting.data.pull_off import read_pull_off
+from fitting.models.adhesive_curve import scaled_load
+from jaxcontact.reference import maugis
+
+BALL = jc.Sphere(RADIUS)
+
+
+def fitted(data, adhesion="JKR", **keywords):
+    given = {"indenter": BALL, "nu": NU, "control": "depth", "contact_point": "fit"} | keywords
+    return fitting.fit_indentation(data, "Elastic", adhesion=adhesion, **given)
+
+
+@pytest.mark.parametrize("parameter", [0.1, 0.5, 1.0, 2.0, 10.0, None])
+def test_the_model_is_the_closed_form_on_the_stable_branch(parameter):
+    """Against the reference, which finds the outer radius by another method; within 1e-4 of the largest load."""
+    approach, load = branch(parameter)
+    far = approach > approach[0] + 1e-3
+    given = None if parameter is None else jnp.asarray(parameter)
+    found = scaled_load(jnp.asarray(approach), given)
+    np.testing.assert_allclose(np.asarray(found)[far], load[far], atol=1e-4 * load.max())
+
+
+def test_the_model_has_a_derivative_beyond_the_end_of_the_branch():
+    """There the radius is held, as under a flat punch: dP/d(approach) = 2 E* a, which is 1.5 a in these units."""
+    end = 6.0 ** (-1.0 / 3.0)
+    below = jnp.array([-1.2, -1.1, 2.0])
+    loads = np.asarray(scaled_load(below, None))
+    assert (loads[1] - loads[0]) / 0.1 == pytest.approx(1.5 * end, rel=1e-6)
+
+
+def test_a_force_curve_gives_back_modulus_work_and_contact_point():
+    fit = fitted(force_curve(None, noise=1e-5))
+    assert fit.verdict == "accepted" and fit.identified == {"G": True, "work": True}
+    assert fit.values["G"] == pytest.approx(G, rel=1e-4) and fit.values["work"] == pytest.approx(
+        WORK, rel=1e-4
+    )
+    assert fit.nuisances["contact_point"][0] == pytest.approx(SHIFT, abs=1e-11)
+    assert (
+        fit.law is None and math.isnan(fit.tabor_number) and fit.material == jc.Elastic(fit.values["G"], NU)
+    )
+    assert fit.pull_off[0] == pytest.approx(1.5 * UNITS.load, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_known_contact_point_tells_the_strength_of_the_attraction():
+    fit = fitted(force_curve(1.0, noise=0.003), "fit", contact_point=SHIFT)
+    strength = maugis.strength(1.0, WORK, RADIUS, E)
+    assert (
+        fit.identified["strength"] and fit.intervals["strength"][0] < strength < fit.intervals["strength"][1]
+    )
+    assert isinstance(fit.law, jc.DugdaleAdhesion) and fit.tabor_number == pytest.approx(0.864, rel=0.2)
+    assert not any("not identified" in note for note in fit.notes)
+
+
+@pytest.mark.slow
+def test_a_range_that_the_curve_does_not_tell_is_named_and_the_work_allows_for_it():
+    """With the contact point unknown, JKR describes a curve of lambda = 0.3 within its noise, with 21 % too much work."""
+    data = force_curve(0.3)
+    short, free = fitted(data), fitted(data, "fit")
+    assert short.verdict == "accepted" and short.values["work"] > 1.15 * WORK
+    assert not free.identified["strength"] and free.intervals["work"][0] < WORK < free.intervals["work"][1]
+    assert any(note.startswith("the range of the attraction is not identified") for note in free.notes)
+    assert "strength not determined" in free.summary()
+
+
+def test_pull_off_and_work_of_separation_are_those_of_the_curve():
+    """Without noise against the closed form; with noise within three of the stated standard deviations."""
+    approach, load = branch(None)
+    tension = load < 0.0
+    work = -np.trapezoid(load[tension], approach[tension]) * UNITS.load * UNITS.approach
+    exact = read_pull_off(force_curve(None, noise=1e-9, n=600))
+    assert exact.force == pytest.approx(1.5 * UNITS.load, rel=1e-3)
+    assert exact.work == pytest.approx(work, rel=0.02)
+    forces, works = np.array(
+        [(seen.force, seen.work) for seen in (read_pull_off(force_curve(None, seed=k)) for k in range(200))]
+    ).T
+    one = read_pull_off(force_curve(None))
+    assert np.std(works) == pytest.approx(one.work_sd, rel=0.35)
+    assert np.std(forces) == pytest.approx(one.force_sd, rel=0.8)
+
+
+def test_a_curve_without_pull_off_or_of_another_kind_is_refused():
+    plain = force_curve(None)
+    none = fitting.IndentationData(t=plain.t, load=np.abs(plain.load), depth=plain.depth, marks=plain.marks)
+    with pytest.raises(ValueError, match="adhesion: expected a retraction with a tension above"):
+        fitted(none)
+    with pytest.raises(ValueError, match=r"adhesion: expected a retraction .* got no retraction"):
+        fitted(plain.only("approach"))
+    with pytest.raises(ValueError, match='adhesion: expected "fit", "JKR"'):
+        fitted(plain, "DMT")
+    with pytest.raises(ValueError, match='control: expected "depth"'):
+        fitted(plain, control="load")
+    with pytest.raises(
+        ValueError, match="model: expected Elastic with a fit of the work of adhesion, got 'Maxwell'"
+    ):
+        fitting.fit_indentation(plain, jc.Maxwell, indenter=BALL, nu=NU, control="depth", adhesion="fit")
+    with pytest.raises(ValueError, match="tau: expected none with a fit of the work of adhesion"):
+        fitted(plain, tau=[1.0])
+    with pytest.raises(ValueError, match="adhesion: expected a Sphere, got Cone"):
+        fitted(plain, indenter=jc.Cone(1.2))
+    with pytest.raises(ValueError, match="layer: expected a thickness together with a substrate"):
+        fitted(plain, jc.ExponentialAdhesion(WORK, 1e-9), layer=1e-6)
+    with pytest.raises(ValueError, match="adhesion: expected a law of adhesion with a layer"):
+        fitted(plain, layer=1e-6, substrate=jc.Elastic(1e9))
+    with pytest.raises(ValueError, match="grid: expected a number of cells of at least 16"):
+        fitted(plain, jc.ExponentialAdhesion(WORK, 1e-9), grid=4)
+    with pytest.raises(ValueError, match="layer: expected a thickness > 0 m"):
+        fitted(plain, jc.ExponentialAdhesion(WORK, 1e-9), layer=-1.0, substrate=jc.Elastic(1e9))
+
+
+@pytest.mark.slow
+def test_intervals_of_modulus_and_work_cover_the_truth():
+    """300 simulated curves of short range: the 95 % intervals contain the truth in 92 to 98 %."""
+    inside = []
+    for seed in range(300):
+        fit = fitted(force_curve(None, seed=seed))
+        truth = {"G": G, "work": WORK}
+        inside.append([fit.intervals[name][0] < truth[name] < fit.intervals[name][1] for name in truth])
+    share = np.mean(inside, axis=0)
+    assert np.all((share > 0.92) & (share < 0.98)), share
