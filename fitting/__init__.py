@@ -8,6 +8,7 @@ from fitting.after.planning import design as design
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
+from fitting.data.fields import ContactData as ContactData
 from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
 from fitting.data.moduli import RelaxationData as RelaxationData
@@ -17,6 +18,8 @@ from fitting.fits.creep import Comparison as Comparison
 from fitting.fits.creep import CreepFit as CreepFit
 from fitting.fits.creep import compare as compare
 from fitting.fits.creep import fit_creep as fit_creep
+from fitting.fits.fields import FieldFit as FieldFit
+from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.indentation import IndentationFit as IndentationFit
 from fitting.fits.indentation import fit_indentation as fit_indentation
 from fitting.fits.modulus import ModulusFit as ModulusFit
@@ -37,9 +40,11 @@ from fitting.search.minimising import minimise as minimise
 __all__ = [
     "BatchFit",
     "Comparison",
+    "ContactData",
     "CreepData",
     "CreepFit",
     "Design",
+    "FieldFit",
     "IndentationData",
     "IndentationFit",
     "JointFit",
@@ -54,6 +59,7 @@ __all__ = [
     "design",
     "fit_creep",
     "fit_creep_batch",
+    "fit_fields",
     "fit_indentation",
     "fit_oscillation",
     "fit_prony",

@@ -23,17 +23,21 @@ STRAIGHT = 0.1  # share by which an end may be off that of the straight line
 BRANCHES, LOWER = 8, 0.02  # changes of branch, and how far below the level another has to be
 
 
-def profile(objective: Objective, best: Best, levels: np.ndarray) -> np.ndarray:
-    """(m, 2): where the profile of each free coordinate reaches its level of RSS, ``levels`` (k,); its bound where it
-    does not.
+def profile(
+    objective: Objective, best: Best, levels: np.ndarray, traced: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the ends (m, 2) at which the profile of each free coordinate reaches its level of RSS, ``levels`` (k,), or its
+    bound where it does not.
 
-    Fixed coordinates keep their value.
+    traced (m,) bool: coordinates whose profiles are followed, all unless given; the ends of the others are those of the
+    linearised model. Fixed coordinates keep their value.
     """
     ends = np.stack([best.theta, best.theta], -1)
     heights = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     for i, level in zip(objective.free, levels.tolist(), strict=True):
         rivals = [theta for theta, rss in zip(best.others, heights, strict=True) if rss < level]
-        ends[i] = [_Side(objective, best, rivals, level, int(i), sign).end() for sign in (-1.0, 1.0)]
+        sides = [_Side(objective, best, rivals, level, int(i), sign) for sign in (-1.0, 1.0)]
+        ends[i] = [side.end() if traced is None or traced[i] else side.straight_end() for side in sides]
     return ends
 
 
@@ -78,6 +82,10 @@ class _Side:
                 break
             value = self._walk(lower)
         return value
+
+    def straight_end(self) -> float:
+        """Return the value at which the linearised model reaches the level, or the bound."""
+        return self.sign * min(self.sign * self.first + self._line, self.sign * self.bound)
 
     @functools.cached_property
     def _line(self) -> float:
