@@ -54,6 +54,7 @@ class ContactData:
             raise ValueError(f"times: expected (nt,) finite and not decreasing, got {self.times!r}")
         if not isinstance(self.control, jc.Load | jc.Approach):
             raise ValueError(f"control: expected a Load or an Approach, got {type(self.control).__name__}")
+        put("control", dataclasses.replace(self.control, value=np.asarray(self.control.value, dtype=float)))
         if not isinstance(self.grid, jc.Grid):
             raise ValueError(f"grid: expected a Grid, got {type(self.grid).__name__}")
         if not self.fields or not set(self.fields) <= set(UNITS):
