@@ -70,7 +70,9 @@ class ContactData:
             raise ValueError(f"fields[{name!r}]: expected shape {shape}, got {np.shape(value)}")
         known = array[np.isfinite(array)]
         if known.size == 0 or np.any(np.isinf(array)):
-            raise ValueError(f"fields[{name!r}]: expected finite values, or NaN where a pixel is not measured")
+            raise ValueError(
+                f"fields[{name!r}]: expected finite values, or NaN where a pixel is not measured"
+            )
         if name == "contact" and not np.all(np.isin(known, (0.0, 1.0))):
             raise ValueError(f"fields['contact']: expected 0 and 1, got {known.min():g} to {known.max():g}")
         array.setflags(write=False)
@@ -92,5 +94,7 @@ class ContactData:
         rows = [(name, value[np.isfinite(value)], UNITS[name]) for name, value in self.fields.items()]
         pixels = " x ".join(map(str, self.grid.shape))
         return described(
-            f"ContactData: {pixels} pixels at {self.times.size} times", [("times", self.times, "s"), *rows], self.notes
+            f"ContactData: {pixels} pixels at {self.times.size} times",
+            [("times", self.times, "s"), *rows],
+            self.notes,
         )

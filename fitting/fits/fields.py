@@ -230,12 +230,16 @@ class _Search:
 
     def vector(self, images: Mapping[str, Any]) -> np.ndarray:
         """Return block means (..., n) of all fields, in parts of their largest value."""
-        means = [self.blocks[name].means(np.asarray(images[name])) / self.scale[name] for name in self.data.fields]
+        means = [
+            self.blocks[name].means(np.asarray(images[name])) / self.scale[name] for name in self.data.fields
+        ]
         return np.concatenate(means, -1)
 
     def measured(self) -> np.ndarray:
         """Return the block means of the data, (n,)."""
-        return self.vector({name: np.where(own, self.data.fields[name], 0.0) for name, own in self.known.items()})
+        return self.vector(
+            {name: np.where(own, self.data.fields[name], 0.0) for name, own in self.known.items()}
+        )
 
     def slopes(self, theta: np.ndarray) -> np.ndarray:
         """Return the Jacobian (n, m) of ``vector(images(theta))``."""
@@ -243,7 +247,9 @@ class _Search:
         rows = [self.vector(own)]
         for name, unit in zip(self.nuisances, self.units, strict=True):
             one = lambda view, name=name: (
-                np.asarray(view.shift)[..., "xy".index(name[-1])] if name in ALIGN["shift"] else getattr(view, name)
+                np.asarray(view.shift)[..., "xy".index(name[-1])]
+                if name in ALIGN["shift"]
+                else getattr(view, name)
             )
             rows.append(unit * self.vector({field: one(view) for field, view in views.items()})[None])
         return np.concatenate(rows).T
@@ -267,7 +273,11 @@ class _Search:
             fitted = blocks.means(images[name]) / self.scale[name]
             shape = self.shape(name, images[name])
             residual = np.diff(measured, append=measured[0]) / math.sqrt(2.0) if first else fitted - measured
-            kind = self.noise if name != "contact" and name not in (self.data.sigma or {}) and not first else "constant"
+            kind = (
+                self.noise
+                if name != "contact" and name not in (self.data.sigma or {}) and not first
+                else "constant"
+            )
             found.append(pixels.deviations(kind, residual, shape, fitted) * math.sqrt(blocks.inflation))
         return 1.0 / np.concatenate(found)
 
@@ -292,7 +302,9 @@ class _Search:
             left=left, notes=self.notes(best.theta, left),
         )  # fmt: skip
         duration = float(np.ptp(self.data.times))
-        found = conclude(FitProblem(self.data, self.sought, self.space, self.sample(weights), duration, level), solved)
+        found = conclude(
+            FitProblem(self.data, self.sought, self.space, self.sample(weights), duration, level), solved
+        )
         ends = found.ends[self.k :] * self.units[:, None]
         return found.fit(
             FieldFit,
@@ -302,7 +314,9 @@ class _Search:
             grid_error=dict(zip(self.sought.structure.where, left[: self.k].tolist(), strict=True)),
             images=lambda slopes: (
                 self.images(best.theta),
-                self.pressing.image_slopes(best.theta[: self.k], self.view(best.theta))[0] if slopes else None,
+                self.pressing.image_slopes(best.theta[: self.k], self.view(best.theta))[0]
+                if slopes
+                else None,
             ),
         )
 
@@ -314,7 +328,9 @@ class _Search:
         best = nonlinear.minimise(self.objective(self.weights(self.start, True)), self.start)
         images = self.images(best.theta)
         for name, field in self.data.fields.items():
-            residual = (images[name] - np.where(self.known[name], field, 0.0)) / np.sqrt(self.variance(name, images[name]))
+            residual = (images[name] - np.where(self.known[name], field, 0.0)) / np.sqrt(
+                self.variance(name, images[name])
+            )
             self.blocks[name] = pixels.chosen(residual, self.known[name])
         for _ in range(TURNS):
             weights = self.weights(best.theta)
@@ -324,7 +340,9 @@ class _Search:
     def grid_error(self, best: Best, weights: np.ndarray) -> np.ndarray:
         """Return the change (m,) of the coordinates between grids of n/2 and n cells, which bounds the error that is left on
         n cells if that decreases at least in proportion to the spacing; nan where the coarse solution fails."""
-        change = weights * (self.vector(self.images(best.theta, self.coarse)) - self.vector(self.images(best.theta)))
+        change = weights * (
+            self.vector(self.images(best.theta, self.coarse)) - self.vector(self.images(best.theta))
+        )
         return np.abs(nonlinear.moved(best, self.space.free, change))
 
     def sample(self, weights: np.ndarray) -> Sample:

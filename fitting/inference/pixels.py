@@ -44,7 +44,9 @@ class Blocks(NamedTuple):
 
     def lines(self) -> np.ndarray:
         """Return labels (n,), equal for the blocks of a line along y of a frame."""
-        return np.broadcast_to(np.arange(self.kept[..., 0].size).reshape(*self.kept.shape[:2], 1), self.kept.shape)[self.kept]
+        return np.broadcast_to(
+            np.arange(self.kept[..., 0].size).reshape(*self.kept.shape[:2], 1), self.kept.shape
+        )[self.kept]
 
 
 def _means(values: np.ndarray, size: int) -> np.ndarray:

@@ -47,7 +47,9 @@ def test_a_bump_is_blurred_shifted_and_rotated_as_in_closed_form():
     x, y = (np.asarray(axis) for axis in model.coordinates())
     field = np.exp(-(x**2) / (2 * sx**2) - y**2 / (2 * sy**2))
     view = View(jnp.array(shift), jnp.array(angle), jnp.array(blur), jnp.array(1.0), jnp.array(0.0))
-    found = imaging.observed("displacement", {"displacement": jnp.asarray(field)[None]}, model, image, view)[0]
+    found = imaging.observed("displacement", {"displacement": jnp.asarray(field)[None]}, model, image, view)[
+        0
+    ]
     x, y = (np.asarray(axis) for axis in image.coordinates())
     x, y = x - shift[0], y - shift[1]
     along, across = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
@@ -71,7 +73,9 @@ def contact_data(seed=0, image=IMAGE, shift=(2.7e-6, -2.7e-6)):
     """Pressure, gap and contact image of the closed form with noise of 3 %."""
     rng = np.random.default_rng(seed)
     p, gap, _ = seen(image, shift)
-    noisy = {name: f + 0.03 * f.max() * rng.standard_normal(f.shape) for name, f in (("pressure", p), ("gap", gap))}
+    noisy = {
+        name: f + 0.03 * f.max() * rng.standard_normal(f.shape) for name, f in (("pressure", p), ("gap", gap))
+    }
     wrong = rng.random(p.shape) < 0.03
     return fitting.ContactData([0.0], LOAD, noisy | {"contact": ((p > 0) != wrong).astype(float)}, image)
 
@@ -143,7 +147,11 @@ def test_the_standard_deviation_of_a_fit_is_the_scatter_of_repeated_fits(blur):
         noise = ndimage.gaussian_filter(noise, blur, mode="wrap") if blur else noise
         field = clean + 0.03 * clean.max() * noise / noise.std()
         fit = fitting.fit_fields(
-            fitting.ContactData([0.0], LOAD, {"pressure": field}, IMAGE), plate, {"G": TRUE}, indenter=BALL, grid=MODEL
+            fitting.ContactData([0.0], LOAD, {"pressure": field}, IMAGE),
+            plate,
+            {"G": TRUE},
+            indenter=BALL,
+            grid=MODEL,
         )
         logs.append(np.log(fit.values["G"]))
         sds.append(fit.sd_log["G"])
@@ -167,7 +175,12 @@ WRONG_DATA = {
 @pytest.mark.parametrize("case", WRONG_DATA)
 def test_wrong_data_are_named(case):
     changed, words = WRONG_DATA[case]
-    right = {"times": [0.0], "control": LOAD, "fields": {"gap": np.zeros((4, 4))}, "grid": jc.Grid.square(4, 1e-4)}
+    right = {
+        "times": [0.0],
+        "control": LOAD,
+        "fields": {"gap": np.zeros((4, 4))},
+        "grid": jc.Grid.square(4, 1e-4),
+    }
     with pytest.raises(ValueError, match=words):
         fitting.ContactData(**(right | changed))
 
@@ -189,6 +202,12 @@ WRONG_FITS = {
 )
 def test_wrong_input_of_a_fit_is_named(case):
     changed, words = WRONG_FITS[case]
-    right = {"data": contact_data(), "body": plate, "parameters": {"G": TRUE}, "indenter": BALL, "grid": MODEL}
+    right = {
+        "data": contact_data(),
+        "body": plate,
+        "parameters": {"G": TRUE},
+        "indenter": BALL,
+        "grid": MODEL,
+    }
     with pytest.raises(ValueError, match=words):
         fitting.fit_fields(**(right | changed))

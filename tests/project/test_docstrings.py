@@ -34,6 +34,7 @@ GIVEN = [  # what users are given, and do not make
     ),
     *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
     *(
+        fitting.FieldFit,
         fitting.JointFit,
         fitting.Minimum,
         fitting.ModulusFit,
@@ -43,6 +44,7 @@ GIVEN = [  # what users are given, and do not make
     ),
 ]
 DEAR = (
+    "fit_fields",
     "posterior",
     "fit_together",
     "sensitivity",
