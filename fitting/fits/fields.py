@@ -19,7 +19,7 @@ import jaxcontact as jc
 from fitting.data.fields import ContactData
 from fitting.inference import pixels, student
 from fitting.inference.conclusion import FitProblem, conclude, solution
-from fitting.inference.evidence import Sample, Solved
+from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
 from fitting.models.imaging import View
 from fitting.models.pressing import BodyParameters, Pressing

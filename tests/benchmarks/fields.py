@@ -1,9 +1,10 @@
 """How often the intervals of ``fitting.fit_fields`` hold the truth, for maps of pressure and gap and for contact images.
 
-The shear modulus of an elastic film of known thickness on a stiff substrate, under two loads. The data are computed on a grid of 2 n cells along each axis, blurred
-by a Gaussian of 1.5 pixels, shifted by a third of a pixel along x and y (both by ``scipy.ndimage``), and given noise with a
-standard deviation of 3 % of the largest value: white, or correlated over 1.5 pixels. A contact image is the blurred
-coverage with this noise, 1 above 1/2, of which 3 % of the pixels are inverted. The fit is on n cells.
+The shear modulus of an elastic film of known thickness on a stiff substrate, under two loads. The data are computed on
+a grid of 2 n cells along each axis, blurred by a Gaussian of 1.5 pixels, shifted by a third of a pixel along x and y
+(both by ``scipy.ndimage``), and given noise with a standard deviation of 3 % of the largest value: white, or correlated
+over 1.5 pixels. A contact image is the blurred coverage with this noise, 1 above 1/2, of which 3 % of the pixels are
+inverted. The fit is on n cells.
 
     python -m tests.benchmarks.fields [--n 128] [--sets 100] [--only pressure] [--correlated]
 
