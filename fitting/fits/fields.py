@@ -3,7 +3,7 @@
 The model is ``jc.indent`` on a grid of its own, seen through the instrument (``imaging.py``). The fit is a least squares
 of means over blocks of pixels, divided by the standard deviations that their residuals show (``pixels.py``), over the
 logarithms of the parameters and the nuisance parameters of the instrument; the Jacobian is that of forward mode through
-the solver. A second solution with half as many cells along each axis estimates the error of the grid, by which the
+the solver. Solutions with half and three quarters of the cells along each axis estimate the error of the grid, by which the
 intervals are widened.
 """
 
@@ -30,6 +30,7 @@ from fitting.search.nonlinear import Best, Objective
 from fitting.views import field_picture
 
 RANGE = 7.0  # e-folds about the start within which a parameter is sought
+COARSER = (1 / 2, 3 / 4)  # cells along each axis of the grids that tell the error, over those of the fit
 TURNS = 3  # of estimating the noise
 MARGIN = 3  # cells at the edge of the model's grid that are not compared
 ALIGN = {"none": (), "shift": ("shift_x", "shift_y"), "shift and rotation": ("shift_x", "shift_y", "angle")}
@@ -176,7 +177,7 @@ class _Search:
     data: ContactData
     sought: Sought
     pressing: Pressing
-    coarse: Pressing
+    coarse: tuple[Pressing, ...]
     nuisances: tuple[str, ...]
     units: np.ndarray
     blur: float
@@ -198,7 +199,6 @@ class _Search:
         nuisances = (*align, *(("blur",) if blur == "fitted" else ()), *contact)
         pixel = float(data.grid.spacing[0])
         units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
-        half = jc.Grid(tuple(n // 2 for n in grid.shape), tuple(2.0 * d for d in grid.spacing), grid.periodic)
         setting = indenter, data.control, jnp.asarray(data.times)
         press = lambda own: Pressing(
             sought.structure.model, tuple(parameters), setting, tuple(data.fields), data.grid, own, tolerance
@@ -206,7 +206,7 @@ class _Search:
         known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         return cls(
-            data, sought, press(grid), press(half), nuisances, units, 0.0 if blur == "fitted" else float(blur),
+            data, sought, press(grid), tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units, 0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
             {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
             {name: pixels.Blocks.of(own, pixels.least_size(own)) for name, own in known.items()},
@@ -338,10 +338,17 @@ class _Search:
         return best, weights
 
     def grid_error(self, best: Best, weights: np.ndarray) -> np.ndarray:
-        """Return the change (m,) of the coordinates between grids of n/2 and n cells, which bounds the error that is left on
-        n cells if that decreases at least in proportion to the spacing; nan where the coarse solution fails."""
+        """Return the largest change (m,) of the coordinates between the grid and coarser ones.
+
+        The error of the edge of contact oscillates with its place among the cells, so that a single coarser grid may show
+        none by chance. nan where a coarse solution fails.
+        """
+        return np.max([self._change(best, weights, one) for one in self.coarse], axis=0)
+
+    def _change(self, best: Best, weights: np.ndarray, coarse: Pressing) -> np.ndarray:
+        """Return the change (m,) of the coordinates with another grid."""
         change = weights * (
-            self.vector(self.images(best.theta, self.coarse)) - self.vector(self.images(best.theta))
+            self.vector(self.images(best.theta, coarse)) - self.vector(self.images(best.theta))
         )
         return np.abs(nonlinear.moved(best, self.space.free, change))
 
@@ -365,6 +372,13 @@ class _Search:
             "standard deviations were estimated from the residuals of each field",
             f"the intervals include the estimated error of the grid, up to {worst:.2g} % of a parameter",
         )
+
+
+def _coarser(grid: jc.Grid, share: float) -> jc.Grid:
+    """Return a grid of the same width with a share of the cells along each axis."""
+    shape = tuple(max(int(share * n), 4) for n in grid.shape)
+    spacing = tuple(d * n / m for d, n, m in zip(grid.spacing, grid.shape, shape, strict=True))
+    return jc.Grid(shape, spacing, grid.periodic)
 
 
 def _within(image: jc.Grid, model: jc.Grid) -> np.ndarray:
