@@ -108,7 +108,8 @@ def fit_fields(
 
     The images of ``jc.indent(body(p), indenter, data.control, data.times, grid=grid)`` are fitted to the data over the
     logarithms of the parameters p and over the nuisance parameters of the instrument. See ``fitting/models/imaging.py``
-    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise.
+    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise. The intervals from a contact
+    image can be too short on coarse grids, where the error of the contact's edge is not known well enough.
 
     Args:
         data: the fields, in pixels of their own.
