@@ -22,7 +22,7 @@ from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
 from fitting.models.imaging import View
-from fitting.models.pressing import BodyParameters, Pressing
+from fitting.models.pressing import BodyParameters, PressedImages
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import Sought, limits
 from fitting.search import nonlinear, profiles
@@ -151,7 +151,7 @@ def fit_fields(
     names = tuple(parameters)
     structure = BodyParameters.of(body, {name: (units or {}).get(name, "") for name in names})  # type: ignore[arg-type]
     sought = Sought(structure, limits(structure, fixed, bounds), None)
-    search = _Search.of(data, sought, parameters, (indenter, grid, tolerance), ALIGN[align], blur, noise)
+    search = _FieldSearch.of(data, sought, parameters, (indenter, grid, tolerance), ALIGN[align], blur, noise)
     return search.fit(level)
 
 
@@ -172,13 +172,13 @@ def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: 
 
 
 @dataclasses.dataclass
-class _Search:
+class _FieldSearch:
     """The search of a fit: coordinates theta are log parameters (k,), then nuisance parameters over their units (q,)."""
 
     data: ContactData
     sought: Sought
-    pressing: Pressing
-    coarse: tuple[Pressing, ...]
+    pressing: PressedImages
+    coarse: tuple[PressedImages, ...]
     nuisances: tuple[str, ...]
     units: np.ndarray
     blur: float
@@ -193,7 +193,7 @@ class _Search:
     def of(
         cls, data: ContactData, sought: Sought, parameters: Mapping[str, float], model: tuple[Any, Any, float],
         align: tuple[str, ...], blur: Any, noise: str,
-    ) -> "_Search":  # fmt: skip
+    ) -> "_FieldSearch":  # fmt: skip
         """Return the search from checked input."""
         indenter, grid, tolerance = model
         contact = ("width", "errors") if "contact" in data.fields else ()
@@ -201,13 +201,14 @@ class _Search:
         pixel = float(data.grid.spacing[0])
         units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
         setting = indenter, data.control, jnp.asarray(data.times)
-        press = lambda own: Pressing(
+        press = lambda own: PressedImages(
             sought.structure.model, tuple(parameters), setting, tuple(data.fields), data.grid, own, tolerance
         )
         known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         return cls(
-            data, sought, press(grid), tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units, 0.0 if blur == "fitted" else float(blur),
+            data, sought, press(grid),
+            tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units, 0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
             {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
             {name: pixels.Blocks.of(own, pixels.least_size(own)) for name, own in known.items()},
@@ -225,7 +226,7 @@ class _Search:
         one = lambda name: jnp.asarray(own[name], dtype=float)
         return View(jnp.stack([one("shift_x"), one("shift_y")]), *(one(name) for name in View._fields[1:]))
 
-    def images(self, theta: np.ndarray, pressing: Pressing | None = None) -> dict[str, np.ndarray]:
+    def images(self, theta: np.ndarray, pressing: PressedImages | None = None) -> dict[str, np.ndarray]:
         """Return the images of the model."""
         return (pressing or self.pressing).images(theta[: self.k], self.view(theta))
 
@@ -346,7 +347,7 @@ class _Search:
         """
         return np.max([self._change(best, weights, one) for one in self.coarse], axis=0)
 
-    def _change(self, best: Best, weights: np.ndarray, coarse: Pressing) -> np.ndarray:
+    def _change(self, best: Best, weights: np.ndarray, coarse: PressedImages) -> np.ndarray:
         """Return the change (m,) of the coordinates with another grid."""
         change = weights * (
             self.vector(self.images(best.theta, coarse)) - self.vector(self.images(best.theta))

@@ -28,7 +28,7 @@ class BodyParameters(ParameterList):
         return float("nan")
 
 
-class Pressing:
+class PressedImages:
     """Images of an indentation as functions of log parameters (k,) and a ``View``.
 
     body: from {parameter: value} to the body; seen: names of the fields in the image; image, grid: the pixels and the cells

@@ -9,7 +9,7 @@ from scipy import ndimage
 
 import fitting
 import jaxcontact as jc
-from fitting.fits.fields import ALIGN, _Search
+from fitting.fits.fields import ALIGN, _FieldSearch
 from fitting.inference import pixels
 from fitting.models import imaging
 from fitting.models.imaging import View
@@ -83,7 +83,7 @@ def contact_data(seed=0, image=IMAGE, shift=(2.7e-6, -2.7e-6)):
 def search(data, model=MODEL, align="shift and rotation", blur="fitted"):
     structure = BodyParameters.of(plate, {"G": "Pa"})
     sought = Sought(structure, limits(structure, None, None), None)
-    return _Search.of(data, sought, {"G": TRUE}, (BALL, model, 1e-11), ALIGN[align], blur, "constant")
+    return _FieldSearch.of(data, sought, {"G": TRUE}, (BALL, model, 1e-11), ALIGN[align], blur, "constant")
 
 
 @pytest.mark.slow
