@@ -9,6 +9,7 @@ from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
 from fitting.data.fields import ContactData as ContactData
+from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
 from fitting.data.moduli import RelaxationData as RelaxationData
@@ -20,6 +21,8 @@ from fitting.fits.creep import compare as compare
 from fitting.fits.creep import fit_creep as fit_creep
 from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
+from fitting.fits.growth import GrowthFit as GrowthFit
+from fitting.fits.growth import fit_growth as fit_growth
 from fitting.fits.indentation import IndentationFit as IndentationFit
 from fitting.fits.indentation import fit_indentation as fit_indentation
 from fitting.fits.modulus import ModulusFit as ModulusFit
@@ -30,10 +33,12 @@ from fitting.fits.prony import fit_prony as fit_prony
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
 from fitting.inference.resampling import resample as resample
+from fitting.io.growth_reader import read_growth as read_growth
 from fitting.io.modulus_reader import read_oscillation as read_oscillation
 from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
 from fitting.io.readers import read_indentation as read_indentation
+from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
 from fitting.search.minimising import Minimum as Minimum
 from fitting.search.minimising import minimise as minimise
 
@@ -45,6 +50,9 @@ __all__ = [
     "CreepFit",
     "Design",
     "FieldFit",
+    "GrowthData",
+    "GrowthFit",
+    "GrowthKinetics",
     "IndentationData",
     "IndentationFit",
     "JointFit",
@@ -60,6 +68,7 @@ __all__ = [
     "fit_creep",
     "fit_creep_batch",
     "fit_fields",
+    "fit_growth",
     "fit_indentation",
     "fit_oscillation",
     "fit_prony",
@@ -69,6 +78,7 @@ __all__ = [
     "posterior",
     "propagate",
     "read_creep",
+    "read_growth",
     "read_indentation",
     "read_oscillation",
     "read_relaxation",

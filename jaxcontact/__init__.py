@@ -1,20 +1,20 @@
 """jaxcontact: differentiable time-dependent contact with a viscoelastic layered half-space.
 
-Importing it switches jax to float64: the kernels span some sixteen decades, and float32 would
-lose the film under the substrate. On a CPU it also makes jax run one program at a time, when it is called.
+Importing it switches jax to float64: the kernels span some sixteen decades, and in float32
+the film's contribution would be lost next to the substrate's. On a CPU it also makes jax run programs synchronously.
 """
 
 import os
 
-# XLA's complaints go into Python's errors. As text it has one about each program of the cache on disk, harmless
-# (https://github.com/openxla/xla/issues/44565); it reads this when jax is first imported, which may have been before.
+# XLA's errors are raised in Python. Its log also has a harmless message for each program loaded from the cache on disk
+# (https://github.com/openxla/xla/issues/44565). XLA reads this variable when jax is first imported, maybe before this.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
 import jax
 
 jax.config.update("jax_enable_x64", True)
-# Programs that jax starts ahead of being asked for their results share its threads with the transforms inside them,
-# and all run slower for it.
+# Programs dispatched asynchronously compete for jax's threads with the Fourier transforms inside them, and all run
+# slower.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 from jaxcontact._compile import installed_jax  # noqa: E402
@@ -33,6 +33,8 @@ from jaxcontact.indenters.shapes import Cylinder as Cylinder  # noqa: E402
 from jaxcontact.indenters.shapes import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters.shapes import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters.shapes import Sphere as Sphere  # noqa: E402
+from jaxcontact.inputs.adhesion import DugdaleAdhesion as DugdaleAdhesion  # noqa: E402
+from jaxcontact.inputs.adhesion import ExponentialAdhesion as ExponentialAdhesion  # noqa: E402
 from jaxcontact.inputs.controls import Approach as Approach  # noqa: E402
 from jaxcontact.inputs.controls import Load as Load  # noqa: E402
 from jaxcontact.inputs.controls import TangentialDisplacement as TangentialDisplacement  # noqa: E402
@@ -41,6 +43,9 @@ from jaxcontact.inputs.fractional import FractionalKelvinVoigt as FractionalKelv
 from jaxcontact.inputs.fractional import FractionalMaxwell as FractionalMaxwell  # noqa: E402
 from jaxcontact.inputs.fractional import Springpot as Springpot  # noqa: E402
 from jaxcontact.inputs.grid import Grid as Grid  # noqa: E402
+from jaxcontact.inputs.laws import Archard as Archard  # noqa: E402
+from jaxcontact.inputs.laws import ProportionalRemoval as ProportionalRemoval  # noqa: E402
+from jaxcontact.inputs.laws import StressActivated as StressActivated  # noqa: E402
 from jaxcontact.inputs.layers import Graded as Graded  # noqa: E402
 from jaxcontact.inputs.layers import Layer as Layer  # noqa: E402
 from jaxcontact.inputs.layers import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402
@@ -56,6 +61,7 @@ from jaxcontact.inputs.surface_files import read_surface as read_surface  # noqa
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
+from jaxcontact.results.contact import AdhesiveHistory as AdhesiveHistory  # noqa: E402
 from jaxcontact.results.contact import ContactHistory as ContactHistory  # noqa: E402
 from jaxcontact.results.friction import ShearHistory as ShearHistory  # noqa: E402
 from jaxcontact.results.friction import SteadyRolling as SteadyRolling  # noqa: E402
@@ -66,6 +72,7 @@ from jaxcontact.results.rough_contact import PressureHistogram as PressureHistog
 from jaxcontact.results.rough_contact import contact_clusters as contact_clusters  # noqa: E402
 from jaxcontact.results.rough_contact import contact_statistics as contact_statistics  # noqa: E402
 from jaxcontact.results.rough_contact import pressure_histogram as pressure_histogram  # noqa: E402
+from jaxcontact.results.rubbing import RubbingHistory as RubbingHistory  # noqa: E402
 from jaxcontact.results.sliding import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.results.sliding import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
@@ -73,6 +80,8 @@ from jaxcontact.results.topography import surface_statistics as surface_statisti
 from jaxcontact.verbs.flash_temperature import flash_temperature as flash_temperature  # noqa: E402
 from jaxcontact.verbs.indent import indent as indent  # noqa: E402
 from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
+from jaxcontact.verbs.rub import Thermal as Thermal  # noqa: E402
+from jaxcontact.verbs.rub import rub as rub  # noqa: E402
 from jaxcontact.verbs.sensitivity import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.verbs.sensitivity import sensitivity as sensitivity  # noqa: E402
 from jaxcontact.verbs.shear import shear as shear  # noqa: E402
@@ -84,14 +93,18 @@ from jaxcontact.verbs.subsurface import subsurface as subsurface  # noqa: E402
 
 # what the reference shows; tests/project/test_public_api.py holds the same names
 __all__ = [
+    "AdhesiveHistory",
     "Approach",
+    "Archard",
     "Burgers",
     "Cone",
     "ContactClusters",
     "ContactHistory",
     "ContactStatistics",
     "Cylinder",
+    "DugdaleAdhesion",
     "Elastic",
+    "ExponentialAdhesion",
     "FlatPunch",
     "FractionalKelvinVoigt",
     "FractionalMaxwell",
@@ -106,6 +119,8 @@ __all__ = [
     "Maxwell",
     "PressureHistogram",
     "Prony",
+    "ProportionalRemoval",
+    "RubbingHistory",
     "Sensitivity",
     "ShearHistory",
     "SlidingHistory",
@@ -115,11 +130,13 @@ __all__ = [
     "Status",
     "SteadyRolling",
     "SteadySliding",
+    "StressActivated",
     "Study",
     "Surface",
     "SurfaceStatistics",
     "TangentialDisplacement",
     "TangentialLoad",
+    "Thermal",
     "cite",
     "contact_clusters",
     "contact_statistics",
@@ -133,6 +150,7 @@ __all__ = [
     "pressure_histogram",
     "read_surface",
     "roll_steady",
+    "rub",
     "save",
     "self_affine",
     "sensitivity",

@@ -1,9 +1,9 @@
 """The command line: ``jaxcontact``, the same as ``python -m jaxcontact``.
 
-Exit status: 0; 1 when a comparison with the paper does not hold; 2 for bad input, a contact at the grid's
-edge or a grid too coarse; 3 when a solve did not converge or cases of a
+Exit status: 0; 1 if a comparison with the paper does not hold; 2 for bad input, a contact at the grid's
+edge or a grid that is too coarse; 3 if a solve did not converge or cases of a
 study failed; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
-What goes wrong is one line on stderr.
+Errors are reported in one line on stderr.
 """
 
 import argparse
@@ -32,25 +32,27 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 CASE_HELP = "a case file in SI units, or the name of one that comes with the package; see: jaxcontact cases"
 
-STUDY_HELP = "a case file with a table [sweep] of what varies, or the name of one that comes with the package"
+STUDY_HELP = (
+    "a case file with a table [sweep] of the keys that vary, or the name of one that comes with the package"
+)
 
 EXAMPLES = (
     "jaxcontact run tribofilm_creep -o out        # a case that comes with the package",
     "jaxcontact new mine.toml                     # a case of your own, to change",
     "jaxcontact check mine.toml                   # valid? grid and steps fine enough?",
-    "jaxcontact sweep film_map -o study           # many cases of one, in one table",
+    "jaxcontact sweep film_map -o study           # variations of a case, in one table",
     "jaxcontact fit creep film.csv -o film        # material parameters from data",
-    "jaxcontact reproduce figure_4 -o paper       # against the paper",
+    "jaxcontact reproduce figure_4 -o paper       # compare with the paper",
 )
 OF_RUN = (
     "jaxcontact run polymer_coating -o out        # a case that comes with the package",
-    "jaxcontact run mine.toml -o out --save all   # one of your own, with maps of all times however large",
-    "jaxcontact run mine.toml -o out --resume     # go on where it was stopped",
-    "jaxcontact run --show tribofilm_creep        # print it with all defaults",
+    "jaxcontact run mine.toml -o out --save all   # a case of your own, with maps at all times, whatever their size",
+    "jaxcontact run mine.toml -o out --resume     # continue a run that was stopped",
+    "jaxcontact run --show tribofilm_creep        # print a case with all defaults",
 )
 OF_CHECK = (
     "jaxcontact check tribofilm_creep             # a case that comes with the package",
-    "jaxcontact check mine.toml                   # one of your own: memory, disk and time steps too",
+    "jaxcontact check mine.toml                   # a case of your own: also memory, disk and time steps",
 )
 OF_NEW = (
     "jaxcontact new mine.toml                     # an indentation",
@@ -65,17 +67,17 @@ OF_PLOT = (
     "jaxcontact plot out/result.npz -o creep.svg",
 )
 OF_CONVERT = (
-    "jaxcontact convert out/result.npz -o out.pvd # for ParaView: a film of all times",
+    "jaxcontact convert out/result.npz -o out.pvd # for ParaView: an animation over all times",
     "jaxcontact convert out/result.npz -o out.nc  # for xarray and MATLAB",
 )
 OF_REPRODUCE = (
-    "jaxcontact reproduce figure_4 -o paper       # one of them, and paper/report.html",
+    "jaxcontact reproduce figure_4 -o paper       # one figure, and paper/report.html",
     "jaxcontact reproduce -o paper                # all: some minutes",
 )
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command; its exit status."""
+    """Run a command and return its exit status."""
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
         with signals_interrupt():
@@ -87,21 +89,21 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
-    with contextlib.ExitStack() as kept:
+    with contextlib.ExitStack() as stack:
         try:
             enable_compilation_cache()
             if (folder := local_folder()) is not None:
-                kept.enter_context(kept_traces(folder / "traces"))
+                stack.enter_context(kept_traces(folder / "traces"))
         except UntrustedFolderError as error:
             tell(f"jaxcontact: warning: {error}", sys.stderr)
-        except OSError:  # a home that cannot be written: compile, as ever
+        except OSError:  # the cache folder cannot be written: compile without it
             pass
         return _command(arguments)
 
 
 def _command(arguments: list[str]) -> int:
     if arguments[:1] == ["fit"]:
-        from fitting.cli import command  # it takes a second to import, which the others need not wait for
+        from fitting.cli import command  # takes a second to import, which other commands do not need
 
         return command.main(arguments[1:])
     options = _parser().parse_args(arguments)
@@ -109,7 +111,7 @@ def _command(arguments: list[str]) -> int:
 
 
 def _parser_with_fits() -> argparse.ArgumentParser:
-    """The parser with those of the fits, which otherwise parse by themselves."""
+    """Return the parser including the commands of the fits, which otherwise have a parser of their own."""
     from fitting.cli import command
 
     return _parser(command.add_parser)
@@ -137,7 +139,7 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
     add_fits(fit.add_subparsers(metavar="KIND"))
     _add_result_commands(commands)
     command = _add(commands, "reproduce", "compare with the paper's figures and tables", OF_REPRODUCE)
-    names = f"of figures and tables, all when absent: {', '.join(REPRODUCTIONS)}"
+    names = f"figures and tables to reproduce, by default all: {', '.join(REPRODUCTIONS)}"
     command.add_argument("names", nargs="*", metavar="NAME", help=names)
     _add_output(command, required=True)
     command.set_defaults(command=_reproduce)
@@ -146,7 +148,7 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
 
 
 def _add(commands: Commands, name: str, what: str, examples: tuple[str, ...]) -> argparse.ArgumentParser:
-    """A command, with examples at the end of its help."""
+    """Add a command, with examples at the end of its help."""
     return commands.add_parser(
         name,
         help=what,
@@ -163,19 +165,21 @@ def _examples(lines: tuple[str, ...]) -> str:
 def _add_run(commands: Commands) -> None:
     command = _add(commands, "run", "run a case file", OF_RUN)
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
-    command.add_argument("--show", action="store_true", help="print it with all defaults, and do not run")
+    command.add_argument(
+        "--show", action="store_true", help="print the case with all defaults and do not run it"
+    )
     command.add_argument(
         "--save",
         choices=(ALL, FEW, LAST),
-        help="maps of all times, of nine at most, of the last; when absent as the case says, or all up to 32 MB, else nine",
+        help="keep maps at all times, at nine, or at the last; by default as in the case, or all up to 32 MB, else nine",
     )
     how = _add_output(command, required=False)
-    how.add_argument("--resume", action="store_true", help="go on with the run that was stopped in DIR")
+    how.add_argument("--resume", action="store_true", help="continue the run that was stopped in DIR")
     command.set_defaults(command=run)
 
 
 def _add_case_commands(commands: Commands) -> None:
-    command = _add(commands, "new", "write a case file to begin with", OF_NEW)
+    command = _add(commands, "new", "write a template of a case file", OF_NEW)
     kinds = tuple(KINDS)
     command.add_argument(
         "kind",
@@ -183,7 +187,7 @@ def _add_case_commands(commands: Commands) -> None:
         choices=kinds,
         default=kinds[0],
         metavar="KIND",
-        help=f"{', '.join(kinds)}; {kinds[0]} when absent",
+        help=f"{', '.join(kinds)}; by default {kinds[0]}",
     )
     command.add_argument("file", type=Path, metavar="FILE.toml", help="the file to write")
     command.add_argument("--force", action="store_true", help="overwrite FILE")
@@ -196,7 +200,7 @@ def _add_case_commands(commands: Commands) -> None:
 
 
 def _add_sweep(commands: Commands) -> None:
-    command = _add(commands, "sweep", "run the many cases of a study", OF_SWEEP)
+    command = _add(commands, "sweep", "run all cases of a study", OF_SWEEP)
     command.add_argument("study", type=look.case_path, metavar="STUDY.toml", help=STUDY_HELP)
     command.add_argument(
         "-o",
@@ -204,13 +208,18 @@ def _add_sweep(commands: Commands) -> None:
         type=Path,
         metavar="DIR",
         required=True,
-        help="where results go, or are already",
+        help="directory of the results, new or of the same study",
     )
-    command.add_argument("--force", action="store_true", help="leave cases out of the table that is there")
+    command.add_argument("--force", action="store_true", help="replace a table that has other cases")
     where = command.add_mutually_exclusive_group()
-    where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, as tcp://host:8786")
     where.add_argument(
-        "--processes", type=int, metavar="N", help="of this machine; one for each core when absent"
+        "--scheduler", metavar="ADDRESS", help="address of a Dask scheduler, such as tcp://host:8786"
+    )
+    where.add_argument(
+        "--processes",
+        type=int,
+        metavar="N",
+        help="number of processes on this machine; by default one per core",
     )
     command.set_defaults(command=run_study)
 
@@ -229,30 +238,28 @@ def _add_result_commands(commands: Commands) -> None:
 
 
 def _add_output(parser: argparse.ArgumentParser, required: bool) -> "argparse._MutuallyExclusiveGroup":
-    """Where results go; the group of ways to go on in a directory that is not empty."""
+    """Add the directory of the results, and return the group of options for a directory that is not empty."""
     parser.add_argument(
-        "-o", dest="directory", type=Path, metavar="DIR", required=required, help="where results go"
+        "-o", dest="directory", type=Path, metavar="DIR", required=required, help="directory of the results"
     )
     how = parser.add_mutually_exclusive_group()
-    how.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    how.add_argument("--force", action="store_true", help="overwrite the contents of DIR")
     return how
 
 
 def _reproduce(options: argparse.Namespace) -> int:
-    """Compare with the paper; the exit status of the comparison."""
+    """Compare with the paper, and return the exit status of the comparison."""
     from jaxcontact.paper import reproduce
 
     return reproduce.main(options.names, options.directory, force=options.force)
 
 
 def enter() -> None:
-    """``main`` as the shell calls it, which ends the process."""
-    if isinstance(
-        sys.stdout, io.TextIOWrapper
-    ):  # a console without some letter of a file name shows its number
+    """Run ``main`` as the shell's entry point, and end the process."""
+    if isinstance(sys.stdout, io.TextIOWrapper):  # escape letters of file names that the console cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     status = main()
-    if status > 128:  # what jax still computes at that moment may crash the interpreter's own way out
+    if status > 128:  # a computation of jax still in progress could crash the interpreter's normal exit
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

@@ -1,7 +1,7 @@
 """The package ``fitting`` under the name ``jaxcontact.fitting``, for environments with another package ``fitting``.
 
-Both names lead to the same module objects, submodules included: ``jaxcontact.fitting.creep is fitting.fits.creep``. Nothing
-else in jaxcontact imports from ``fitting`` when it is imported, which stands above it.
+Both names refer to the same module objects, submodules included: ``jaxcontact.fitting.creep is fitting.fits.creep``. No
+other module of jaxcontact imports ``fitting``, a higher layer, when it is itself imported.
 """
 
 import importlib
@@ -17,7 +17,7 @@ PREFIX = "jaxcontact."
 
 
 class _SameModules(MetaPathFinder, Loader):
-    """Finds ``jaxcontact.fitting.NAME`` as ``fitting.NAME``, which keeps its own specification."""
+    """An importer that finds ``jaxcontact.fitting.NAME`` as ``fitting.NAME``, which keeps its own specification."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None

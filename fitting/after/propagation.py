@@ -53,8 +53,8 @@ def propagate(
     Linear in the compliances: where a parameter is not determined the band says so by its width.
 
     Args:
-        fit: what ``fit_creep``, ``fit_prony`` or ``fit_indentation`` returned.
-        f: a differentiable function of a material, to a number or an array.
+        fit: what ``fit_creep``, ``fit_prony``, ``fit_indentation`` or ``fit_growth`` returned.
+        f: a differentiable function of a material, or of ``GrowthKinetics``, to a number or an array.
         spread: {"nu": sd}, or {"bulk_modulus": sd} [Pa] of a fit with one, varies it about the fit's;
             {"thickness": sd} [m] also gives f the film's thickness as its second argument, about that of the fit,
             or (value, sd) where the fit has none.
@@ -77,11 +77,12 @@ def propagate(
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
     spread, structure = spread or {}, fit.structure
     values, sds = _spread(fit, spread)
-    held = "nu" if "nu" in values else "bulk_modulus"
+    held = _held(fit.material)
     thick = "thickness" in spread
 
     def result(p: Array, q: dict[str, Array]) -> Array:
-        material = structure.material(structure.parameters(p), Volume(held, q[held]))
+        volume = Volume(held, q[held]) if held else None
+        material = structure.material(structure.parameters(p), volume)
         return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
 
     start = jnp.asarray(structure.off_zero(fit.estimate.best, fit.duration))
@@ -111,12 +112,20 @@ def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) ->
         warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
 
 
+def _held(material: Any) -> str | None:
+    """The name of what is held of a material's response in volume, None for a law without one."""
+    if not hasattr(material, "bulk_modulus"):
+        return None
+    return "nu" if material.bulk_modulus is None else "bulk_modulus"
+
+
 def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:
     """Values of nu (or the bulk modulus) and thickness, and the standard deviations given."""
     film, material = getattr(fit, "film", None), fit.material
-    held = "nu" if material.bulk_modulus is None else "bulk_modulus"
-    known = {held: float(getattr(material, held)), "thickness": film.thickness if film else None}
-    values, sds = {held: jnp.asarray(known[held])}, {}
+    held = _held(material)
+    volume = {held: float(getattr(material, held))} if held else {}
+    known = volume | {"thickness": film.thickness if film else None}
+    values, sds = {name: jnp.asarray(value) for name, value in volume.items()}, {}
     for name, given in spread.items():
         if name not in known:
             raise ValueError(f"spread: expected keys among {list(known)}, got {name!r}")

@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, prony, compare, batch,
+"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, growth, prony, compare, batch,
 propagate and design.
 
 Each prints a summary and leaves summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, further_commands
+from fitting.cli import batch_command, flags, further_commands, growth_command
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
@@ -64,6 +64,9 @@ def add_parser(kinds: Any) -> None:
     further_commands.add_design(kinds.add_parser("design", help="the shortest creep tests for a material"))
     _add_indentation(kinds.add_parser("indentation", help="a ball, cone or punch: time, load and depth"))
     _add_moduli(kinds)
+    growth_command.add_growth(
+        kinds.add_parser("growth", help="growth kinetics of a film: time and thickness")
+    )
 
 
 def _add_moduli(kinds: Any) -> None:

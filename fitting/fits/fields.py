@@ -208,7 +208,8 @@ class _FieldSearch:
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         return cls(
             data, sought, press(grid),
-            tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units, 0.0 if blur == "fitted" else float(blur),
+            tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units,
+            0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
             {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
             {name: pixels.Blocks.of(own, pixels.least_size(own)) for name, own in known.items()},

@@ -44,6 +44,7 @@ NAMES = {
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
+    "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke schichtdicke filmdicke",
     "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
 }
 KINDS = {
@@ -53,7 +54,7 @@ KINDS = {
     "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
-    "smoothed height": "depth", "commanded height": "depth",
+    "thickness": "depth", "smoothed height": "depth", "commanded height": "depth",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"

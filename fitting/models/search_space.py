@@ -101,18 +101,22 @@ class SearchSpace:
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class ParameterSpace(SearchSpace):
-    """The box of a search for the parameters of a law, which are themselves its list, in SI.
+    """The box of a search for the parameters of a law, which are themselves its list.
 
     All bounds end the search only; a best value at one of them is reported as it is, its interval as open.
     """
 
     @classmethod
-    def of(cls, structure: Structure, box: np.ndarray, logarithmic: np.ndarray) -> Self:
-        """Return the space of a box (m, 2) of coordinates, of which some are logarithmic (m,) bool."""
+    def of(
+        cls, structure: Structure, box: np.ndarray, logarithmic: np.ndarray, unit: np.ndarray | None = None
+    ) -> Self:
+        """Return the space of a box (m, 2) of coordinates, of which some are logarithmic (m,) bool; unit (m,): SI value of a
+        coordinate of one, or of a logarithm of zero, all 1 unless given."""
         lower, upper = box.T
         every = np.ones(lower.size, dtype=bool)
         return cls(
-            structure=structure, lower=lower, upper=upper, unit=np.ones(lower.size), logarithmic=logarithmic,
+            structure=structure, lower=lower, upper=upper, unit=np.ones(lower.size) if unit is None else unit,
+            logarithmic=logarithmic,
             material=every, names=tuple(structure.where), open=np.stack([every, every], -1),
         )  # fmt: skip
 

@@ -113,6 +113,10 @@ class Structure:
         retarded, rise = values[1 : self.flow], values[self.flow + 1 :]
         return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
 
+    def may_be_zero(self, name: str) -> bool:
+        """Whether a parameter may be held at 0: none of a material."""
+        return False
+
     def unit(self, name: str) -> str:
         """Of a parameter."""
         if self.tau is not None:
@@ -171,14 +175,25 @@ class Structure:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterList(Structure):
-    """A law as the list of its own parameters; dimensions: {parameter: unit}, "" for a number."""
+    """A law as the list of its own parameters; dimensions: {parameter: unit}, "" for a number; zeros: parameters that may
+    be held at 0."""
 
     dimensions: dict[str, str] = dataclasses.field(default_factory=dict)
+    zeros: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, model: type, dimensions: dict[str, str]) -> Self:
-        """Return the structure of a law whose parameters have these units."""
-        return cls(model, {name: place for place, name in enumerate(dimensions)}, 0, None, dimensions)
+    def of(cls, model: type, dimensions: dict[str, str], zeros: tuple[str, ...] = ()) -> Self:
+        """Return the structure of a law whose parameters have these units, of which some may be held at 0."""
+        where = {name: place for place, name in enumerate(dimensions)}
+        return cls(model, where, 0, None, dimensions=dimensions, zeros=zeros)
+
+    def times(self, values: np.ndarray) -> float:
+        """Return nan: a law has no list of retardation times."""
+        return math.nan
+
+    def may_be_zero(self, name: str) -> bool:
+        """Whether a parameter may be held at 0."""
+        return name in self.zeros
 
     @property
     def size(self) -> int:
@@ -268,8 +283,10 @@ def limits(
         table[name] = _pair(name, pair)
     for name, value in (fixed or {}).items():
         _known(structure, name, "fixed")
-        if not (isinstance(value, int | float | np.number) and math.isfinite(value) and value > 0):
-            raise ValueError(f"fixed[{name!r}]: expected a number > 0, got {value!r}")
+        zero = structure.may_be_zero(name)
+        known = isinstance(value, int | float | np.number) and math.isfinite(value)
+        if not (known and (value > 0 or (zero and value == 0))):
+            raise ValueError(f"fixed[{name!r}]: expected a number {'>=' if zero else '>'} 0, got {value!r}")
         table[name] = (float(value), float(value))
     if all(low == high for low, high in table.values()):
         raise ValueError(

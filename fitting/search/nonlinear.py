@@ -112,7 +112,9 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
         trial = theta.copy()
         trial[some] = np.clip(theta[some] + step, objective.lower[some], objective.upper[some])
         after = objective.at(trial)
-        if np.all(np.isfinite(after)) and float(after @ after) < rss:
+        with np.errstate(over="ignore"):  # of a step much too long
+            lower = np.all(np.isfinite(after)) and float(after @ after) < rss
+        if lower:
             theta, residual, damping = trial, after, 0.1 * damping if damping > 1e-4 else 0.0
             jacobian = objective.slope(theta)
         else:

@@ -30,12 +30,19 @@ class LogCovariance(NamedTuple):
     weakest_sd: float
 
 
+def _directions(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Singular values (k,) and right singular vectors (k, k) of J (n, k), also where it has fewer rows than columns."""
+    missing = max(J.shape[1] - J.shape[0], 0)
+    _, s, V = np.linalg.svd(np.pad(J, ((0, missing), (0, 0))), full_matrices=False)
+    return s, V
+
+
 def log_covariance(J: np.ndarray, inside: np.ndarray) -> LogCovariance:
     """From the Jacobian J (n, m) with respect to log compliances and the mask ``inside`` (m,)."""
     index = np.flatnonzero(inside)
     if index.size == 0:
         return LogCovariance((), np.zeros(0), math.nan, np.zeros(0), math.nan)
-    _, s, V = np.linalg.svd(J[:, index], full_matrices=False)
+    s, V = _directions(J[:, index])
     lost = s <= ROUNDING * s[0]
     inverse = np.where(lost, np.inf, 1.0 / np.where(lost, 1.0, s))
     # a component at rounding level does not take part in a lost direction
@@ -56,7 +63,7 @@ def linear_sd(J: np.ndarray, gradients: np.ndarray, free: np.ndarray) -> np.ndar
     index = np.flatnonzero(free)
     size = np.linalg.norm(J[:, index], axis=0)
     index, size = index[size > 0], size[size > 0]
-    _, s, V = np.linalg.svd(J[:, index] / size, full_matrices=False)
+    s, V = _directions(J[:, index] / size)
     along = (gradients[:, index] / size) @ V.T
     lost = s <= ROUNDING * s[0]
     sd = np.sqrt(np.sum((along[:, ~lost] / s[~lost]) ** 2, -1))
@@ -74,7 +81,7 @@ def covariance(J: np.ndarray, free: np.ndarray) -> np.ndarray:
 def inverse(jacobian: np.ndarray) -> np.ndarray:
     """(J^T J)^-1 with its lost directions cut at 1e-9 of the largest singular value."""
     size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    _, s, V = np.linalg.svd(jacobian / size, full_matrices=False)
+    s, V = _directions(jacobian / size)
     root = V.T / np.maximum(s, ROUNDING * s[0]) / size[:, None]
     return root @ root.T
 

@@ -20,7 +20,7 @@ def draw(fit: Any, path: Any) -> Any:
     name, unit, t, measured = fit.curve
     direct = name == "J"
     figure = Figure(figsize=(7.5, 6.5) if direct else (10.0, 6.0), layout="constrained")
-    figure.suptitle("\n".join(_verdict(fit)), fontsize="medium", color="C3" if fit.refused else "black")
+    title(figure, fit)
     places = figure.add_gridspec(3, 1 if direct else 2, height_ratios=(3, 1, 0.5))
     top = figure.add_subplot(places[0, 0])
     bottom = figure.add_subplot(places[1, 0], sharex=top)
@@ -38,7 +38,7 @@ def draw(fit: Any, path: Any) -> Any:
     bottom.plot(t, -fit.residuals, ".", markersize=3)
     bottom.axhline(0.0, color="0.4", linewidth=0.8)
     bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t))
-    _parameters(figure.add_subplot(places[2, :]), fit)
+    parameters(figure.add_subplot(places[2, :]), fit)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
@@ -50,7 +50,7 @@ def draw_tests(fit: Any, path: Any) -> Any:
 
     tests = fit.curves
     figure = Figure(figsize=(4.5 * len(tests), 5.0), layout="constrained")
-    figure.suptitle("\n".join(_verdict(fit)), fontsize="medium", color="C3" if fit.refused else "black")
+    title(figure, fit)
     places = figure.add_gridspec(2, len(tests), height_ratios=(4, 1))
     for k, (name, unit, x, values, fitted) in enumerate(tests):
         axes = figure.add_subplot(places[0, k])
@@ -60,14 +60,16 @@ def draw_tests(fit: Any, path: Any) -> Any:
         over = "angular frequency [rad/s]" if name.startswith("G'") else "t [s]"
         axes.set(xlabel=over, ylabel=f"{name} [{unit}]", xscale="log", yscale="log" if positive else "linear")
         axes.legend()
-    _parameters(figure.add_subplot(places[1, :]), fit)
+    parameters(figure.add_subplot(places[1, :]), fit)
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
-def _verdict(fit: Any) -> list[str]:
-    return [textwrap.fill(f"refused: {reason}", LETTERS) for reason in fit.refused] or ["the fit stands"]
+def title(figure: Any, fit: Any) -> None:
+    """Write the verdict above a figure."""
+    lines = [textwrap.fill(f"refused: {reason}", LETTERS) for reason in fit.refused] or ["the fit stands"]
+    figure.suptitle("\n".join(lines), fontsize="medium", color="C3" if fit.refused else "black")
 
 
 def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -76,7 +78,7 @@ def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.insert(t, back, np.nan), np.insert(y, back, np.nan)
 
 
-def _parameters(axes: Any, fit: Any) -> None:
+def parameters(axes: Any, fit: Any) -> None:
     """What is known of each parameter, in the words of the summary."""
     axes.axis("off")
     lines = [report.parameter(fit, name) for name in fit.values]

@@ -6,7 +6,8 @@ import re
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
-        "model", "nu", "segment", "sigma", "spring_constant", "start", "tau", "weights", "window", "bulk_modulus",
+        "model", "nu", "segment", "sigma", "spring_constant", "start", "stress", "tau", "temperature",
+        "weights", "window", "bulk_modulus",
     )},
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",
@@ -35,7 +36,7 @@ FLAGS = (
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
     (r"\bdata\.(?=--)", ""),
-    (r"\bread_(creep|relaxation|oscillation|indentation)\b", r"jaxcontact fit \1"),
+    (r"\bread_(creep|growth|relaxation|oscillation|indentation)\b", r"jaxcontact fit \1"),
     (r"\bfit_prony\(data\) (.*) \(jaxcontact fit prony\)", r"jaxcontact fit prony \1"),
     (r"\bfit_prony\b", "jaxcontact fit prony"),
     (

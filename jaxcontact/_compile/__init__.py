@@ -1,1 +1,1 @@
-"""Compiled programs: their store on disk, traces kept between processes, and the installed version of jax."""
+"""Compiled programs: caches on disk for compiled programs and exported traces, and checks of the installed jax."""

@@ -1,4 +1,4 @@
-"""What jax compiled, kept on disk: the next process starts without compiling it again."""
+"""An on-disk cache of compiled programs, so that later processes start without compiling them again."""
 
 import hashlib
 import json
@@ -18,20 +18,21 @@ from jaxcontact._support.version import __version__
 
 CHECKED = ".checked.json"
 LARGEST = 1 << 30
-"""Bytes on disk; what was used longest ago goes first."""
+"""Bytes on disk; the least recently used programs are removed first."""
 
 
 def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
-    """Keep the programs that jax compiles from now on, and take those that are there.
+    """Cache the programs that jax compiles from now on, and use those already in the cache.
 
     A run that waits ten seconds for the compiler waits for less than one the second time, in another process too;
-    its numbers are the same, bit for bit. Programs belong to one kind of processor, one jaxlib and one version of
+    its numbers are identical bit for bit. Programs are specific to one kind of processor, one jaxlib and one version of
     this package, each with a folder of its own, of at most 1 GiB. Several processes may use it at once. The
-    command line calls this by itself. Programs that were cut off on disk are removed, and compiled again.
+    command line calls this function itself. Programs truncated on disk are removed and compiled again.
 
     Args:
-        folder: where; by default where jax was told to already (``JAX_COMPILATION_CACHE_DIR``), or else the user's
-            folder for such things (on Linux ``~/.cache/jaxcontact``).
+        folder: location of the cache; by default the one that jax is configured to use (``JAX_COMPILATION_CACHE_DIR``),
+            or
+            else the user's cache folder (on Linux ``~/.cache/jaxcontact``).
 
     Returns:
         The folder in use.
@@ -50,7 +51,7 @@ def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
     root = platformdirs.user_cache_path("jaxcontact") if folder is None else Path(folder)
     used = root / _fingerprint()
     used.mkdir(parents=True, exist_ok=True)
-    mend(used)
+    remove_incomplete(used)
     remove_unreadable(used)
     jax.config.update("jax_compilation_cache_dir", str(used))
     jax.config.update("jax_compilation_cache_max_size", LARGEST)
@@ -60,13 +61,13 @@ def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
 
 
 def local_folder() -> Path | None:
-    """Return the folder of this machine that programs are kept in; None where there is none, or an address (gs://...)."""
+    """Return the local folder of the cache; None if there is none, or if it is an address (gs://...)."""
     chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
     return Path(chosen) if chosen and "://" not in chosen else None
 
 
 def _fingerprint() -> str:
-    """A name for this kind of processor, this jaxlib and this version: a program may crash on another."""
+    """Return a name for this kind of processor, this jaxlib and this version, since a program may crash on another."""
     processor = hashlib.sha256(_processor().encode()).hexdigest()[:12]
     return f"{platform.machine()}-{processor}-jaxlib-{jaxlib.__version__}-{__version__}"
 
@@ -76,12 +77,12 @@ def _processor() -> str:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
         return platform.processor()
-    told = ("model name", "flags", "Features", "CPU part")
-    return "\n".join(sorted({line for line in lines if line.startswith(told)}))
+    entries = ("model name", "flags", "Features", "CPU part")
+    return "\n".join(sorted({line for line in lines if line.startswith(entries)}))
 
 
-def mend(folder: Path) -> None:
-    """Remove what a killed process left half written: jax stores an entry, then the time of its last use."""
+def remove_incomplete(folder: Path) -> None:
+    """Remove entries left incomplete by a killed process: jax stores an entry, then the time of its last use."""
     with filelock.FileLock(folder / ".lockfile", timeout=10):  # jax's own lock of this folder
         for entry in folder.glob("*-cache"):
             if not entry.with_name(entry.name.removesuffix("-cache") + "-atime").exists():
@@ -89,16 +90,18 @@ def mend(folder: Path) -> None:
 
 
 def remove_unreadable(folder: Path) -> None:
-    """Remove programs that were cut off: jax would fail to read them in every run, and never write them again.
+    """Remove truncated programs, which jax would fail to read in every run and never write again.
 
-    Each is unpacked once, when it is new or has changed; ``CHECKED`` remembers its size and time. What cannot be
-    removed or remembered stays as it is.
+    Each is decompressed once, when it is new or has changed; the file ``CHECKED`` stores its size and time. Programs that
+    cannot be removed or recorded are left as they are.
     """
     with suppress(OSError, filelock.Timeout), filelock.FileLock(folder / ".lockfile", timeout=10):
         path = folder / CHECKED
         before, now = _checked(path), _states(folder)
         bad = [
-            name for name, state in now.items() if before.get(name) != state and not _unpacks(folder / name)
+            name
+            for name, state in now.items()
+            if before.get(name) != state and not _is_complete(folder / name)
         ]
         for name in bad:
             del now[name]
@@ -109,7 +112,7 @@ def remove_unreadable(folder: Path) -> None:
 
 
 def _states(folder: Path) -> dict[str, list[int]]:
-    """Return the size and the time of the last change of each program."""
+    """Return the size and the modification time of each program."""
     with os.scandir(folder) as entries:
         found = {entry.name: entry.stat() for entry in entries if entry.name.endswith("-cache")}
     return {name: [each.st_size, each.st_mtime_ns] for name, each in found.items()}
@@ -122,13 +125,13 @@ def _checked(path: Path) -> dict[str, list[int]]:
         return {}
 
 
-def _unpacks(path: Path) -> bool:
-    """Return whether a program is whole. Where jax's way to unpack it has changed, it counts as such."""
+def _is_complete(path: Path) -> bool:
+    """Return whether a program is complete; True if jax's function to decompress it is not available."""
     try:
         from jax._src.compilation_cache import decompress_executable
 
         return bool(decompress_executable(path.read_bytes()))
     except (OSError, ImportError):
         return True
-    except Exception:  # zlib and the libraries of zstd have no common base
+    except Exception:  # the errors of zlib and of the zstd libraries have no common base class
         return False

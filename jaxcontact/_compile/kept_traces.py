@@ -1,13 +1,13 @@
-"""What jax traced, kept on disk: the next process of the command line need not trace it again.
+"""An on-disk cache of exported JAX programs, so that later processes of the command line skip tracing.
 
-A compiled program is found on disk (``compilation_cache``) only by its text, and to write that text takes jax two
-seconds of a run of seven. Here the text is kept too (``jax.export``), under a name made of all that it follows from: the
-function, its static arguments, the structure and types of its arrays, the sources of the packages, the versions of
-what traces it and jax's settings. Its results are the same, bit for bit.
+A compiled program is found on disk (``compilation_cache``) only by its text, and jax needs two seconds, of a run of
+seven, to produce that text. Here the text is stored too (``jax.export``), under a name derived from everything that it
+depends on: the function, its static arguments, the structure and types of its arrays, the sources of the packages, the
+versions of the libraries that trace it and jax's settings. The results are identical bit for bit.
 
 A file is a checksum, a line of JSON that describes the structure of the result, and the text of the program. Reading it
-executes nothing: JSON names classes of this project alone, whose instances it fills with plain values. The folder must
-belong to the user and be writable by nobody else, since whoever writes into it decides what is computed.
+executes nothing: JSON names only classes of this project, whose instances are filled with plain values. The folder must
+belong to the user and be writable by nobody else, since whoever can write to it determines what is computed.
 """
 
 import dataclasses
@@ -36,37 +36,38 @@ from jaxcontact._support import sources as source_files
 from jaxcontact._support.pytree import is_concrete
 
 LARGEST = 64 << 20
-"""Bytes on disk; what was used longest ago goes first."""
+"""Bytes on disk; the least recently used files are removed first."""
 OWN = ("jaxcontact", "fitting")
-Kept: TypeAlias = tuple[Any, bytes]  # a tree that JSON can describe, and bytes
+StoredTrace: TypeAlias = tuple[Any, bytes]  # a tree that JSON can describe, and the text of a program
 TRACED_BY = ("jax", "jaxlib", "numpy", "scipy")
 
-SETTLED = 10.0
-"""Seconds: sources changed later than that before this process began may not be those that it runs."""
+SETTLING_TIME = 10.0
+"""Seconds: if sources changed less than this before the process started, it may run older ones."""
 
 HASTE = {"xla_cpu_use_fusion_emitters": False}
-"""Options of jax's compiler: many programs compile in half the time and run as fast; the march, in four times that."""
+"""Compiler options with which many programs compile in half the time and run equally fast; the march takes four times
+as long to compile with them."""
 
 _folder: Path | None = None
 
 
 class UntrustedFolderError(OSError):
-    """A folder that others could have written into; the message is one line for the user."""
+    """A folder that other users could have written to; the message is one line for the user."""
 
 
 @contextmanager
 def kept_traces(folder: Path) -> Iterator[None]:
-    """Within, programs of arrays that are known are taken from the folder, and kept there when they are not yet.
+    """Load programs of concrete arrays from the folder, and store new ones there, within this context.
 
-    Raises OSError where the folder cannot be made, UntrustedFolderError where it belongs to, or can be written by, others.
+    Raises OSError if the folder cannot be made, UntrustedFolderError if it belongs to, or can be written by, other users.
     """
     global _folder
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(mode=0o700, exist_ok=True)
     if not _is_private(folder):
         raise UntrustedFolderError(
-            f"{folder}: found a folder that another user owns or may write into, so traced programs are not kept there;"
-            " accepted: one of your own (chmod go-w), or another JAX_COMPILATION_CACHE_DIR"
+            f"{folder}: found a folder that another user owns or may write to, so traced programs are not stored there;"
+            " accepted: a folder of your own (chmod go-w), or another JAX_COMPILATION_CACHE_DIR"
         )
     _folder = folder
     try:
@@ -76,10 +77,11 @@ def kept_traces(folder: Path) -> Iterator[None]:
 
 
 class Program:
-    """A compiled function of a module, of pytrees of arrays and static keywords; its trace can be kept.
+    """A compiled function of pytrees of arrays and static keywords, defined in a module, whose trace can be cached on
+    disk.
 
-    To jax's transformations, and outside ``kept_traces``, it is ``jax.jit`` of the function, ``compiled``; with the
-    options of ``HASTE`` where it is ``in_haste`` and nothing is traced around it.
+    Within jax's transformations, and outside ``kept_traces``, it is ``jax.jit`` of the function, ``compiled``; with the
+    compiler options of ``HASTE`` if it is ``in_haste`` and not called within a trace.
     """
 
     def __init__(
@@ -91,24 +93,24 @@ class Program:
         functools.update_wrapper(self, function)
         self.function, self.static_argnames, self.in_haste = function, static_argnames, in_haste
         self.compiled = jax.jit(function, static_argnames=static_argnames)
-        self._met: dict[str, Callable[..., Any]] = {}
+        self._loaded: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         name = _name(self.function, args, static)
         if name is None:
             in_haste = self.in_haste and _is_outermost(args)
             return (self._compiled_in_haste if in_haste else self.compiled)(*args, **static)
-        if name not in self._met:
-            self._met[name] = self._found(name, args, static)
-        return self._met[name](*args)
+        if name not in self._loaded:
+            self._loaded[name] = self._find(name, args, static)
+        return self._loaded[name](*args)
 
     @functools.cached_property
     def _compiled_in_haste(self) -> Callable[..., Any]:
         return jax.jit(self.function, static_argnames=self.static_argnames, compiler_options=_haste())
 
-    def _found(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
-        """The program of that name."""
-        result, text = _kept(name, lambda: _traced(functools.partial(self.compiled, **static), args))
+    def _find(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
+        """Return the program of that name, loaded or traced."""
+        result, text = _load_or_make(name, lambda: _traced(functools.partial(self.compiled, **static), args))
         options = _haste() if self.in_haste else None
         call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
@@ -116,21 +118,23 @@ class Program:
 
 
 def shapes(function: Callable[..., Any], *args: Any) -> Any:
-    """``jax.eval_shape`` of a function of a module, kept as a program is."""
+    """Return ``jax.eval_shape`` of a function defined in a module, cached on disk like a program."""
     name = _name(function, args, {"shapes": True})
     if name is None:
         return jax.eval_shape(function, *args)
 
-    def told() -> Kept:
+    def evaluated() -> StoredTrace:
         leaves, structure = jax.tree.flatten(jax.eval_shape(function, *args))
-        return ([(leaf.shape, str(leaf.dtype)) for leaf in leaves], _marked(structure)), b""
+        return ([(leaf.shape, str(leaf.dtype)) for leaf in leaves], _with_numbered_leaves(structure)), b""
 
-    (each, result), _ = _kept(name, told)
+    (each, result), _ = _load_or_make(name, evaluated)
     return jax.tree.unflatten(jax.tree.structure(result), [jax.ShapeDtypeStruct(*one) for one in each])
 
 
-def _traced(function: Callable[..., Any], args: Any) -> Kept:
-    """Return the result of a program with numbers for leaves, and its text, of the leaves of its arguments."""
+def _traced(function: Callable[..., Any], args: Any) -> StoredTrace:
+    """Return the result's tree with numbers as leaves, and the text of the program as a function of its arguments'
+    leaves.
+    """
     leaves, structure = jax.tree.flatten(args)
     results = []
 
@@ -140,41 +144,43 @@ def _traced(function: Callable[..., Any], args: Any) -> Kept:
         return tuple(flat)
 
     text = export.export(jax.jit(of_leaves))(*leaves).serialize()
-    return _marked(results[0]), bytes(text)
+    return _with_numbered_leaves(results[0]), bytes(text)
 
 
-def _marked(structure: Any) -> Any:
-    """A tree of this structure that can be written: its leaves are numbers."""
+def _with_numbered_leaves(structure: Any) -> Any:
+    """Return a tree of this structure that can be stored: its leaves are numbers."""
     return jax.tree.unflatten(structure, range(structure.num_leaves))
 
 
 def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> str | None:
-    """Of the file; None for what is not kept: where parts are not known, or not told by the packages' sources."""
-    if _folder is None or not _is_outermost(args) or not _can_be_kept():
+    """Return the file name of a program; None if it is not cached because some part is not identified by the packages'
+    sources.
+    """
+    if _folder is None or not _is_outermost(args) or not _can_export():
         return None
     leaves, structure = jax.tree.flatten(args)
     kinds = [str(jax.typeof(leaf)) for leaf in leaves]
     package, own = function.__module__.partition(".")[0], __name__.partition(".")[0]
-    packages, said = frozenset((package, own)), io.BytesIO()
+    packages, content = frozenset((package, own)), io.BytesIO()
     try:
-        _Writer(said, packages).dump(
-            (function.__module__, function.__qualname__, static, kinds, _marked(structure))
+        _Writer(content, packages).dump(
+            (function.__module__, function.__qualname__, static, kinds, _with_numbered_leaves(structure))
         )
-    except (pickle.PicklingError, AttributeError):  # of a lambda the latter
+    except (pickle.PicklingError, AttributeError):  # the latter for a lambda
         return None
     sources = _sources(packages)
-    digest = hashlib.sha256(said.getvalue() + sources + _settings())
+    digest = hashlib.sha256(content.getvalue() + sources + _settings())
     return f"{function.__name__}-{digest.hexdigest()}" if sources else None
 
 
 def _is_outermost(args: Any) -> bool:
-    """Whether nothing is being traced around a call: jax takes options of its compiler only there."""
+    """Return whether a call is not within a trace: only there does jax accept compiler options."""
     return is_concrete(args, jnp.zeros(()))
 
 
 @functools.cache
 def _haste() -> dict[str, Any]:
-    """``HASTE``, where this compiler knows these options."""
+    """Return ``HASTE``, or no options if this compiler does not accept them."""
     try:
         jax.jit(lambda: 0, compiler_options=HASTE)()
     except jax.errors.JaxRuntimeError:
@@ -183,21 +189,21 @@ def _haste() -> dict[str, Any]:
 
 
 @functools.cache
-def _can_be_kept() -> bool:
-    """Whether jax can write programs down here: on a processor, of whose solvers it promises to know them again."""
+def _can_export() -> bool:
+    """Return whether programs can be exported: on a CPU, for whose solvers jax guarantees compatibility."""
     return jax.default_backend() == "cpu" and importlib.util.find_spec("flatbuffers") is not None
 
 
 class _Writer(pickle.Pickler):
-    """Writes trees of the packages' own classes: what a user's function or class does, its name does not tell."""
+    """A pickler for trees of the packages' own classes only, since a name does not identify a user's function or class."""
 
     def __init__(self, file: io.BytesIO, packages: frozenset[str]):
         super().__init__(file)
         self.packages = packages
-        self.fast = True  # equal trees, equal bytes, whichever of their parts are one object
+        self.fast = True  # no memo, so that equal trees give equal bytes whether or not they share objects
 
     def reducer_override(self, obj: Any) -> Any:
-        """Refuses what is foreign; all else as ever."""
+        """Reject functions and classes of other packages; handle everything else as usual."""
         of_code = isinstance(obj, (type, types.FunctionType, types.BuiltinFunctionType, functools.partial))
         if of_code and str(obj.__module__).partition(".")[0] not in self.packages:
             raise pickle.PicklingError
@@ -206,27 +212,29 @@ class _Writer(pickle.Pickler):
 
 @functools.cache
 def _sources(packages: frozenset[str]) -> bytes:
-    """Return a digest of the sources of packages; nothing where one has none, or they may have changed since.
+    """Return a digest of the sources of packages; empty if a package has none, or if they may have changed since the
+    start.
 
-    A program is kept only where its sources are found: without them two states of a package look the same.
+    A program is stored only if its sources are found: without them two states of a package are indistinguishable.
     """
     files = {name: source_files.files_of(name, ".py") for name in sorted(packages)}
     latest = max(map(source_files.last_change, files.values()))
-    if not all(files.values()) or latest >= source_files.BEGAN - SETTLED:
+    if not all(files.values()) or latest >= source_files.START_TIME - SETTLING_TIME:
         return b""
     return "".join(source_files.digest(name, paths) for name, paths in files.items()).encode()
 
 
 @functools.cache
 def _settings() -> bytes:
-    """What jax reads of its surroundings, and the versions of those whose numbers are in a program."""
-    said = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith(("JAX_", "XLA_")))
+    """Return jax's settings from the environment, and the versions of the libraries that affect a program."""
+    variables = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith(("JAX_", "XLA_")))
     versions = [importlib.metadata.version(name) for name in TRACED_BY]
-    return repr((said, versions, sys.version_info[:2], jax.config.jax_enable_x64)).encode()  # type: ignore[attr-defined]
+    x64 = jax.config.jax_enable_x64  # type: ignore[attr-defined]
+    return repr((variables, versions, sys.version_info[:2], x64)).encode()
 
 
-def _kept(name: str, make: Callable[[], Kept]) -> Kept:
-    """Return what is in the file of that name, or what is made and put there."""
+def _load_or_make(name: str, make: Callable[[], StoredTrace]) -> StoredTrace:
+    """Return the contents of the file of that name, or make and store them."""
     assert _folder is not None
     kept = _read(_folder / name)
     if kept is None:
@@ -235,40 +243,40 @@ def _kept(name: str, make: Callable[[], Kept]) -> Kept:
     return kept
 
 
-def _read(path: Path) -> Kept | None:
-    """Return what is in a file, and note its use; None where it is not there, not whole, or another user's."""
+def _read(path: Path) -> StoredTrace | None:
+    """Return the contents of a file, and update its time; None if it is absent, incomplete, or another user's."""
     try:
         digest, _, content = path.read_bytes().partition(b"\n")
         if hashlib.sha256(content).hexdigest().encode() != digest or not _is_private(path):
             return None
         described, _, text = content.partition(b"\n")
-        kept = _described(json.loads(described)), text
-    except (OSError, ValueError, TypeError, KeyError):  # of one that was written by something else
+        kept = _restored(json.loads(described)), text
+    except (OSError, ValueError, TypeError, KeyError):  # the last three: a file in another format
         return None
-    with suppress(OSError):  # of a folder that may only be read
+    with suppress(OSError):  # a read-only folder
         path.touch()
     return kept
 
 
-def _write(path: Path, kept: Kept) -> None:
-    """Into a file, whole or not at all; the oldest others go where they would be too many."""
+def _write(path: Path, kept: StoredTrace) -> None:
+    """Write a file atomically, and remove the oldest files if there are too many."""
     try:
         content = json.dumps(_description(kept[0])).encode() + b"\n" + kept[1]
-    except TypeError:  # of a result with something in its structure that JSON cannot say
+    except TypeError:  # the structure of the result cannot be described in JSON
         return
-    half = None
+    partial = None
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as half:
-            half.write(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
-        os.replace(half.name, path)
-        _forget(path.parent)
-    except OSError:  # a full disk: trace again the next time
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as partial:
+            partial.write(hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
+        os.replace(partial.name, path)
+        _remove_oldest(path.parent)
+    except OSError:  # a full disk: the program is traced again the next time
         with suppress(OSError):
-            Path(half.name if half else "").unlink()
+            Path(partial.name if partial else "").unlink()
 
 
 def _is_private(path: Path) -> bool:
-    """Return whether a file or folder is the user's, and nobody else may write to it; True where there are no owners."""
+    """Return whether a file or folder is the user's and not writable by others; True on systems without owners."""
     if not hasattr(os, "getuid"):
         return True
     found = path.stat()
@@ -276,7 +284,7 @@ def _is_private(path: Path) -> bool:
 
 
 def _description(value: Any) -> Any:
-    """Return a tree as JSON can say it: containers, dataclasses, functions and classes of this project by their names.
+    """Return a description of a tree in JSON: containers, dataclasses, functions and classes of this project by name.
 
     Raises TypeError for anything else.
     """
@@ -318,27 +326,27 @@ def _named(name: str) -> Any:
     return found
 
 
-def _described(said: Any) -> Any:
+def _restored(description: Any) -> Any:
     """Return the tree of a description."""
-    if not isinstance(said, list):
-        return said
-    kind, *parts = said
+    if not isinstance(description, list):
+        return description
+    kind, *parts = description
     if kind in ("list", "tuple"):
-        return (list if kind == "list" else tuple)(map(_described, parts))
+        return (list if kind == "list" else tuple)(map(_restored, parts))
     if kind == "dict":
-        return {_described(key): _described(item) for key, item in parts}
+        return {_restored(key): _restored(item) for key, item in parts}
     cls = _named(parts[0])
     if kind == "name":
         return cls
     if kind == "tuple of" and issubclass(cls, tuple):
-        return cls(*map(_described, parts[1:]))
+        return cls(*map(_restored, parts[1:]))
     if kind == "object" and dataclasses.is_dataclass(cls):
-        return cls(**{name: _described(value) for name, value in parts[1:]})  # type: ignore[operator]
+        return cls(**{name: _restored(value) for name, value in parts[1:]})  # type: ignore[operator]
     raise TypeError(kind)
 
 
-def _forget(folder: Path) -> None:
-    """Remove what was used longest ago, until the rest is small enough."""
+def _remove_oldest(folder: Path) -> None:
+    """Remove the least recently used files until the total size is within the limit."""
     files = sorted(folder.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
     total = 0
     for path in files:

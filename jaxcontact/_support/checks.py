@@ -1,8 +1,8 @@
-"""Checks at the public boundary: ``ValueError`` with what was expected and what came.
+"""Checks at the public boundary: ``ValueError`` with the expected and the received value.
 
-Values are looked at where they are concrete. Under jit, grad and vmap they cannot be, and a check gives its
-verdict as an array instead: the caller hands it on, and what it returns is then nan or marked by
-``Status.OUT_OF_RANGE``, never a number. Concrete values that pass give True.
+Concrete values are checked at once. Values traced by jit, grad or vmap cannot be, and a check then returns its
+verdict as an array: the caller uses it to set the result to nan or its status to
+``Status.OUT_OF_RANGE``, so that no number is returned. For concrete values that pass, the verdict is True.
 """
 
 from typing import Any
@@ -23,7 +23,7 @@ def require(condition: bool, message: str) -> None:
 
 
 def _every(name: str, value: Any, inside: Any, expected: str) -> Verdict:
-    """``inside`` holds for every entry: raise if it does not, or say so later where values are not known."""
+    """Check that ``inside`` holds for every entry: raise ValueError if not, or return a verdict for traced values."""
     try:
         array = jnp.asarray(value, dtype=float) if not is_concrete(value) else np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -36,43 +36,43 @@ def _every(name: str, value: Any, inside: Any, expected: str) -> Verdict:
 
 
 def finite(name: str, value: Any) -> Verdict:
-    """Every entry finite."""
+    """Check that every entry is finite."""
     return _every(name, value, lambda a: abs(a) < jnp.inf, "finite numbers")
 
 
 def positive(name: str, value: Any) -> Verdict:
-    """Every entry finite and above zero."""
+    """Check that every entry is finite and above zero."""
     return _every(name, value, lambda a: (a > 0) & (a < jnp.inf), "> 0")
 
 
 def non_negative(name: str, value: Any) -> Verdict:
-    """Every entry finite and not below zero."""
+    """Check that every entry is finite and not below zero."""
     return _every(name, value, lambda a: (a >= 0) & (a < jnp.inf), ">= 0")
 
 
 def somewhere_positive(name: str, value: Any) -> Verdict:
-    """Some entry above zero."""
+    """Check that some entry is above zero."""
     return _every(name, value, lambda a: (a > 0).any(), "> 0 at some time")
 
 
 def poisson_ratio(name: str, value: Any) -> Verdict:
-    """-1 < nu <= 0.5."""
+    """Check that -1 < nu <= 0.5."""
     return _every(name, value, lambda a: (a > -1.0) & (a <= 0.5), "-1 < nu <= 0.5")
 
 
 def between(name: str, value: Any, low: float, high: float) -> Verdict:
-    """Every entry above ``low`` and not above ``high``."""
+    """Check that every entry is above ``low`` and not above ``high``."""
     return _every(name, value, lambda a: (a > low) & (a <= high), f"> {low:g} and <= {high:g}")
 
 
 def whole(name: str, value: Any, low: int, high: int) -> None:
-    """A whole number from ``low`` to ``high``, known before anything is traced."""
+    """Check for a whole number from ``low`` to ``high``, which must be concrete."""
     good = isinstance(value, int | np.integer) and not isinstance(value, bool) and low <= value <= high
     require(good, f"{name}: expected {low} to {high}, got {value!r}")
 
 
 def not_decreasing(name: str, value: Any) -> Verdict:
-    """A one-dimensional array of at least one time, finite and not decreasing."""
+    """Check for a one-dimensional array of at least one time, finite and non-decreasing."""
     shape = np.shape(value)
     require(len(shape) == 1 and shape[0] >= 1, f"{name}: expected a 1-d array of times, got shape {shape}")
     rising = lambda a: (a[1:] >= a[:-1]).all() & (abs(a) < jnp.inf)
@@ -80,13 +80,13 @@ def not_decreasing(name: str, value: Any) -> Verdict:
 
 
 def one_of(name: str, value: Any, *accepted: str) -> None:
-    """One of some words."""
+    """Check for one of the accepted words."""
     words = " or ".join(f'"{word}"' for word in accepted)
     require(value in accepted, f"{name}: expected {words}, got {value!r}")
 
 
 def _show(numbers: np.ndarray) -> str:
-    """A number as it is, a long array by its extremes."""
+    """Return a number as text, or a long array by its extremes."""
     if numbers.size == 1:
         return f"{numbers.item():g}"
     if numbers.size <= 6:

@@ -1,4 +1,4 @@
-"""How to cite the package, and the paper whose model it solves."""
+"""The citation of the package, and of the paper whose model it solves."""
 
 from jaxcontact._support.version import __version__
 
@@ -13,10 +13,10 @@ PAPER = """@article{wang2025zddp,
 
 
 def cite() -> str:
-    """How to cite this version of the package, and the paper whose model it solves.
+    """Return the citations of this version of the package and of the paper whose model it solves.
 
     Returns:
-        Two entries of BibTeX, as text.
+        Two BibTeX entries, as text.
 
     Example:
         >>> print(jc.cite().splitlines()[0])

@@ -1,11 +1,11 @@
-"""The integrals of the exponential, real and complex: the one home of (1 - exp(-z))/z and its kin.
+"""Integrals of the exponential function, such as (1 - exp(-z))/z, for real and complex arguments.
 
     phi1(z) = int_0^1 exp(-z s) ds           = (1 - exp(-z))/z
     phi2(z) = int_0^1 (1 - s) exp(-z s) ds   = (1 - phi1)/z
     psi(z)  = int_0^1 s exp(-z s) ds         = (phi1 - exp(-z))/z
 
-for Re z >= 0, z = 0 included, with finite derivatives. Near zero, where the right sides cancel, their
-Taylor series stand in: all are good to 3e-14 of their size (tests: 40-digit values).
+for Re z >= 0, z = 0 included, with finite derivatives. Near zero, where the right sides cancel, Taylor series are used:
+the relative error is at most 3e-14 (tests: 40-digit values).
 """
 
 import math
@@ -14,12 +14,12 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-SERIES_BELOW = 0.1  # of |Re z| + |Im z|
+SERIES_BELOW = 0.1  # value of |Re z| + |Im z| below which the series are used
 PHI2 = [(-1.0) ** n / math.factorial(n + 2) for n in range(10)]
 
 
-def _apart(z: Array) -> tuple[Array, Array, Array]:
-    """Where z is near zero, phi2 there by its series, and z with one in place of what is near zero."""
+def _split_near_zero(z: Array) -> tuple[Array, Array, Array]:
+    """Return a mask of z near zero, the series of phi2 there, and z with those entries replaced by one."""
     size = jnp.abs(z.real) + jnp.abs(z.imag) if jnp.iscomplexobj(z) else jnp.abs(z)
     small = size < SERIES_BELOW
     low = jnp.where(small, z, 0.0)
@@ -29,21 +29,21 @@ def _apart(z: Array) -> tuple[Array, Array, Array]:
     return small, series, jnp.where(small, 1.0, z)
 
 
-@jax.jit  # traced once for one shape, wherever it is called
+@jax.jit  # so that it is traced once for each shape
 def phi1(z: Array) -> Array:
-    """(1 - exp(-z))/z: the mean of exp(-z s) over 0 <= s <= 1."""
-    small, series, safe = _apart(z)
+    """Return (1 - exp(-z))/z, the mean of exp(-z s) over 0 <= s <= 1."""
+    small, series, safe = _split_near_zero(z)
     return jnp.where(small, 1.0 - z * series, (1.0 - jnp.exp(-safe)) / safe)
 
 
-@jax.jit  # as ``phi1``
+@jax.jit  # as for ``phi1``
 def ramps(z: Array) -> tuple[Array, Array, Array]:
-    """exp(-z), psi(z) and phi2(z), by one exponential.
+    """Return exp(-z), psi(z) and phi2(z), computed with one exponential.
 
-    Of what decays at the rate z, these are the shares after a unit of time of what was there, and of
-    a source that is linear in that time from its value at the start and from its value at the end.
+    For a quantity that decays at the rate z and has a source that is linear in time over a unit of time, these are the
+    factors, at its end, of the initial value and of the source's values at the start and at the end.
     """
-    small, series, safe = _apart(z)
+    small, series, safe = _split_near_zero(z)
     decay = jnp.exp(-safe)
     mean = (1.0 - decay) / safe
     start = jnp.where(small, 1.0 - (1.0 + z) * series, (mean - decay) / safe)
@@ -52,5 +52,5 @@ def ramps(z: Array) -> tuple[Array, Array, Array]:
 
 
 def mean_decay(rate: Array, start: Array, end: Array) -> Array:
-    """Mean of exp(-rate t) over start <= t <= end; its value where the two coincide."""
+    """Return the mean of exp(-rate t) over start <= t <= end; its value where the two coincide."""
     return jnp.exp(-rate * start) * phi1(rate * (end - start))

@@ -1,7 +1,7 @@
-"""The fields of results: each declared once, with its dimensions, unit and meaning.
+"""Declarations of the fields of results, each with its dimensions, unit and meaning.
 
-The scale of a run, summaries, tables, labelled arrays, files and figures derive from these declarations. A new field is
-one line here and one in the class of its result.
+The scale of a run, summaries, tables, labelled arrays, files and figures derive from these declarations. A new field
+needs one line here and one in the class of its result.
 """
 
 from collections.abc import Collection
@@ -20,8 +20,8 @@ LINE: Dimensions = ("time", "x")
 class Field:
     """The declaration of a field.
 
-    dimensions: their names; a field with fewer of them lacks the first ones; unit: in SI, of a ratio as "N/N"; shown:
-    whether summaries and tables of cases have it, of a vector each component.
+    dimensions: their names; a field with fewer of them lacks the first ones; unit: in SI, for a ratio as "N/N"; shown:
+    whether summaries and tables of cases include it, for vectors by component.
     """
 
     dimensions: Dimensions
@@ -31,13 +31,13 @@ class Field:
 
     @property
     def symbol(self) -> str:
-        """The unit behind a number in files: "1" for a ratio."""
+        """The unit as written after a number in files: "1" for a ratio."""
         above, _, below = self.unit.partition("/")
         return "1" if above == below else self.unit
 
     @property
     def in_key(self) -> str:
-        """The unit in the key of a summary, "peak_pressure_end_Pa" or "film_strain_end_m_per_m"."""
+        """The unit as written in the key of a summary, "peak_pressure_end_Pa" or "film_strain_end_m_per_m"."""
         return self.unit.replace("/", "_per_")
 
     @property
@@ -45,7 +45,7 @@ class Field:
         return "x" in self.dimensions
 
     def dimensions_of(self, ndim: int) -> Dimensions:
-        """The names of the dimensions of an array of this field: the last ``ndim`` of those that it may have."""
+        """Return the names of the dimensions of an array of this field: the last ``ndim`` of those declared."""
         return self.dimensions[len(self.dimensions) - ndim :]
 
 
@@ -53,7 +53,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "times": Field(TIME, "s", "time"),
     "profile": Field(PLANE, "m", "gap at first touch"),
     "pressure": Field(MAP, "Pa", "contact pressure, positive in compression"),
-    "displacement": Field(MAP, "m", "displacement of both surfaces towards each other"),
+    "displacement": Field(MAP, "m", "sum of the displacements of both surfaces, each into its own body"),
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),
     "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0"),
     "displacement_line": Field(LINE, "m", "displacement of both surfaces at that row"),
@@ -61,10 +61,10 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "load": Field(TIME, "N", "normal load", shown=True),
     "peak_pressure": Field(TIME, "Pa", "largest pressure", shown=True),
     "contact_radius": Field(
-        TIME, "m", "radius of a circle of the smooth area, in plane strain half the width", shown=True
+        TIME, "m", "radius of a circle with the smooth area, in plane strain half the width", shown=True
     ),
     "contact_area": Field(TIME, "m2", "contact area, a count of cells", shown=True),
-    "smooth_area": Field(TIME, "m2", "area within the contact's edge, found below the cell"),
+    "smooth_area": Field(TIME, "m2", "contact area within an edge resolved below the cell size"),
     "film_strain": Field(TIME, "m/m", "shortening of the film over its thickness", shown=True),
     "tangential_force": Field(
         TIME, "N", "force against the motion, hysteresis and Coulomb friction", shown=True
@@ -77,19 +77,22 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "creepage": Field(
         VECTOR,
         "m/m",
-        "slip velocity of the indenter over the body, as rigid bodies, over the speed",
+        "rigid-body slip velocity of the indenter over the body, over the speed",
         shown=True,
     ),
-    "sticking_share": Field(TIME, "m2/m2", "cells that stick over cells in contact", shown=True),
-    "power": Field(TIME, "W", "power lost, by hysteresis and friction", shown=True),
-    "hysteresis_power": Field(TIME, "W", "power lost in the body", shown=True),
-    "friction_power": Field(TIME, "W", "power lost to friction", shown=True),
-    "dissipated": Field(TIME, "J", "lost to friction since the first time", shown=True),
-    "approach_drift": Field((), "m", "sinking per e-fold of the distance slid"),
+    "sticking_share": Field(TIME, "m2/m2", "sticking cells over cells in contact", shown=True),
+    "power": Field(TIME, "W", "power dissipated by hysteresis and friction", shown=True),
+    "hysteresis_power": Field(TIME, "W", "power dissipated in the body", shown=True),
+    "friction_power": Field(TIME, "W", "power dissipated by friction", shown=True),
+    "dissipated": Field(TIME, "J", "energy dissipated by friction since the first time", shown=True),
+    "jump_energy": Field(TIME, "J", "energy lost in jumps since the first time", shown=True),
+    "jumps": Field(TIME, "1", "jumps from one branch of solutions to another since the first time"),
+    "cohesive_cells": Field(TIME, "1", "cells across the zone of attraction at the edge of contact"),
+    "approach_drift": Field((), "m", "increase of the approach per factor e of the distance slid"),
     "iterations": Field(TIME, "1", "iterations of the solver"),
     "error": Field(TIME, "1", "error of the solver"),
-    "status": Field(TIME, "1", "how far the step can be trusted"),
-    "converged": Field(TIME, "1", "whether the step can be trusted"),
+    "status": Field(TIME, "1", "status of the step, 0 if it converged"),
+    "converged": Field(TIME, "1", "whether the step converged"),
     "velocity": Field(VECTOR, "m s-1", "velocity of the indenter over the body"),
     "lateral_force": Field(VECTOR, "N", "force of the pressure on the indenter along the surface"),
     "friction": Field(PLANE, "1", "coefficient of Coulomb friction"),
@@ -97,11 +100,16 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "leading_peak": Field(TIME, "Pa", "largest pressure ahead of the axis"),
     "stored_energy": Field(TIME, "J", "energy stored in the body"),
     "traction": Field(VECTOR_MAP, "Pa", "tangential traction on the body"),
-    "slip": Field(VECTOR_MAP, "m", "slip of the body over the indenter since the time before"),
+    "slip": Field(VECTOR_MAP, "m", "slip of the body over the indenter since the previous time"),
     "slip_ratio": Field(VECTOR_MAP, "1", "slip velocity of the body over the indenter, over the speed"),
     "stick": Field(MAP, "1", "in contact without slip"),
-    "friction_work": Field(PLANE, "J m-2", "lost to friction per area from the first time to the last"),
-    "dropped": Field(TIME, "m", "bound on the displacement of the history that left the grid"),
+    "friction_work": Field(
+        PLANE, "J m-2", "energy dissipated by friction per area from the first time to the last"
+    ),
+    "thickness": Field(MAP, "m", "thickness of the film, or of what has formed on the indenter"),
+    "temperature": Field(MAP, "K", "temperature of the surface"),
+    "step_error": Field(TIME, "m", "estimated error of the thickness by the steps in time"),
+    "dropped": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
 }
 
 INSIDE: dict[str, Field] = {  # fields below the surface
@@ -115,12 +123,12 @@ INSIDE: dict[str, Field] = {  # fields below the surface
 
 
 def fields_of(names: Collection[str]) -> dict[str, Field]:
-    """Return the fields that a result with those names may have: those below the surface where depths are among them."""
+    """Return the fields of a result with these names: those below the surface if depths are among them."""
     return INSIDE if "depths" in names else FIELDS
 
 
 def shown() -> dict[str, Field]:
-    """Return the fields that a summary shows, in its order; of a vector each component, as ``tangential_load_x``."""
+    """Return the fields that a summary shows, in order; for vectors each component, as ``tangential_load_x``."""
     rows: dict[str, Field] = {}
     for name, field in FIELDS.items():
         if field.shown:

@@ -2,11 +2,11 @@
 
 The same function has the same identity in every process, on every machine and wherever in its file it is defined. The
 identity is a table of parts, one for each function, class and constant that is reached, so that a message can name what
-differs. Functions and classes of installed packages count by name and version, those of jaxcontact and fitting by a
-digest of all sources, everything else by content: arrays by type, shape and bytes, sets in an order that does not depend
-on hashes, objects by their class and the state that pickle would store.
+differs. Functions and classes of installed packages are identified by name and version, those of jaxcontact and fitting
+by a digest of all sources, everything else by content: arrays by type, shape and bytes, sets in an order independent
+of hashes, objects by their class and the state that pickle would store.
 
-What the code reads in ways that cannot be seen in it (a file, ``globals()["name"]``, an environment variable) is not
+Values that the code reads in ways not visible in it (a file, ``globals()["name"]``, an environment variable) are not
 part of the identity.
 """
 
@@ -35,11 +35,11 @@ import numpy as np
 from jaxcontact._support import sources
 
 OWN = ("jaxcontact", "fitting")
-REMEDY = 'pass version="...", a text of your own that names the version of f'
+REMEDY = 'pass version="...", a text that identifies the version of f'
 LOADS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF", "LOAD_FROM_DICT_OR_DEREF")
 LOADS_OF_GLOBALS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
-OF_THE_SOURCE = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
-WRAPPERS = (type(functools.lru_cache(len)), type(jax.jit(len)))  # what they compute is what they wrap
+SOURCE_ATTRIBUTES = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
+WRAPPERS = (type(functools.lru_cache(len)), type(jax.jit(len)))  # identified by the function that they wrap
 DESCRIPTORS = (
     types.MethodDescriptorType,
     types.WrapperDescriptorType,
@@ -48,7 +48,7 @@ DESCRIPTORS = (
     types.GetSetDescriptorType,
     types.MemberDescriptorType,
 )
-NOT_OF_A_CLASS = {  # attributes that Python makes of the others, or that say where a class is defined
+IGNORED_CLASS_ATTRIBUTES = {  # attributes derived by Python, or describing where a class is defined
     "__module__", "__qualname__", "__dict__", "__weakref__", "__doc__", "__firstlineno__", "__static_attributes__",
     "__annotations__", "__annotate__", "__annotate_func__", "__annotations_cache__", "__dataclass_fields__",
     "__dataclass_params__", "__abstractmethods__", "_abc_impl", "__parameters__", "__orig_bases__",
@@ -59,7 +59,7 @@ def parts_of(f: types.FunctionType) -> dict[str, str]:
     """Return the identity of a function, {name of a part: digest}; the first part is ``f``, its own code.
 
     Raises:
-        ValueError: f reaches a value that has no content to compare, such as an open file; it is named.
+        ValueError: f reaches a value whose content cannot be compared, such as an open file; the message names it.
     """
     identity = _Identity()
     identity.named("f", f)
@@ -72,20 +72,22 @@ def packages_of(*names: str) -> dict[str, str]:
 
 
 def differing(one: dict[str, str], other: dict[str, str]) -> list[str]:
-    """Return the names of the parts in which two identities differ: of common ones, if any, since others follow."""
+    """Return the names of the parts in which two identities differ: only common ones if any differ, since others follow."""
     common = [name for name in one if name in other and one[name] != other[name]]
     return common or [name for name in {**one, **other} if (name in one) != (name in other)]
 
 
 class _Identity:
-    """A walk through everything that a value consists of; ``parts`` grows on the way."""
+    """A traversal of everything that a value consists of; it collects ``parts``."""
 
     def __init__(self) -> None:
         self.parts: dict[str, str] = {}
-        self.labels: dict[int, str] = {}  # of the functions and classes that were met, by their ids
-        self.kept: list[Any] = []  # the same objects: an id is an object's own only while the object lives
-        self.open: list[int] = []  # the containers around the value at hand
-        self.place: list[str] = []  # its name, for messages
+        self.labels: dict[int, str] = {}  # of the functions and classes visited, by their ids
+        self.kept: list[
+            Any
+        ] = []  # references to the same objects, since an id is unique only while its object exists
+        self.open: list[int] = []  # the containers around the current value
+        self.place: list[str] = []  # the name of the current value, for messages
 
     def of(self, value: Any) -> bytes:
         """Return the digest of a value."""
@@ -101,14 +103,14 @@ class _Identity:
             self.open.pop()
 
     def named(self, name: str, value: Any, attributes: frozenset[str] = frozenset()) -> bytes:
-        """Return the digest of the value of a variable, a part of its own; attributes: read from it, if a module."""
+        """Return the digest of a variable's value, recorded as a part; attributes: those read from it, if it is a module."""
         with self._at(name):
             if isinstance(value, types.ModuleType) and not _package(value.__name__):
                 return self._of_module(name, value, attributes)
             if isinstance(value, types.FunctionType | type | types.ModuleType):
                 return self.of(value)
             content = self.of(value)
-        label = self._free(name, content.hex())
+        label = self._unique_label(name, content.hex())
         self.parts[label] = content.hex()
         return _digest("part", label)
 
@@ -164,26 +166,26 @@ class _Identity:
 
     def _jax_array(self, value: jax.Array) -> bytes:
         if isinstance(value, jax.core.Tracer):
-            self._refuse("a value that jax is tracing")
+            self._reject("a value that jax is tracing")
         if jax.dtypes.issubdtype(value.dtype, jax.dtypes.prng_key):
             return _digest("key", str(value.dtype), self._array(np.asarray(jax.random.key_data(value))))
         return _digest("jax", str(value.weak_type), self._array(np.asarray(value)))
 
     def _object(self, value: Any) -> bytes:
-        """Return the digest of any other object: of its class, and of what pickle would store of it."""
+        """Return the digest of any other object, from its class and the state that pickle would store."""
         reduce = copyreg.dispatch_table.get(type(value))
         try:
             reduced = reduce(value) if reduce else value.__reduce_ex__(4)
         except (
             Exception
-        ):  # TypeError of a file, a lock or a generator; pickle has no common class for the others
-            self._refuse(f"a {type(value).__module__}.{type(value).__qualname__}")
+        ):  # TypeError for a file, a lock or a generator; pickle's other errors have no common class
+            self._reject(f"a {type(value).__module__}.{type(value).__qualname__}")
         if isinstance(reduced, str):  # the name of a global variable
             package = _package(pickle.whichmodule(value, reduced))  # type: ignore[attr-defined]
             return (
                 self._reference(package, reduced)
                 if package
-                else self._refuse(f"{reduced}, known by its name")
+                else self._reject(f"{reduced}, known by its name")
             )
         make, arguments, state, items, pairs = (*reduced, *(None,) * 5)[:5]
         contents = [list(each) if each is not None else None for each in (items, pairs)]
@@ -191,7 +193,7 @@ class _Identity:
         return _digest("object", self.of(type(value)), *pieces, self._state(state))
 
     def _state(self, state: Any) -> bytes:
-        """Return the digest of the state of an object; the order in which its attributes were set does not count."""
+        """Return the digest of the state of an object, independent of the order in which its attributes were set."""
         if isinstance(state, tuple) and len(state) == 2 and isinstance(state[1], dict):
             return _digest("slots", self._state(state[0]), self._state(state[1]))
         if not isinstance(state, dict):
@@ -203,11 +205,11 @@ class _Identity:
         return _digest("state", *pieces)
 
     def _part(self, value: Any, content: Any) -> bytes:
-        """Return a reference to a function or class, whose content is a part of its own."""
+        """Return a reference to a function or class, whose content is a separate part."""
         if id(value) not in self.labels:
             own = value.__qualname__.rpartition("<locals>.")[2]
             name = self.place[-1] if not self.place[1:] or "<" in own else own
-            label = self.labels[id(value)] = self._free(name)
+            label = self.labels[id(value)] = self._unique_label(name)
             self.kept.append(value)
             self.parts[label] = ""
             with self._at(label):
@@ -228,7 +230,8 @@ class _Identity:
         return _digest("function", *pieces)
 
     def _globals(self, f: types.FunctionType, attributes: frozenset[str]) -> Iterator[bytes]:
-        for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):  # which a class stores
+        # without __name__, which every class body reads
+        for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):
             if name in f.__globals__:
                 yield self._variable(f.__code__, name, f.__globals__[name], attributes)
             else:
@@ -240,7 +243,7 @@ class _Identity:
     def _variable(self, code: types.CodeType, name: str, value: Any, attributes: frozenset[str]) -> bytes:
         own = isinstance(value, types.ModuleType) and not _package(value.__name__)
         if own and name in _whole(code):
-            self._refuse(f"the module {value.__name__}, used other than by an attribute", name)
+            self._reject(f"the module {value.__name__}, used other than by an attribute", name)
         return self.named(name, value, attributes)
 
     def _of_module(self, name: str, module: types.ModuleType, attributes: frozenset[str]) -> bytes:
@@ -254,8 +257,8 @@ class _Identity:
         return _digest("module", *members, *pieces)
 
     def _class(self, cls: type) -> bytes:
-        made = {name: value for name, value in vars(cls).items() if name not in NOT_OF_A_CLASS}
-        if issubclass(cls, enum.Enum):  # its members, and the functions that its author wrote
+        made = {name: value for name, value in vars(cls).items() if name not in IGNORED_CLASS_ATTRIBUTES}
+        if issubclass(cls, enum.Enum):  # its members and its methods
             made = {name: value for name, value in made.items() if isinstance(value, types.FunctionType)}
             made |= {"members": [(each.name, each.value) for each in cls]}
         fields = getattr(cls, "__dataclass_fields__", {}).values()
@@ -264,14 +267,14 @@ class _Identity:
         return _digest("class", self.of(type(cls)), self.of(bases), self.of(about), self._state(made))
 
     def _code(self, code: types.CodeType) -> bytes:
-        """Return the digest of what code does, without the file, the lines and the name that it has."""
+        """Return the digest of the operations of code, independent of its file, line numbers and name."""
         pieces: list[Any] = []
         instructions = _instructions(code)
         for each, following in zip(instructions, [*instructions[1:], instructions[-1]], strict=True):
-            if following.argval in OF_THE_SOURCE and following.opname.startswith("STORE"):
+            if following.argval in SOURCE_ATTRIBUTES and following.opname.startswith("STORE"):
                 continue
             pieces.append(each.opname)
-            # by its place: dis does not know the argument of every instruction that names a constant (KW_NAMES)
+            # by index: dis does not resolve the argument of every instruction that refers to a constant (KW_NAMES)
             is_constant = each.opcode in dis.hasconst and each.arg is not None
             pieces.append(self.of(code.co_consts[each.arg or 0]) if is_constant else str(each.arg))
         counts = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
@@ -279,11 +282,11 @@ class _Identity:
         return _digest("code", repr(counts), repr(names), code.co_exceptiontable, *pieces)
 
     def _foreign(self, value: Any) -> bytes | None:
-        """Return the digest of something that an installed package has under a name; None for everything else."""
+        """Return the digest of an object that an installed package defines under a name; None for everything else."""
         if isinstance(value, types.ModuleType):
             package = _package(value.__name__)
             if package is None:
-                self._refuse(f"the module {value.__name__}, used other than by an attribute")
+                self._reject(f"the module {value.__name__}, used other than by an attribute")
             return self._reference(package, value.__name__)
         if not isinstance(value, types.FunctionType | type) and not callable(value):
             return None
@@ -304,8 +307,8 @@ class _Identity:
             self.parts[f"the version of {top}"] = version
         return _digest("name", name)
 
-    def _free(self, name: str, content: str | None = None) -> str:
-        """Return a name that no part of other content has."""
+    def _unique_label(self, name: str, content: str | None = None) -> str:
+        """Return a label that no part with other content has."""
         label, count = name, 1
         while label in self.parts and (content is None or self.parts[label] != content):
             count += 1
@@ -318,7 +321,7 @@ class _Identity:
         yield
         self.place.pop()
 
-    def _refuse(self, found: str, *place: str) -> NoReturn:
+    def _reject(self, found: str, *place: str) -> NoReturn:
         where = " in ".join(dict.fromkeys(reversed([*self.place, *place])))
         raise ValueError(
             f"f: expected values that can be compared by content, got {found} ({where}); {REMEDY}"
@@ -358,7 +361,7 @@ def _is_set(cell: types.CellType) -> bool:
 
 
 def _home(value: Any) -> str | None:
-    """Return the name of the module that a function or class is defined in; wrapping does not change it."""
+    """Return the name of the module that a function or class is defined in, unaffected by wrapping."""
     scope = getattr(value, "__globals__", None)
     return scope.get("__name__") if isinstance(scope, dict) else getattr(value, "__module__", None)
 
@@ -392,7 +395,7 @@ def _version(top: str) -> str:
 
 
 def _instructions(code: types.CodeType) -> list[dis.Instruction]:
-    """Return the instructions of code, each with its whole argument."""
+    """Return the instructions of code, each with its complete argument."""
     return [each for each in dis.get_instructions(code) if each.opname != "EXTENDED_ARG"]
 
 
@@ -413,7 +416,7 @@ def _loaded(code: types.CodeType, loads: tuple[str, ...]) -> set[str]:
 
 
 def _whole(code: types.CodeType) -> set[str]:
-    """Return the names of variables that are used other than by an attribute."""
+    """Return the names of variables that are used other than through an attribute."""
     return {
         one.argval
         for each in _nested(code)

@@ -1,4 +1,4 @@
-"""Files that are whole or absent, and arrays in them: written in parts, read only if they are what they claim."""
+"""Files that are written atomically, and arrays in them: written in parts, and validated when read."""
 
 import contextlib
 import errno
@@ -13,14 +13,15 @@ from typing import IO, Any, TypeVar
 import numpy as np
 
 T = TypeVar("T")
-HIGHEST_COMPRESSION = 1040  # deflate packs zeros 1032 times at most; what claims more is forged
+# deflate compresses zeros at most 1032 times; a file that claims more is invalid
+HIGHEST_COMPRESSION = 1040
 
 
 @dataclass(frozen=True)
 class Stacked:
-    """An array in parts along its first axis, which are never in memory together.
+    """An array given in parts along its first axis, which are never in memory together.
 
-    shape, dtype: of the whole; parts: gives the parts, in order.
+    shape, dtype: of the complete array; parts: returns an iterator over the parts, in order.
     """
 
     shape: tuple[int, ...]
@@ -29,9 +30,9 @@ class Stacked:
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write a file beside its place, then rename it: a reader never meets half a file, and a failure leaves none.
+    """Write a file under a temporary name, then rename it, so that neither readers nor failures leave an incomplete file.
 
-    Raises OSError, which names ``path``, whatever ``write`` says of it.
+    Raises OSError, which names ``path`` whatever name the error of ``write`` has.
     """
     partial = path.with_name(path.name + ".part")
     try:
@@ -47,30 +48,30 @@ def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 def _remove(path: Path) -> None:
-    with contextlib.suppress(OSError):  # it is the first error that counts
+    with contextlib.suppress(OSError):  # the first error is the one to report
         path.unlink()
 
 
 def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Arrays, and whatever numpy makes an array of, by their names; equal arrays give equal files."""
+    """Write arrays, and anything that numpy converts to an array, by name; equal arrays give equal files."""
     with zipfile.ZipFile(path, "w") as archive:
         for name, values in arrays.items():
-            # a ZipInfo of its own has a fixed date, where a bare name would have today's
+            # a ZipInfo has a fixed date, whereas a file name alone would be stored with the current date
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 _write_array(member, values if isinstance(values, Stacked) else _one_part(values))
 
 
 def read_npz(path: Path, *names: str) -> dict[str, np.ndarray]:
-    """The arrays in a file, or those of them that are named.
+    """Return the arrays in a file, or those that are named.
 
-    Raises ValueError for what is no npz file, is cut off, or claims more than it has; OSError for what cannot
-    be read at all.
+    Raises ValueError for a file that is not npz, is truncated, or claims more data than it has; OSError for a file that
+    cannot be read at all.
     """
     return _read(path, lambda file: dict(_members(file, names)))
 
 
 def read_npy(path: Path) -> np.ndarray:
-    """The array in a .npy file. Raises as ``read_npz`` does."""
+    """Return the array in a .npy file. Raises as ``read_npz`` does."""
     return _read(path, lambda file: _array(file, path.stat().st_size))
 
 
@@ -78,7 +79,9 @@ def _read(path: Path, read: Callable[[IO[bytes]], T]) -> T:
     with path.open("rb") as file:
         try:
             return read(file)
-        except Exception as error:  # what zipfile, zlib and numpy raise for broken bytes has no common base
+        except (
+            Exception
+        ) as error:  # the errors of zipfile, zlib and numpy for damaged files have no common base class
             raise ValueError(
                 f"{path}: not an {path.suffix.lstrip('.')} file of arrays;"
                 " accepted: a file written by jaxcontact.save"
@@ -110,7 +113,7 @@ def _members(file: IO[bytes], names: tuple[str, ...]) -> Iterator[tuple[str, np.
 
 
 def _array(file: IO[bytes], size: int) -> np.ndarray:
-    """An array, unless its header claims other than its size, before memory is set aside for it."""
+    """Return an array, after checking the size claimed in its header, before memory is allocated for it."""
     major, _ = np.lib.format.read_magic(file)
     header = {1: np.lib.format.read_array_header_1_0, 2: np.lib.format.read_array_header_2_0}[major]
     shape, _, dtype = header(file)

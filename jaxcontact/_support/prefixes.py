@@ -1,9 +1,9 @@
-"""SI prefixes, and a number with the prefix that fits it."""
+"""SI prefixes, and numbers with the prefix that suits them."""
 
 import math
 import re
 
-PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+PREFIXES = {"": 0, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "M": 6, "G": 9}
 """Powers of ten by their spelling on a keyboard; in figures and summaries u is written µ."""
 
 
@@ -11,7 +11,7 @@ PLAIN = re.compile(r"[A-Za-z]+(?![A-Za-z\d^])")
 
 
 def fitting_prefix(value: float) -> tuple[float, str]:
-    """Return the factor and the prefix in which a number is 1 to 1000, (1e-6, "µ") for 3.4e-6."""
+    """Return the factor and the prefix with which a number lies between 1 and 1000, (1e-6, "µ") for 3.4e-6."""
     if not math.isfinite(value) or value == 0.0:
         return 1.0, ""
     power = 3 * math.floor(math.log10(abs(value)) / 3 + 1e-9)
@@ -21,9 +21,9 @@ def fitting_prefix(value: float) -> tuple[float, str]:
 
 
 def prefixed(value: float, unit: str) -> str:
-    """Return a number with five digits and the unit's prefix, 3.3554 µm.
+    """Return a number with five digits and a prefixed unit, 3.3554 µm.
 
-    A unit that begins with a power has no prefix, which would be raised as well: 1.7e-10 m2.
+    A unit that begins with a power takes no prefix, which would be raised to that power: 1.7e-10 m2.
     """
     factor, prefix = fitting_prefix(value) if PLAIN.match(unit) else (1.0, "")
     return f"{value / factor:.5g} {prefix}{unit}".rstrip()

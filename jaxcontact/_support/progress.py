@@ -1,7 +1,7 @@
-"""Progress on a terminal from the first second; where the stream is none (``disable=None``), silent.
+"""Progress bars on a terminal, silent if the stream is not one (``disable=None``).
 
-The first steps wait for a program to be compiled: until they are there the bar says so, and its rate and the time
-that is left begin with the steps after them.
+The first steps include compilation: until they are done the bar reads "compiling", and its rate and remaining time are
+measured from the steps after them.
 """
 
 from types import TracebackType
@@ -11,12 +11,12 @@ from tqdm import tqdm
 
 
 def working(what: str, file: TextIO | None = None) -> Any:
-    """A line that says what is going on, for as long as it does: a context manager."""
+    """Show a line that describes the work in progress; a context manager."""
     return tqdm(desc=what, bar_format="{desc} ...", file=file, disable=None, leave=False)
 
 
 class Progress:
-    """A bar on stderr over ``total`` of a unit, of which ``done`` were there before; a context manager."""
+    """A progress bar on stderr over ``total`` units, of which ``done`` were done before; a context manager."""
 
     def __init__(self, total: int, unit: str, done: int = 0, file: TextIO | None = None) -> None:
         self._options = {"total": total, "unit": unit, "file": file, "disable": None, "leave": False}
@@ -24,7 +24,7 @@ class Progress:
         self._compiling = True
 
     def advance(self, count: int) -> None:
-        """So many more are done."""
+        """Report that ``count`` more units are done."""
         self._done += count
         if self._compiling:
             self._compiling = False

@@ -1,4 +1,4 @@
-"""Frozen dataclasses that jax sees as trees of arrays."""
+"""Frozen dataclasses registered with jax as pytrees of arrays."""
 
 import dataclasses
 from typing import Any, TypeVar, dataclass_transform
@@ -8,22 +8,22 @@ import jax.numpy as jnp
 import numpy as np
 
 T = TypeVar("T")
-SHOWN = 8  # numbers of an array in a text
-WIDEST = 110  # letters of a line
+SHOWN = 8  # largest size of an array printed with all its numbers
+WIDEST = 110  # length of a printed line
 
 
 def static(**kwargs: Any) -> Any:
-    """A field that is part of the tree's structure (a shape, a flag, a name), not a leaf."""
+    """Declare a field that is part of the tree's structure (a shape, a flag, a name), not a leaf."""
     return dataclasses.field(metadata={"static": True}, **kwargs)
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, static))
 def pytree(cls: type[T]) -> type[T]:
-    """Make ``cls`` a frozen dataclass whose fields are leaves, but for those made by ``static``.
+    """Make ``cls`` a frozen dataclass whose fields are leaves, except those made by ``static``.
 
-    Values are never checked at construction: jax rebuilds these objects with tracers, None
-    and plain objects inside. Unless the class has a text of its own, it is printed with its fields, an array of more than a
-    few numbers by its shape and range.
+    Values are never checked at construction: jax rebuilds these objects with tracers, None and plain objects inside.
+    Unless the class defines its own ``repr``, it is printed with its fields, an array of more than a few numbers by its
+    shape and range.
     """
     if cls.__repr__ is object.__repr__:
         cls.__repr__ = _in_words  # type: ignore[method-assign]
@@ -31,14 +31,14 @@ def pytree(cls: type[T]) -> type[T]:
 
 
 def _in_words(obj: Any) -> str:
-    """The text of an object with its fields."""
+    """Return the text of an object with its fields."""
     fields = dataclasses.fields(obj)
     parts = [f"{field.name}={value_in_words(getattr(obj, field.name))}" for field in fields]
     return _enclosed(f"{type(obj).__name__}(", parts, ")")
 
 
 def _enclosed(head: str, parts: list[str], tail: str) -> str:
-    """The parts in one line, or each in its own where that would be long."""
+    """Return the parts in one line, or one line each where that would be too long."""
     line = f"{head}{', '.join(parts)}{tail}"
     if len(line) <= WIDEST and "\n" not in line:
         return line
@@ -46,7 +46,7 @@ def _enclosed(head: str, parts: list[str], tail: str) -> str:
 
 
 def value_in_words(value: Any) -> str:
-    """Return a number or a few of them as they are, an array by its shape and range, other objects by their own text."""
+    """Return a few numbers as they are, an array by its shape and range, and other objects by their ``repr``."""
     if isinstance(value, tuple) or (isinstance(value, list) and not _is_list_of_numbers(value)):
         head, tail = "()" if isinstance(value, tuple) else "[]"
         return _enclosed(head, list(map(value_in_words, value)), tail)
@@ -62,9 +62,9 @@ def value_in_words(value: Any) -> str:
 def _register(cls: type[T]) -> type[T]:
     """Register a dataclass as a tree of its non-static fields.
 
-    Not by ``jax.tree_util.register_dataclass``: up to jax 0.10 at least its structures of two classes with
-    equally many fields compare equal (only their hashes differ), so that jit took, once in some fifty
-    runs, what it had compiled for a ``Load`` to be meant for an ``Approach`` as well.
+    ``jax.tree_util.register_dataclass`` is not used: up to jax 0.10 at least, its structures of two classes with
+    equally many fields compare equal (only their hashes differ), so that in about one of fifty runs jit used the program
+    compiled for a ``Load`` for an ``Approach`` as well.
     """
     fields = dataclasses.fields(cls)  # type: ignore[arg-type]
     names = [field.name for field in fields if not field.metadata.get("static")]
@@ -86,22 +86,22 @@ def _register(cls: type[T]) -> type[T]:
 
 
 def _differentiable(leaf: Any) -> Any:
-    """A whole number as a float: jax.grad takes none else, and users write ``Load(60)``."""
+    """Return an integer as a float: jax.grad accepts no integers, and users write ``Load(60)``."""
     return float(leaf) if type(leaf) is int else leaf
 
 
 def replace(obj: T, **changes: Any) -> T:
-    """A copy of ``obj`` with some fields changed."""
+    """Return a copy of ``obj`` with some fields changed."""
     return dataclasses.replace(obj, **changes)  # type: ignore[type-var]
 
 
 def is_concrete(*trees: Any) -> bool:
-    """True when no leaf is a tracer, so that values may be looked at."""
+    """Return whether no leaf is a tracer, so that values can be inspected."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(trees))
 
 
 def as_float64(tree: T) -> T:
-    """Every leaf, and every list of numbers, as a float64 array."""
+    """Return the tree with every leaf, and every list of numbers, as a float64 array."""
     return jax.tree.map(_leaf_as_float64, tree, is_leaf=_is_list_of_numbers)
 
 

@@ -1,4 +1,4 @@
-"""Recording of the warnings that a piece of code issues, also where several threads do so at once."""
+"""Recording of the warnings that a piece of code issues, safe for several threads at once."""
 
 import threading
 import warnings
@@ -14,12 +14,12 @@ _filters: warnings.catch_warnings | None = None
 
 @contextmanager
 def recorded_warnings() -> Iterator[list[Any]]:
-    """Collect the messages of all warnings issued by this thread in a list, in place of showing them.
+    """Collect the messages of all warnings issued by this thread in a list, instead of showing them.
 
-    ``warnings.catch_warnings(record=True)`` replaces the hook of the whole process, so that two threads that leave it
-    in another order than they entered it lose warnings for good. Here one hook serves all threads. Each warning is
-    recorded, also one that was shown before; a thread that records nothing shows its warnings as before. What is
-    collected is the argument of ``warnings.warn``, a ``Note`` of this package or text.
+    ``warnings.catch_warnings(record=True)`` replaces the hook of the whole process, so that two threads that leave it in
+    a different order than they entered it lose warnings permanently. Here one hook serves all threads. Every warning is
+    recorded, including one shown before; a thread that records nothing shows its warnings as usual. The list holds the
+    arguments of ``warnings.warn``: a ``Note`` of this package or text.
     """
     outer = getattr(_own, "messages", None)
     messages: list[Any] = []
@@ -40,7 +40,7 @@ def _enter() -> None:
             _filters.__enter__()
             warnings.simplefilter("always")
             show = warnings.showwarning
-            warnings.showwarning = lambda *told, **more: _record(show, *told, **more)
+            warnings.showwarning = lambda *args, **kwargs: _record(show, *args, **kwargs)
         _active += 1
 
 
@@ -53,9 +53,9 @@ def _leave() -> None:
             _filters = None
 
 
-def _record(show: Any, message: Any, *told: Any, **more: Any) -> None:
+def _record(show: Any, message: Any, *args: Any, **kwargs: Any) -> None:
     messages = getattr(_own, "messages", None)
     if messages is None:
-        show(message, *told, **more)
+        show(message, *args, **kwargs)
     else:
         messages.append(message.args[0] if len(message.args) == 1 else str(message))

@@ -1,6 +1,6 @@
-"""Whose directory it is: one run writes into it at a time, and over nothing without being told to.
+"""Exclusive ownership of an output directory: one run writes to it at a time, and nothing is overwritten without --force.
 
-The lock is the operating system's on an open file, so it ends with the process that holds it, however that ends.
+The lock is an operating system lock on an open file, so it ends with the process that holds it, however that ends.
 """
 
 import contextlib
@@ -15,14 +15,14 @@ LOCK, UNFINISHED = ".lock", "unfinished"
 
 
 class DirectoryTakenError(ValueError):
-    """The directory is not free; the message is one line for the user."""
+    """The directory is in use or not empty; the message is one line for the user."""
 
 
 @contextlib.contextmanager
 def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
-    """Hold ``directory`` for a run, made if need be and removed if it stays empty; True when it held something.
+    """Claim ``directory`` for a run, creating it if needed and removing it if it stays empty; True if it was not empty.
 
-    Raises DirectoryTakenError when another run holds it, when it is not empty and neither ``force`` nor
+    Raises DirectoryTakenError when another run uses it, when it is not empty and neither ``force`` nor
     ``resume`` is set, and when there is nothing to resume.
     """
     if directory.exists() and not directory.is_dir():
@@ -31,14 +31,14 @@ def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
     directory.mkdir(parents=True, exist_ok=True)
     try:
         with locked(directory):
-            yield _taken(directory, force=force, resume=resume)
+            yield _check_free(directory, force=force, resume=resume)
     finally:
         if is_new:
             with contextlib.suppress(OSError):  # it is not empty
                 directory.rmdir()
 
 
-def _taken(directory: Path, *, force: bool, resume: bool) -> bool:
+def _check_free(directory: Path, *, force: bool, resume: bool) -> bool:
     found = {path.name for path in directory.iterdir()} - {LOCK}
     if resume and found and UNFINISHED not in found:
         raise DirectoryTakenError(
@@ -46,7 +46,7 @@ def _taken(directory: Path, *, force: bool, resume: bool) -> bool:
             " or a new one"
         )
     if found and not (force or resume):
-        hint = "--resume goes on with the run that was stopped there, " if UNFINISHED in found else ""
+        hint = "--resume continues the run that was stopped there, " if UNFINISHED in found else ""
         raise DirectoryTakenError(
             f"{directory}: found a directory that is not empty; {hint}--force overwrites it"
         )
@@ -55,24 +55,24 @@ def _taken(directory: Path, *, force: bool, resume: bool) -> bool:
 
 @contextlib.contextmanager
 def locked(directory: Path) -> Iterator[None]:
-    """Hold the lock of a directory; its file is there as long."""
+    """Hold the lock of a directory; its lock file exists for as long."""
     path = directory / LOCK
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(path.open("a"))
         while True:
             if not _try_lock(file):
                 raise DirectoryTakenError(
-                    f"{directory}: found another run at work there, accepted: another directory, or that run's end"
+                    f"{directory}: found another run in progress there, accepted: another directory, or wait for its end"
                 )
             if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
                 break
-            # a run that ended has removed the file that was opened
+            # the opened file has been removed by a run that ended
             file = stack.enter_context(path.open("a"))
         try:
             yield
         finally:
             if sys.platform == "win32":
-                file.close()  # an open file cannot be removed there
+                file.close()  # Windows cannot remove an open file
             path.unlink(missing_ok=True)
 
 
@@ -89,7 +89,7 @@ else:
 
 
 def _try_lock(file: IO[str]) -> bool:
-    """False when another process holds it. A file system without locks has none to hold."""
+    """Return False if another process holds the lock. On a file system without locks it is never held."""
     try:
         _lock(file)
     except OSError as error:

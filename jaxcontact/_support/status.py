@@ -1,4 +1,4 @@
-"""How far a step can be trusted."""
+"""The status of a step: whether it converged, and the reason if not."""
 
 from enum import IntEnum
 
@@ -7,9 +7,9 @@ from jax import Array
 
 
 class Status(IntEnum):
-    """The verdict on a step; ``message`` says what it means and what helps.
+    """The status of a step; ``message`` states its meaning and the remedy.
 
-    A step is converged, and its numbers mean what they say, where the status is ``FINE`` alone.
+    A step is converged, and its numbers are valid, only where the status is ``FINE``.
 
     Example:
         >>> import jaxcontact as jc
@@ -29,10 +29,13 @@ class Status(IntEnum):
     INHERITED = 9
     NOT_FINITE = 10
     NOT_RESOLVED = 11
+    STEP_TOO_LONG = 12
+    TOO_THICK = 13
+    PULLED_OFF = 14
 
     @property
     def message(self) -> str:
-        """What it means, and what helps."""
+        """The meaning of the status, and the remedy."""
         return MESSAGES[self]
 
 
@@ -42,18 +45,21 @@ MESSAGES = {
     Status.AT_EDGE: "contact at the edge of the grid: a wider grid",
     Status.TOO_COARSE: "fewer than 3 cells across the contact: a finer grid",
     Status.MOVED_TOO_FAR: "a step of sliding moved more than half the grid's width: more substeps",
-    Status.CAME_BACK: "the indenter came back to where history has left the grid: a wider grid",
-    Status.NOT_STEADY: "no steady state: the body flows without limit, or rolling had not settled after 20 grid lengths",
-    Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say), which jit or vmap kept from sight",
-    Status.SLIDES: "friction cannot hold the tangential load: a smaller one, or a given displacement",
-    Status.INHERITED: "an earlier step failed (see its own status), and this step builds on its result",
+    Status.CAME_BACK: "the indenter returned to where part of the history has left the grid: a wider grid",
+    Status.NOT_STEADY: "no steady state: the body flows indefinitely, or rolling had not settled after 20 grid lengths",
+    Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say) and could not be checked inside jit or vmap",
+    Status.SLIDES: "friction cannot hold the tangential load: a smaller load, or a prescribed displacement",
+    Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
-    Status.NOT_RESOLVED: "the body's response is off by more than 1 %: kernels with more nodes, or a shorter time",
+    Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: kernels with more nodes, or a shorter time",
+    Status.STEP_TOO_LONG: "growth or wear in a step is off by more than 1 %: more substeps",
+    Status.TOO_THICK: "the film has grown thicker than its kernels are made for: a larger thickest",
+    Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }
 
 
 def first_of(*verdicts: tuple[Array, Status]) -> Array:
-    """The status of the first condition that holds, ``FINE`` where none does."""
+    """Return the status of the first condition that holds, ``FINE`` where none does."""
     status = jnp.asarray(int(Status.FINE))
     for condition, verdict in reversed(verdicts):
         status = jnp.where(condition, int(verdict), status)
@@ -61,21 +67,23 @@ def first_of(*verdicts: tuple[Array, Status]) -> Array:
 
 
 def inherited(own: Array, earlier: Array) -> Array:
-    """Return the status of a step that builds on earlier ones, from that of the step by itself.
+    """Return the status of a step that depends on earlier ones, from that of the step by itself.
 
     own: the status of the contact problem of this step; earlier: ``FINE`` if all steps before succeeded, else the status
-    to report in place of a success. A failure of the step itself takes precedence. Contact on too few cells is no failure
-    that is passed on: a load that rises from zero always begins with it, and what it adds to the history is small.
+    to report in place of a success. A failure of the step itself takes precedence. Contact on too few cells is not passed
+    on as a failure: a load that rises from zero always begins with it, and its effect on the history is small. Separation
+    under a tensile load is not passed on either: the pressure is zero afterwards.
     """
     failed = passed_on(own) != Status.FINE
     return jnp.where(failed | (earlier == Status.FINE), own, earlier)
 
 
 def passed_on(status: Array) -> Array:
-    """Return what later inner steps of the same row inherit from a step of this status."""
-    return jnp.where(status == Status.TOO_COARSE, int(Status.FINE), status)
+    """Return the status that later inner steps of the same row inherit from a step of this status."""
+    no_failure = (status == Status.TOO_COARSE) | (status == Status.PULLED_OFF)
+    return jnp.where(no_failure, int(Status.FINE), status)
 
 
 def to_next_row(earlier: Array) -> Array:
-    """Return what the next row inherits: ``INHERITED`` after any failure."""
+    """Return the status that the next row inherits: ``INHERITED`` after any failure."""
     return jnp.where(earlier == Status.FINE, int(Status.FINE), int(Status.INHERITED))

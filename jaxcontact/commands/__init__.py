@@ -1,1 +1,1 @@
-"""What the commands of the command line do; ``__main__`` has their arguments."""
+"""The commands of the command line; ``__main__`` defines their arguments."""

@@ -1,4 +1,4 @@
-"""``jaxcontact --completion SHELL``: what a shell needs to complete commands, options and files."""
+"""The option ``jaxcontact --completion SHELL``: scripts for tab completion of commands, options and files."""
 
 import argparse
 from collections.abc import Callable, Iterator
@@ -7,11 +7,11 @@ from typing import Any
 from jaxcontact.results.labels import extra
 
 SHELLS = ("bash", "zsh", "fish")
-OF_PATHS = ("FILE", "RESULT", "CASE", "STUDY", "DIR")  # how the name of a path begins, in a help
+OF_PATHS = ("FILE", "RESULT", "CASE", "STUDY", "DIR")  # prefixes of the metavariables of paths
 
 
 def completing(make: Callable[[], argparse.ArgumentParser]) -> type[argparse.Action]:
-    """An action that prints the completion for its shell, of the parser that ``make`` makes, and ends."""
+    """Return an action that prints the completion script for a shell, for the parser that ``make`` returns, and exits."""
 
     class Completion(argparse.Action):
         def __call__(
@@ -24,7 +24,7 @@ def completing(make: Callable[[], argparse.ArgumentParser]) -> type[argparse.Act
 
 
 def completion(parser: argparse.ArgumentParser, shell: str) -> str:
-    """A script for the shell to read."""
+    """Return a completion script for the shell."""
     shtab = extra("shtab", "completion")
     for action in _actions(parser):
         name = str(action.metavar or "")
@@ -35,7 +35,7 @@ def completion(parser: argparse.ArgumentParser, shell: str) -> str:
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """Those of a parser and of its commands."""
+    """Yield the actions of a parser and of its commands."""
     for action in parser._actions:  # argparse has no public way to list them
         yield action
         if isinstance(action, argparse._SubParsersAction):

@@ -1,4 +1,4 @@
-"""What ends a run from outside: Ctrl-C, and the signals of a batch system or a closed terminal, in one way."""
+"""Interruption of a run: Ctrl-C and the signals of a batch system or a closed terminal, handled alike."""
 
 import contextlib
 import signal
@@ -14,7 +14,7 @@ ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasatt
 
 
 class Stopped(KeyboardInterrupt):
-    """A signal has asked for the end; handled wherever Ctrl-C is."""
+    """A request to stop by a signal, handled wherever Ctrl-C is."""
 
     def __init__(self, signum: int) -> None:
         super().__init__()
@@ -22,27 +22,27 @@ class Stopped(KeyboardInterrupt):
 
 
 def signal_of(interrupt: KeyboardInterrupt) -> signal.Signals:
-    """The signal behind an interrupt."""
+    """Return the signal that caused an interrupt."""
     return signal.Signals(getattr(interrupt, "signum", signal.SIGINT))
 
 
 def exit_status(interrupt: KeyboardInterrupt) -> int:
-    """As a shell reports it: 128 + the signal; 130 after Ctrl-C."""
+    """Return the exit status as a shell reports it: 128 + the signal; 130 after Ctrl-C."""
     return 128 + signal_of(interrupt)
 
 
 @contextlib.contextmanager
 def signals_interrupt() -> Iterator[None]:
-    """Within, SIGTERM and SIGHUP raise ``Stopped``; one that is ignored (nohup) stays ignored."""
-    here = threading.current_thread() is threading.main_thread()  # the only one that may set handlers
-    before = {signum: signal.getsignal(signum) for signum in ENDING if here}
-    taken = {signum: handler for signum, handler in before.items() if handler is not signal.SIG_IGN}
-    for signum in taken:
+    """Raise ``Stopped`` on SIGTERM and SIGHUP within this context; a signal that is ignored (nohup) stays ignored."""
+    in_main = threading.current_thread() is threading.main_thread()  # only the main thread may set handlers
+    before = {signum: signal.getsignal(signum) for signum in ENDING if in_main}
+    replaced = {signum: handler for signum, handler in before.items() if handler is not signal.SIG_IGN}
+    for signum in replaced:
         signal.signal(signum, _raise)
     try:
         yield
     finally:
-        for signum, handler in taken.items():
+        for signum, handler in replaced.items():
             signal.signal(signum, handler)
 
 
@@ -51,7 +51,7 @@ def _raise(signum: int, frame: FrameType | None) -> None:
 
 
 def interruptible(compute: Callable[[], T]) -> T:
-    """What ``compute`` returns, from a thread of its own: a compiled program hears no signal, the one that waits does."""
+    """Return ``compute()``, run in a separate thread, so that signals are handled while a compiled program runs."""
     future: Future[T] = Future()
 
     def work() -> None:
@@ -63,5 +63,5 @@ def interruptible(compute: Callable[[], T]) -> T:
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
     while thread.is_alive():
-        thread.join(0.1)  # not for good: the system may hand the signal to any thread
+        thread.join(0.1)  # with a timeout, since the system may deliver the signal to any thread
     return future.result()

@@ -1,4 +1,4 @@
-"""The commands that compute nothing: ``cases``, ``new``, ``check``, ``plot``, ``convert`` and ``cite``."""
+"""The commands that run no simulation: ``cases``, ``new``, ``check``, ``plot``, ``convert`` and ``cite``."""
 
 import argparse
 import sys
@@ -16,14 +16,14 @@ CASES = Path(__file__).parents[1] / "cases"
 
 
 def case_path(text: str) -> Path:
-    """A case file by its path, or one that comes with the package by its name alone: ``tribofilm_creep``."""
+    """Return the path of a case file, given by its path or, if it comes with the package, by name: ``tribofilm_creep``."""
     named = () if Path(text).exists() else CASES.rglob("*.toml")
     packaged = [path for path in named if path.stem == text]
     return packaged[0] if packaged else Path(text)
 
 
 def cases(options: argparse.Namespace) -> int:
-    """Each ready-made case, for ``run``, and study, for ``sweep``: its name, the first line of its comment, its file."""
+    """List the ready-made cases (for ``run``) and studies (for ``sweep``) with name, title and file."""
     for path in [*sorted(CASES.glob("*.toml")), *sorted((CASES / "studies").glob("*.toml"))]:
         title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
         print(f"{path.stem}: {title}\n    {path}")
@@ -31,9 +31,9 @@ def cases(options: argparse.Namespace) -> int:
 
 
 def new(options: argparse.Namespace) -> int:
-    """Write a case file to begin with."""
+    """Write a case file from a template."""
     if options.file.exists() and not options.force:
-        raise ValueError(f"{options.file}: is there already; choose another name, or --force to overwrite it")
+        raise ValueError(f"{options.file}: already exists; choose another name, or --force to overwrite it")
     text = template(options.kind, CASES, str(options.file))
     write_whole(options.file, lambda path: path.write_text(text, encoding="utf-8"))
     print(f"{options.file}: change it, then: jaxcontact check {options.file}")
@@ -41,9 +41,9 @@ def new(options: argparse.Namespace) -> int:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Validate a case without running it; what may spoil its result goes to stderr and is no error."""
+    """Validate a case without running it; warnings about its result go to stderr and are not errors."""
     case = read_case(options.case)
-    advice.check_whole(case, options.case)
+    advice.check_completely(case, options.case)
     notes = advice.advice(case)
     for note in notes:
         tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)
@@ -55,7 +55,7 @@ def check(options: argparse.Namespace) -> int:
 
 
 def plot(options: argparse.Namespace) -> int:
-    """A saved result as a picture."""
+    """Write a picture of a saved result."""
     picture = options.picture or options.result.with_suffix(".png")
     accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
     if picture.suffix not in accepted:
@@ -65,39 +65,41 @@ def plot(options: argparse.Namespace) -> int:
 
     write_picture(picture, storage.load(options.result).plot())
     print(picture)
-    _say_of_few(options.result)
+    _report_few(options.result)
     return FINE
 
 
 def convert(options: argparse.Namespace) -> int:
-    """A saved result as another kind of file."""
+    """Write a saved result in another file format."""
     _check_new(options.file, options.force)
     print(storage.save(storage.load(options.result), options.file))
-    _say_of_few(options.result)
+    _report_few(options.result)
     return FINE
 
 
-def _say_of_few(result: Path) -> None:
-    """Of how many times, where a run has kept the maps of a few; on stderr, since stdout names the file."""
+def _report_few(result: Path) -> None:
+    """Report the number of times with maps, if a run kept a few, on stderr, since stdout names the file."""
     course = result.with_name(COURSE)
     if result.name == "result.npz" and course.exists():
         few, every = (read_npz(path, "times")["times"].size for path in (result, course))
         tell(
-            f"{result}: {few} of {every} times, those with maps; {course} has the numbers of all", sys.stderr
+            f"{result}: {few} of {every} times, those with maps; {course} has the scalars of all", sys.stderr
         )
 
 
 def _check_new(path: Path, force: bool) -> None:
     if not path.parent.is_dir():
-        raise ValueError(f"{path}: found no folder {path.parent}, accepted: a name in one that is there")
+        raise ValueError(
+            f"{path}: found no folder {path.parent}, accepted: a file name in an existing folder"
+        )
     if path.suffix == ".pvd":  # it names files in a folder beside it
         pieces = sorted(path.with_suffix("").glob(f"{path.stem}_*.vtr"))
         path = pieces[0] if pieces and not path.exists() else path
     if path.exists() and not force:
-        raise ValueError(f"{path}: is there already; choose another name with -o, or --force to overwrite it")
+        raise ValueError(f"{path}: already exists; choose another name with -o, or --force to overwrite it")
 
 
 def cite(options: argparse.Namespace) -> int:
-    """How to cite the package and the paper behind it."""
+    """Print how to cite the package and its paper."""
     print(citation.cite())
     return FINE

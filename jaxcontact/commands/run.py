@@ -1,7 +1,7 @@
 """``jaxcontact run``: run a case and write the results.
 
-An indentation marches in blocks of steps, each kept on disk as it finishes, and goes on from them. Every other
-experiment is one compiled program, and its run is all or nothing: stopped, or with a step that fails, it leaves nothing.
+An experiment over time marches in blocks of steps, each kept on disk as it finishes, and goes on from them. A steady
+state is one compiled program, and its run is all or nothing: stopped, or not found, it leaves nothing.
 """
 
 import argparse
@@ -13,8 +13,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from jaxcontact._support import run_directory
 from jaxcontact._support.progress import Progress, working
 from jaxcontact._support.recorded_warnings import recorded_warnings
@@ -23,13 +21,14 @@ from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
 from jaxcontact.files import advice
 from jaxcontact.files.case_file import Case, CaseError, case_of, read_tables
+from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import chosen
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
 from jaxcontact.files.run_figures import lines_of
 from jaxcontact.results.notes import in_one_line, kind_of
-from jaxcontact.verbs.experiment import reported
-from jaxcontact.verbs.simulation import prepare
+from jaxcontact.verbs.experiment import TimedExperiment, reported
+from jaxcontact.verbs.simulation import ready
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
     Status.NOT_CONVERGED: "solver",
@@ -43,6 +42,9 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.INHERITED: "solver",
     Status.NOT_FINITE: "experiment",
     Status.NOT_RESOLVED: "experiment",
+    Status.STEP_TOO_LONG: "solver.substeps",
+    Status.TOO_THICK: "experiment",
+    Status.PULLED_OFF: "control.load",
 }
 
 
@@ -50,7 +52,7 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
 class Ending:
     """How a run ended: how far it has come, with what, the signal that stopped it, warnings of one line each.
 
-    run: the finished steps of an indentation, or the result of another experiment.
+    run: the finished steps of an experiment over time, or the result of a steady state.
     """
 
     standing: Standing
@@ -91,12 +93,13 @@ def _case(path: Path, save: str | None) -> Case:
 
 def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     maps = chosen(case.kept, case.times.size)
-    steps = FinishedSteps(directory / run_directory.UNFINISHED, fingerprint(case), maps)
+    folder, result = directory / run_directory.UNFINISHED, KINDS[case.kind].result
+    steps = FinishedSteps(folder, fingerprint(case), maps, result)
     with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:
             steps.remove()
-        march = _march if case.kind == "indentation" else _at_once
-        ending = march(case, options.case, steps)
+        experiment = case.experiment()
+        ending = _at_once(case, options.case, steps) if experiment is None else _march(experiment, steps)
         spared = taken and not options.resume and ending.status == BAD_INPUT
         if ending.run is not None and not spared:
             _write(ending.run, case, ending, options)
@@ -119,7 +122,7 @@ def _noted() -> Iterator[list[str]]:
 
 
 def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
-    """Run an experiment that is one program; its result only if all its steps are fine."""
+    """Compute a steady state; it is a result only if it is fine."""
     steps.standing()  # no steps of another case are there to go on from
     began = time.perf_counter()
     with _noted() as notes, working(f"compiling and running {case.kind}"):
@@ -129,23 +132,20 @@ def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
             return Ending(Standing(), None, error, notes)
         except ValueError as error:
             raise CaseError(f"{path}: {error}") from error
-    status = np.atleast_1d(np.asarray(result.status))
-    fine = int(np.argmax(status > 0)) if np.any(status > 0) else status.size
-    bad = int(status[fine]) if fine < status.size else 0
-    standing = Standing(steps=fine, status=bad, seconds=time.perf_counter() - began)
-    return Ending(standing, None if bad else result, None, notes)
+    status = int(result.status)
+    standing = Standing(steps=int(not status), status=status, seconds=time.perf_counter() - began)
+    return Ending(standing, None if status else result, None, notes)
 
 
-def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
+def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
     interrupt, run = None, None
     with _noted() as salvaged:
         standing = steps.standing()
     began = time.perf_counter() - standing.seconds
-    with _noted() as notes, Progress(case.times.size, "step", standing.steps) as progress:
+    with _noted() as notes, Progress(experiment.times.size, "step", standing.steps) as progress:
         notes += salvaged
-        given = (case.body, case.indenter, case.control, case.times)
-        simulation = prepare(*given, grid=case.grid, **case.options)
+        simulation = ready(experiment)
         try:
             for block in simulation.blocks(standing.blocks, standing.carry) if standing.status == 0 else ():
                 standing = steps.add(standing, block, time.perf_counter() - began)
@@ -153,7 +153,7 @@ def _march(case: Case, path: Path, steps: FinishedSteps) -> Ending:
         except KeyboardInterrupt as error:
             interrupt, standing = error, steps.standing()
         if standing.steps:
-            run = steps.together(standing.blocks, case.grid)
+            run = steps.together(standing.blocks, experiment.grid)
             told = reported(run.history, simulation.plan.errors, simulation.experiment)
             run = replace(run, history=told)
     return Ending(standing, run, interrupt, notes)
@@ -171,8 +171,9 @@ def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) ->
         "warnings": ending.notes,
         "wall_time_s": ending.standing.seconds,
     }
-    report_of = run_results.of_steps if isinstance(run, FinishedRun) else run_results.of_result
-    report = report_of(run, case.kept)
+    report = (
+        run_results.of_steps(run, case.kept) if isinstance(run, FinishedRun) else run_results.of_result(run)
+    )
     summary = run_results.write_results(report, options.directory, case, facts)
     rows = [
         f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
@@ -197,7 +198,7 @@ def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
         reason = f"{done} of {requested} steps are finished"
         if done:
             reason += f"; jaxcontact run {options.case} -o {options.directory} --resume goes on"
-        if case.kind != "indentation":
+        if KINDS[case.kind].march is None:
             reason = f"nothing is kept, since {case.kind} runs at once"
         name = signal_of(ending.interrupt).name
         return complain(f"{options.case}: interrupted by {name}: {reason}", ending.status)

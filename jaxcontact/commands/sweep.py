@@ -1,6 +1,6 @@
-"""``jaxcontact sweep``: run the cases of a study and write their figures in one table.
+"""The command ``jaxcontact sweep``: run the cases of a study and write their figures to one table.
 
-Each case is on disk as it is done, so that the same command goes on with a study that was stopped, however it was.
+Each case is stored as soon as it is done, so that the same command continues a study that was stopped for any reason.
 """
 
 import argparse
@@ -28,12 +28,13 @@ from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
 from jaxcontact.verbs.studies import FUNCTION, Study, sweep_of
 
-CASE = "fingerprint"  # beside what varies: a case is another where a file that it names has changed
+# stored with the varied values, so that a change in a file that the case names is detected
+CASE = "fingerprint"
 TABLE, SUMMARY = "study.csv", "summary.json"
 
 
 def run_study(options: argparse.Namespace) -> int:
-    """Compute what is missing of a study, then write its table; the exit status."""
+    """Compute the missing cases of a study, write its table and return the exit status."""
     study = read_study(options.study)
     _check_directory(options.directory)
     _check_table(study, options.directory / TABLE, options.force)
@@ -45,7 +46,7 @@ def run_study(options: argparse.Namespace) -> int:
             where = {"executor": executor, "processes": options.processes}
             found = sweep_of(compute, cases, options.directory, _identity(study), **where)
     except KeyboardInterrupt as interrupt:
-        reason = "what is finished is kept; the same command goes on"
+        reason = "finished cases are kept; the same command continues"
         name = signal_of(interrupt).name
         return complain(f"{study.path}: interrupted by {name}: {reason}", exit_status(interrupt))
     except ValueError as error:
@@ -54,25 +55,25 @@ def run_study(options: argparse.Namespace) -> int:
 
 
 def _identity(study: CaseStudy) -> dict[str, str]:
-    """Return what tells studies apart in a folder: each entry of the case, wherever its file lies."""
+    """Return what distinguishes studies in a folder: each entry of the case, independent of where its file lies."""
     entries = {f"[{name}]": value for name, value in study.tables.items()}
     return {name: json.dumps(value, sort_keys=True, default=str) for name, value in entries.items()}
 
 
 def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
-    """The function that runs a case of the tables, with other values, to its figures."""
+    """Return the function that runs a case of the tables with other values and returns its figures."""
 
     def figures(values: dict[str, Any]) -> dict[str, Any]:
         changed = {key: value for key, value in values.items() if key != CASE}
         case = varied(tables, changed, Path(path))
         advice.check(case, Path(path))
-        return _trusted(case, case.run())
+        return _converged_figures(case, case.run())
 
     return figures
 
 
-def _trusted(case: Case, result: Any) -> dict[str, float]:
-    """The figures of a result. Raises RuntimeError at the first step that is not fine."""
+def _converged_figures(case: Case, result: Any) -> dict[str, float]:
+    """Return the figures of a result. Raises RuntimeError at the first step whose status is not FINE."""
     status = np.atleast_1d(np.asarray(result.status))
     if np.any(status):
         step = int(np.argmax(status > 0))
@@ -82,7 +83,7 @@ def _trusted(case: Case, result: Any) -> dict[str, float]:
 
 
 def _check_directory(directory: Path) -> None:
-    """It is new, empty, or that of a study."""
+    """Check that the directory is new, empty, or that of a study."""
     if directory.is_dir() and any(directory.iterdir()) and not (directory / FUNCTION).exists():
         raise run_directory.DirectoryTakenError(
             f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
@@ -90,22 +91,24 @@ def _check_directory(directory: Path) -> None:
 
 
 def _check_table(study: CaseStudy, path: Path, force: bool) -> None:
-    """Raise where the table that is there has cases which the new one would not have, unless told to go on."""
+    """Raise an error if the existing table has cases that the new one would lack, unless forced."""
     if force or not path.exists():
         return
     names = list(study.cases[0])
-    asked = {_cells(case) for case in study.cases}
+    requested = {_cells(case) for case in study.cases}
     with path.open(newline="", encoding="utf-8") as file:
-        lost = [row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in asked]
-    if lost:
+        dropped = [
+            row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in requested
+        ]
+    if dropped:
         raise run_directory.DirectoryTakenError(
-            f"{path}: found {len(lost)} cases that {study.path} does not have; --force leaves them out of the table"
+            f"{path}: found {len(dropped)} cases that {study.path} does not have; --force leaves them out of the table"
             " (their results stay in the directory), or take another directory"
         )
 
 
 def _cells(case: dict[str, Any]) -> tuple[str, ...]:
-    """Return the values that a case varies, as the table has them."""
+    """Return the varied values of a case as the table has them."""
     return tuple(str(value) for value in _varying(case).values())
 
 
@@ -115,7 +118,7 @@ def _varying(case: dict[str, Any]) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _executor(scheduler: str | None) -> Iterator[Executor | None]:
-    """The workers of a Dask scheduler, which keep their compiled programs; None: processes of this machine."""
+    """Yield the workers of a Dask scheduler, which keep their compiled programs; None for processes of this machine."""
     if scheduler is None:
         yield None
         return
@@ -129,7 +132,7 @@ def _executor(scheduler: str | None) -> Iterator[Executor | None]:
 
 
 def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
-    """Write the table and the summary, and say what failed; the exit status."""
+    """Write the table and the summary, report failures, and return the exit status."""
     rows = [_row(study, found, index) for index in range(len(found))]
     names = list(dict.fromkeys(name for row in rows for name in row if name != "failure"))
     write_whole(directory / TABLE, lambda path: _write_table(path, [*names, "failure"], rows))
@@ -157,7 +160,7 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
 
 
 def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:
-    """A case in the table: what varies, and its figures with their notes or what went wrong."""
+    """Return the row of a case in the table: the varied values, and its figures with their notes or the failure."""
     varying = _varying(study.cases[index])
     if index in found.failures:
         return {"case": index} | varying | {"failure": found.failures[index]}

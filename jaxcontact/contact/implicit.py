@@ -15,6 +15,12 @@ that of the side on which it stays out. Without contact no derivative of the pre
 approach follows the lowest point of the surface less that of the profile; without history its derivative is zero. A
 derivative whose linear solve fails is nan.
 
+With adhesion (``contact.adhesive``) the cells that touch are held, on the others the attraction follows the gap, and the
+tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
+positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
+negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
+those of the new branch; that the jump itself moves is not in them.
+
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
 (``contact.friction``). Pressure and traction then follow from one linear system, by BiCGSTAB; in rolling, whose
@@ -38,7 +44,8 @@ from jax.ad_checkpoint import checkpoint_name
 from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
-from jaxcontact.contact import nonsymmetric, partial_slip
+from jaxcontact.contact import adhesive, nonsymmetric, partial_slip
+from jaxcontact.contact.adhesive import Start
 from jaxcontact.contact.friction import FreeDirections, TangentialSolution, free_directions, preconditioner
 from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
@@ -51,7 +58,7 @@ TANGENT_ITERATIONS = 400
 DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for what neither conjugate gradients nor BiCGSTAB solves,
 LEFT = 1e-7  # and what may be left of its right side (measured: 3e-9, where the system itself holds a solve)
 ROUNDING = 1e-12
-KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs
+KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs; with friction the whole solution
 
 
 class _Subspace(NamedTuple):
@@ -175,6 +182,50 @@ def solve_partial_slip(
     return partial_slip.solve(problem, pressure, traction, tolerance, max_iterations)
 
 
+@jax.custom_jvp
+def solve_adhesive(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
+    """``solve`` of contact.adhesive, differentiable in everything in ``problem``."""
+    return adhesive.solve(problem, start, tolerance, max_iterations)
+
+
+@solve_adhesive.defjvp
+def _solve_adhesive_jvp(primals, tangents):
+    problem, change = primals[0], tangents[0]
+    found = solve_adhesive(*primals)
+    found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
+    tangent = adhesive.AdhesiveTangent.of(problem, found)
+    held, nowhere = found.contact_pressure > 0.0, jnp.zeros_like(found.pressure)
+    forcing = problem.operator.tangent(change.operator, found.pressure) + change.gap
+    explicit = problem.law.explicit(change.law.law, tangent.gap)
+    given = nowhere[0, 0] if problem.load_controlled else change.target
+    start = tangent.moved(jnp.where(held, given - forcing, 0.0), given)
+    right = tangent.unbalanced(start, forcing, explicit, change.target)
+    right = jnp.where(found.separated, 0.0, right)
+    search = lambda _, b: _stable(tangent.model, tangent.operator, b)
+    rest = jax.lax.custom_linear_solve(tangent.model, -right, search, symmetric=True)
+    dp, du, d_approach, attraction = tangent.result(tangent.added(start, rest), forcing, explicit)
+    apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
+    no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
+    d_found = Solution(
+        apart(dp, nowhere),
+        apart(du + forcing - change.gap, nowhere),
+        apart(d_approach, _first_touch(problem, change)),
+        jnp.zeros_like(found.error),
+        no(found.iterations),
+        apart(jnp.where(held, dp + attraction, 0.0), nowhere),
+        no(found.separated),
+        no(found.unstable),
+    )
+    return found, d_found
+
+
+def _stable(model: adhesive.Model, operator: Linear, right: Array) -> Array:
+    """Return the solution of a system of the tangent by conjugate gradients; nan if it is not positive, or they fail."""
+    inverse = lambda r: model.faces(operator(r))
+    x, _, met = conjugate_gradients(model, inverse, model.faces(right), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+    return jnp.where(met, x, jnp.nan)
+
+
 class _SlipSpace(NamedTuple):
     """Where the changes (dq, dp), (3, nx, ny), of a contact with friction live, and what they do to the traction."""
 
@@ -227,7 +278,7 @@ class _SlipSpace(NamedTuple):
 @solve_partial_slip.defjvp
 def _solve_partial_slip_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
-    found = solve_partial_slip(*primals)
+    found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
     free = free_directions(problem.sheared(p), q, found.tangential.slip)
     space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)

@@ -6,7 +6,8 @@ A law answers what the solvers, the derivatives and the results need to know of 
     p >= 0,      g >= 0,      p g = 0      (A. Signorini; K. L. Johnson, Contact Mechanics, 1985, sec. 5.9),
 
 and the energy 1/2 <p, K p> + <p, gap - approach> is lowest among the admissible pressures. A law may bound the pressure
-in other ways as long as its admissible pressures are a convex set, cell by cell.
+in other ways as long as its admissible pressures are a convex set, cell by cell. Attraction across a gap is no such bound:
+``contact.attraction``.
 """
 
 from __future__ import annotations
@@ -33,6 +34,10 @@ class ContactLaw(abc.ABC):
     @abc.abstractmethod
     def touching(self, pressure: Array) -> Array:
         """Return the cells in contact, (nx, ny) bool."""
+
+    def acting(self, pressure: Array, contact_pressure: Array) -> Array:
+        """Return the cells in which the surfaces act on each other, (nx, ny) bool: those in contact."""
+        return self.touching(contact_pressure)
 
     @abc.abstractmethod
     def free(self, pressure: Array) -> Array:

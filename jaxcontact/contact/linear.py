@@ -10,9 +10,10 @@ from jaxcontact.operators.base import Linear
 def conjugate_gradients(
     operator: Linear, inverse: Linear, b: Array, reduction: Array | float, limit: Array | int
 ) -> tuple[Array, Array, Array]:
-    """x with operator(x) = b, from zero; the iterations taken, and whether the reduction is met.
+    """Solve operator(x) = b from zero; return x, the iterations taken, and whether the reduction is met.
 
-    ``inverse``: the preconditioner; ``reduction``: of sqrt(<r, inverse r>); an iteration applies both once.
+    ``inverse``: the preconditioner; ``reduction``: of sqrt(<r, inverse r>); an iteration applies both once. A direction in
+    which the operator is not positive ends the iterations, and the reduction is not met then.
     Source: M. R. Hestenes, E. Stiefel, J. Res. Natl. Bur. Stand. 49 (1952) 409.
     """
     z = inverse(b)
@@ -26,7 +27,7 @@ def conjugate_gradients(
         size = descent / jnp.where(curvature > 0.0, curvature, 1.0)
         x, r = x + size * direction, r - size * lifted
         z = inverse(r)
-        new = jnp.sum(r * z)
+        new = jnp.where(curvature > 0.0, jnp.sum(r * z), jnp.nan)
         return x, r, z + (new / descent) * direction, new, count + 1
 
     going = lambda state: (state[3] > goal) & (state[4] < limit)

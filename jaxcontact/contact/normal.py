@@ -19,14 +19,14 @@ The stopping error is dimensionless and holds for the whole problem, also outsid
 depth = approach above the lowest point of the profile (or the mean displacement, if larger).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.contact.law import UNILATERAL, ContactLaw
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
 
@@ -49,18 +49,31 @@ class Problem:
     target: Array
     lowest: Array
     load_controlled: bool = static()
-    law: ContactLaw = UNILATERAL
+    law: Any = UNILATERAL  # a ContactLaw, or an Attraction for contact.adhesive
 
 
 @pytree
 class Solution:
-    """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ()."""
+    """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ().
+
+    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries; separated (): whether
+    there is no contact because none could carry the load; and unstable (): whether the search passed states without
+    stability.
+    """
 
     pressure: Array
     displacement: Array
     approach: Array
     error: Array
     iterations: Array
+    contact_pressure: Array | None = None
+    separated: Array | None = None
+    unstable: Array | None = None
+
+    @property
+    def carried(self) -> Array:
+        """The pressure that contact carries, (nx, ny): all of it without adhesion."""
+        return self.pressure if self.contact_pressure is None else self.contact_pressure
 
 
 class _Search(NamedTuple):
@@ -271,6 +284,14 @@ def _search_in_window(
     limit = jnp.where(fits, max_iterations, 0)
     found = _search(in_window(problem, corner, shape), cut(start, corner, shape), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
+
+
+def solve_on_grid(
+    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
+) -> tuple[Array, Array]:
+    """Return the pressure and the iterations taken, without a search in a window first, from any start."""
+    found = _search(problem, usable_start(problem, start), tolerance, max_iterations)
+    return found.pressure, found.iterations
 
 
 def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:

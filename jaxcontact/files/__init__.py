@@ -1,1 +1,1 @@
-"""What is read and written: case files, results, and the directories of runs."""
+"""Files: case files, results, and the directories of runs."""

@@ -1,4 +1,4 @@
-"""What is worth knowing of a case before it runs: room for it, cells across the contact, steps against relaxation."""
+"""Checks of a case before it runs: memory and disk space, cells across the contact, time steps against relaxation times."""
 
 import dataclasses
 import math
@@ -15,28 +15,31 @@ from jaxcontact.indenters.predicted_contact import predicted
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.inputs.layers import checked_body, thickest
 from jaxcontact.inputs.spectrum import relaxation_modes
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
 THICK = 1000.0  # thickness over the grid's width
-PRESSED = ("indentation", "shear")  # experiments in which the ball stays where it is
-COARSE = "cells across the first contact: below {few} it is coarse; accepted: grid.n of about {n}"
+COARSE = "cells across the first contact: fewer than {few} are too coarse; accepted: grid.n of about {n}"
 
 
 def check(case: Case, path: Path) -> None:
-    """What all experiments have in common, and the memory of this machine. Raises CaseError, which names the file."""
+    """Check an experiment over time, or what steady states have in common, and the memory needed.
+
+    Raises CaseError, which names the file.
+    """
     try:
-        Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+        if case.experiment() is None:
+            Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
         _check_memory(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error
 
 
-def check_whole(case: Case, path: Path) -> None:
-    """Everything that a run would refuse before it computes: its function is traced, which takes seconds."""
+def check_completely(case: Case, path: Path) -> None:
+    """Check everything that a run would reject before it computes, by tracing its function, which takes seconds."""
     check(case, path)
-    if case.kind == "indentation":  # which refuses no more
+    if KINDS[case.kind].march is not None:  # ``check`` is complete for it
         return
     try:
         jax.eval_shape(case.run)
@@ -45,12 +48,12 @@ def check_whole(case: Case, path: Path) -> None:
 
 
 def check_disk(case: Case, path: Path, directory: Path) -> None:
-    """The directory's disk has room for the run, finished steps that are there included. Raises CaseError."""
+    """Check that the disk has room for the run, counting finished steps already in the directory. Raises CaseError."""
     needed, has = footprint_of(case).disk, disk_room(directory)
     if needed > has:
         raise CaseError(
             f"{path}: {directory}: found a run that needs {in_bytes(needed)} on disk, accepted: up to the"
-            f' {in_bytes(has)} that are free; solver.save = "last" or fewer cells need less'
+            f' {in_bytes(has)} of free space; solver.save = "last" or fewer cells need less'
         )
 
 
@@ -59,54 +62,54 @@ def _check_memory(case: Case) -> None:
     if needed > has:
         raise ValueError(
             f"grid: found a run that needs about {in_bytes(needed)} of memory, accepted: up to the {in_bytes(has)}"
-            " of this machine; fewer cells, or fewer times when quasi-elastic, need less"
+            " of this machine; fewer cells (or fewer times, if quasi-elastic) need less"
         )
 
 
 def in_bytes(size: float) -> str:
-    """A size of two digits, in MB or GB."""
+    """Return a size as text with two digits, in MB or GB."""
     number, unit = (size / 1e6, "MB") if size < 1e8 else (size / 1e9, "GB")
     return f"{number:.2g} {unit}" if number < 100 else f"{number:.0f} {unit}"
 
 
 def advice(case: Case) -> list[str]:
-    """One line for each thing that may spoil the result; none for a case without fault."""
+    """Return one line for each likely fault of the result; an empty list if there is none."""
     return [*_layer_advice(case), *_strain_advice(case), *_grid_advice(case), *_time_advice(case)]
 
 
 def describe_strain(case: Case) -> str:
-    """The film's strain to come, in one line, or for what it is not foretold; empty without a film."""
-    if response_of(checked_body(case.body)[0]).film() is None:
+    """Return the estimated film strain in one line, or that there is no estimate; an empty string without a film."""
+    if limits_of(checked_body(case.body)[0]).film is None:
         return ""
-    strain = foretold_strain(case)
+    strain = estimated_strain(case)
     if strain is None:
-        return f"film strain: foretold for a ball pressed on one film, not for this ({case.kind})"
-    return f"film strain: about {strain:.2g} at its largest, to a factor of 1.5"
+        return f"film strain: estimated only for a ball pressed on a single film, not for this case ({case.kind})"
+    return f"film strain: about {strain:.2g} at its largest, within a factor of 1.5"
 
 
-def foretold_strain(case: Case) -> float | None:
-    """The film's largest strain, of a ball pressed on one film; None for all else."""
-    alone = len(layer_tables(case.tables)) == 1
-    if not (alone and isinstance(case.indenter, Sphere) and case.kind in PRESSED):
+def estimated_strain(case: Case) -> float | None:
+    """Return the estimated largest film strain for a ball pressed on a single film; None for any other case."""
+    single_film = len(layer_tables(case.tables)) == 1
+    if not (single_film and isinstance(case.indenter, Sphere) and KINDS[case.kind].stationary):
         return None
     return predicted(case.body, case.indenter.outline(), case.control, case.times).film_strain
 
 
 def describe(case: Case) -> str:
-    """The size of a case in one line."""
+    """Return the size of a case in one line."""
     nx, ny = case.grid.shape
-    wide, high = (float(width) * 1e6 for width in case.grid.width)
+    width_x, width_y = (float(width) * 1e6 for width in case.grid.width)
     needed = footprint_of(case)
     steady = KINDS[case.kind].times is None
     times = "a steady state" if steady else f"{len(case.times)} times to {case.times[-1]:g} s"
     return (
-        f"{times}, {nx} x {ny} cells over {wide:.4g} x {high:.4g} um,"
+        f"{times}, {nx} x {ny} cells over {width_x:.4g} x {width_y:.4g} um,"
         f" about {in_bytes(needed.memory)} of memory, {in_bytes(needed.disk)} on disk"
     )
 
 
 def _layer_advice(case: Case) -> Iterator[str]:
-    """Of a layer so thick that a slip of the unit is likely: nothing below it is felt."""
+    """Warn of a layer so thick that an error of the unit is likely: the substrate below it has no effect."""
     width, thickness = max(float(width) for width in case.grid.width), thickest(case.body)
     if thickness > THICK * width:
         yield (
@@ -116,17 +119,17 @@ def _layer_advice(case: Case) -> Iterator[str]:
 
 
 def _strain_advice(case: Case) -> Iterator[str]:
-    """Of a film that will be shortened by more than linear theory is made for, as a run warns too."""
-    strain = foretold_strain(case)
+    """Warn of a film strain beyond the range of linear theory, as a run does too."""
+    strain = estimated_strain(case)
     if strain is not None and strain > STRAIN_LIMIT:
         yield (
-            f"layer: the film may be shortened by {strain:.2g} of its thickness: above {STRAIN_LIMIT} the linear theory"
-            " is stretched; a lower load or approach strains it less"
+            f"layer: the film may be shortened by {strain:.2g} of its thickness: above {STRAIN_LIMIT} linear theory"
+            " is inaccurate; a lower load or approach reduces the strain"
         )
 
 
 def _grid_advice(case: Case) -> Iterator[str]:
-    """Of a ball: the contact at the first loaded time, in cells, and the largest, against the grid."""
+    """Warn of a ball's contact that is too coarse at the first loaded time, or wider than the grid at its largest."""
     if not isinstance(case.indenter, Sphere):
         return
     first, largest = (
@@ -141,12 +144,12 @@ def _grid_advice(case: Case) -> Iterator[str]:
     if 2.0 * largest > width:
         yield (
             f"grid.width: the contact may grow to {2.0 * largest:.3g} m, found {width:.3g} m;"
-            " accepted: a wider grid, or no width at all"
+            " accepted: a wider grid, or no width, so that it is chosen automatically"
         )
 
 
 def first_radius(case: Case) -> float:
-    """About the contact radius [m] when the indenter first presses."""
+    """Return the estimated contact radius [m] at the first loaded time."""
     values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
     index = int(np.argmax(values > 0.0))
     control = dataclasses.replace(case.control, value=values[index])  # type: ignore[type-var]
@@ -154,22 +157,24 @@ def first_radius(case: Case) -> float:
 
 
 def fastest_time(case: Case) -> float:
-    """The shortest relaxation time [s] of the material that is pressed on; inf for an elastic one."""
-    spectrum = response_of(checked_body(case.body)[0]).surface().spectrum()
-    rigid_at_first = float(spectrum.instantaneous) == 0.0  # Kelvin-Voigt: only its retardation is finite
-    rates = np.asarray(spectrum.rates if rigid_at_first else relaxation_modes(spectrum)[0])
+    """Return the shortest relaxation time [s] of the material at the surface; inf for an elastic one."""
+    spectrum = limits_of(checked_body(case.body)[0]).surface.spectrum()
+    kelvin_voigt = (
+        float(spectrum.instantaneous) == 0.0
+    )  # its retardation times are finite, but not its relaxation times
+    rates = np.asarray(spectrum.rates if kelvin_voigt else relaxation_modes(spectrum)[0])
     return float(1.0 / np.max(rates)) if rates.size and np.max(rates) > 0.0 else math.inf
 
 
 def _time_advice(case: Case) -> Iterator[str]:
-    """Steps that begin within one relaxation time of the first contact, or over which the control moves."""
+    """Warn of steps longer than the shortest relaxation time just after first contact, or while the control changes."""
     fastest, steps = fastest_time(case), np.diff(case.times)
     values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
     matters = (case.times[:-1] - case.times[0] < fastest) | (np.diff(values) != 0.0)
     longest = float(np.max(steps[matters], initial=0.0)) / case.options.get("substeps", 1)
     if longest > fastest:
         yield (
-            f"times: steps of up to {longest:.3g} s where the fastest relaxation takes {fastest:.3g} s;"
+            f"times: steps of up to {longest:.3g} s where the shortest relaxation time is {fastest:.3g} s;"
             f" accepted: shorter steps, logarithmic spacing, or solver.substeps ="
             f" {math.ceil(longest * case.options.get('substeps', 1) / fastest)} or more"
         )

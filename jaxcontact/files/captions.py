@@ -1,4 +1,4 @@
-"""What a case computes, in a line that stands under each picture of its run."""
+"""A caption that states what a case computes, placed below each picture of its run."""
 
 import textwrap
 from typing import Any
@@ -11,37 +11,40 @@ from jaxcontact.files.case_file import Case, layer_tables
 from jaxcontact.files.case_schema import KINDS
 
 CONTROLS = ("load", "approach", "tangential_load", "tangential_displacement")
-LETTERS = 17.0  # that one inch holds, at the size below
-SIZE, SHADE = 7.0, "0.45"  # of the letters in points, and their grey: legible on paper and on a dark page
+LETTERS = 17.0  # letters per inch at the size below
+SIZE, SHADE = (
+    7.0,
+    "0.45",
+)  # size of the letters in points, and a grey that is legible on white and on dark pages
 
 
 def caption_of(case: Case) -> str:
-    """What is computed: "sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"."""
+    """Return a caption such as "sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"."""
     tables = case.tables
     indenter = tables["indenter"]
     radius = f" of {_amount(indenter['radius'], 'm')}" if "radius" in indenter else ""
     layers = [f"{table['material']}, {_amount(table['thickness'], 'm')}" for _, table in layer_tables(tables)]
     body = ", on ".join([*layers, tables["substrate"]["material"]])
-    pushed = [
+    controls = [
         f"{name.replace('_', ' ')} {_amount(tables['control'][name], FIELDS[name].unit)}"
         for name in CONTROLS
         if name in tables["control"]
     ]
     velocity = tables.get("experiment", {}).get("velocity")
-    moved = [] if velocity is None else [f"velocity {_amount(velocity, 'm/s')}"]
-    course = "steady" if KINDS[case.kind].times is None else f"to {case.times[-1]:g} s"
+    motion = [] if velocity is None else [f"velocity {_amount(velocity, 'm/s')}"]
+    duration = "steady" if KINDS[case.kind].times is None else f"to {case.times[-1]:g} s"
     cells = "{} x {} cells".format(*case.grid.shape)
-    return "; ".join([f"{indenter['shape']}{radius} on {body}", *pushed, *moved, course, cells])
+    return "; ".join([f"{indenter['shape']}{radius} on {body}", *controls, *motion, duration, cells])
 
 
 def write_under(figure: Any, caption: str) -> None:
-    """The caption at the foot of a figure, in as many lines as its width needs."""
+    """Write the caption at the foot of a figure, in as many lines as its width requires."""
     lines = textwrap.fill(caption, int(LETTERS * figure.get_figwidth()))
     figure.supxlabel(lines, fontsize=SIZE, color=SHADE)
 
 
 def _amount(value: Any, unit: str) -> str:
-    """One number with its unit's prefix, several by their range, text (a file) as it is."""
+    """Return one number with an SI prefix, several numbers by their range, and text (a file name) unchanged."""
     if isinstance(value, str):
         return value
     low, high = float(np.min(value)), float(np.max(value))

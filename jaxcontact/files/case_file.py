@@ -7,6 +7,7 @@
 import difflib
 import reprlib
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,7 @@ from jaxcontact.inputs.controls import Approach, Control, Load, TangentialDispla
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import Layer, LayeredHalfSpace
 from jaxcontact.results.labels import stored_fields
+from jaxcontact.verbs.experiment import TimedExperiment
 
 Table = dict[str, Any]
 
@@ -65,10 +67,18 @@ class Case:
     kept: str
 
     def run(self) -> Any:
-        """The result, as the function gives it that runs an experiment of this kind."""
+        """Return the result of the function that runs an experiment of this kind."""
+        return KINDS[self.kind].verb(**self._given())
+
+    def experiment(self) -> TimedExperiment | None:
+        """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
+        march = KINDS[self.kind].march
+        return None if march is None else march.of(**self._given())
+
+    def _given(self) -> Table:
         given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
         over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
-        return KINDS[self.kind].verb(**given, **over_time, **self.motion, **self.options)
+        return given | over_time | self.motion | self.options
 
 
 def read_case(path: Path) -> Case:
@@ -338,6 +348,12 @@ def _control(table: Table, nt: int) -> Control:
     return (Load if name == "load" else Approach)(value)
 
 
+TANGENTIAL: dict[str, Callable[..., Any]] = {
+    "tangential_load": TangentialLoad,
+    "tangential_displacement": TangentialDisplacement,
+}
+
+
 def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     """What the function of this kind takes beyond the arguments of ``indent``."""
     table, control = tables.get("experiment", {}), tables["control"]
@@ -347,16 +363,13 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     if isinstance(motion.get("friction"), str):
         path = folder / motion["friction"]
         motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
-    if kind == "shear":
-        name = _one_of(control, "tangential_load", "tangential_displacement")
-        value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
-        given = TangentialLoad if name == "tangential_load" else TangentialDisplacement
-        return motion | {"tangential": given(value)}
-    if kind == "steady-rolling":
-        name = _one_of(control, "creepage", "tangential_load")
-        value = np.array(control[name], dtype=float)
-        return motion | {"creepage": value if name == "creepage" else TangentialLoad(value)}
-    return motion
+    tangential = KINDS[kind].tangential
+    if tangential is None:
+        return motion
+    keyword, names = tangential
+    name = _one_of(control, *names)
+    value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
+    return motion | {keyword: TANGENTIAL.get(name, np.asarray)(value)}
 
 
 def _times(table: Table, own: Keys) -> np.ndarray:

@@ -16,10 +16,11 @@ from jaxcontact.inputs import materials
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
-from jaxcontact.verbs.indent import indent
+from jaxcontact.verbs.experiment import TimedExperiment
+from jaxcontact.verbs.indent import Indentation, indent
 from jaxcontact.verbs.roll_steady import roll_steady
-from jaxcontact.verbs.shear import shear
-from jaxcontact.verbs.slide import slide
+from jaxcontact.verbs.shear import Shearing, shear
+from jaxcontact.verbs.slide import Sliding, slide
 from jaxcontact.verbs.slide_steady import slide_steady
 
 
@@ -227,9 +228,15 @@ TIMES_KEYS: Keys = {
 
 @dataclass(frozen=True)
 class Kind:
-    """An experiment: the function that runs it, what that gives, and its own keys; without times it is a steady state.
+    """An experiment: all that files, commands and checks know of it.
 
-    beside: those beside "kind"; control: what is prescribed; solver: the options of the function.
+    verb: the function that runs it; result: the class of its result; beside: the keys beside "kind"; control: the keys of
+    what is prescribed; solver: the keys of the function's options; example: the name of a ready-made case, of which
+    common tables are taken if it is of another kind; memory: measured at 256 x 256 on a viscoelastic layer, bytes of work
+    arrays for each byte of the kernels in a march, in a steady state fields of the grid; tangential: keyword of the
+    tangential control and the keys of which one must be given; stationary: whether the indenter does not move over the
+    body; times, march: the keys of times, and the class that checks the arguments for a march in blocks; None for a
+    steady state.
     """
 
     verb: Callable[..., Any]
@@ -237,7 +244,12 @@ class Kind:
     beside: Keys
     control: Keys
     solver: Keys
+    example: str
+    memory: float
+    tangential: tuple[str, tuple[str, str]] | None = None
+    stationary: bool = False
     times: Keys | None = None
+    march: type[TimedExperiment] | None = None
 
 
 KINDS: dict[str, Kind] = {
@@ -253,7 +265,11 @@ KINDS: dict[str, Kind] = {
             "correspondence": CORRESPONDENCE,
             "save": SAVE,
         },
-        TIMES_KEYS,
+        example="polymer_coating",
+        memory=3.0,
+        stationary=True,
+        times=TIMES_KEYS,
+        march=Indentation,
     ),
     "shear": Kind(
         shear,
@@ -261,7 +277,12 @@ KINDS: dict[str, Kind] = {
         {"friction": SLIP_FRICTION, "coupled": COUPLED},
         {"load": LOAD_ON, "approach": APPROACH} | TANGENTIAL,
         {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
-        TIMES_KEYS,
+        example="fretting_coating",
+        memory=8.0,
+        tangential=("tangential", ("tangential_load", "tangential_displacement")),
+        stationary=True,
+        times=TIMES_KEYS,
+        march=Shearing,
     ),
     "sliding": Kind(
         slide,
@@ -272,7 +293,10 @@ KINDS: dict[str, Kind] = {
         },
         {"load": LOAD_ON, "approach": APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
-        TIMES_KEYS,
+        example="sliding_film",
+        memory=3.0,
+        times=TIMES_KEYS,
+        march=Sliding,
     ),
     "steady-sliding": Kind(
         slide_steady,
@@ -280,6 +304,8 @@ KINDS: dict[str, Kind] = {
         {"velocity": Key(SPEED, OVER_THE_BODY, required=True), "friction": SLIDE_FRICTION},
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS},
+        example="sliding_film",
+        memory=2000.0,
     ),
     "steady-rolling": Kind(
         roll_steady,
@@ -291,6 +317,9 @@ KINDS: dict[str, Kind] = {
         },
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH} | CREEPAGE,
         {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS},
+        example="rolling_wheel",
+        memory=2500.0,
+        tangential=("creepage", ("creepage", "tangential_load")),
     ),
 }
 KIND = Key(choice(*KINDS), "what is done, whose parameters stand beside it", default="indentation")

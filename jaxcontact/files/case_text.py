@@ -1,4 +1,4 @@
-"""A case as text again, with every default filled in and what each value means beside it."""
+"""The text of a case, with all defaults filled in and the meaning of each value as a comment."""
 
 import json
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True)
 class Section:
-    """A table of a case file with its heading: what stands in it, and all that may; or a comment alone."""
+    """A table of a case file: its heading, its values and all keys that it may have; or only a comment as its heading."""
 
     heading: str
     values: Table = field(default_factory=dict)
@@ -21,12 +21,12 @@ class Section:
 
 
 def case_text(case: Case) -> str:
-    """TOML that reads back as the same case; each line has its meaning and unit as a comment."""
+    """Return TOML that reads back as the same case; each line has its meaning and unit as a comment."""
     return "\n".join(block_text(block) for block in blocks_of(case))
 
 
 def blocks_of(case: Case) -> list[Section]:
-    """The tables of a case in their order, with every default filled in."""
+    """Return the tables of a case in order, with all defaults filled in."""
     sections = sections_of(case.kind)
     blocks = {
         name: Section(f"[{name}]", *_section(name, keys, case))
@@ -35,7 +35,7 @@ def blocks_of(case: Case) -> list[Section]:
     }
     layers = [_solid(table, sections["layer"]) for _, table in layer_tables(case.tables)]
     heading = "[[layer]]" if isinstance(case.tables.get("layer"), list) else "[layer]"
-    none = [Section("# no [layer]: the substrate is all there is")]
+    none = [Section("# no [layer]: the body is a half-space")]
     first = [blocks.pop("experiment"), *([Section(heading, *layer) for layer in layers] or none)]
     solids = [blocks.pop("substrate"), blocks.pop("indenter")]
     if case.indenter.material is None:
@@ -47,7 +47,7 @@ def blocks_of(case: Case) -> list[Section]:
 
 
 def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
-    """The values and keys of a section."""
+    """Return the values and keys of a section."""
     table = case.tables.get(name, {})
     if name == "substrate":
         return _solid(table, keys)
@@ -64,7 +64,7 @@ def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
 
 
 def _solid(table: Table, keys: Keys) -> tuple[Table, Keys]:
-    """The values and keys of a layer or the substrate."""
+    """Return the values and keys of a layer or the substrate."""
     own = MATERIALS[table["material"]][1] | keys
     return _filled(
         table, {name: key for name, key in own.items() if name != "nu" or "bulk_modulus" not in table}
@@ -72,7 +72,7 @@ def _solid(table: Table, keys: Keys) -> tuple[Table, Keys]:
 
 
 def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
-    """The table in the order of the keys, with their defaults where it has nothing."""
+    """Return the table in the order of the keys, with defaults for missing keys."""
     defaults = {name: key.default for name, key in keys.items() if key.default is not None}
     values = defaults | table
     order = ["material", "shape", *keys]
@@ -80,7 +80,7 @@ def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
 
 
 def _grid(case: Case, keys: Keys) -> tuple[Table, Keys]:
-    """The grid, with the width that was found from the expected contact where none is given."""
+    """Return the grid, with the width chosen from the expected contact where none is given."""
     table = dict(case.tables.get("grid", {}))
     if "shape" in table:
         return _filled(table, {name: keys[name] for name in ("shape", "spacing", "periodic")})
@@ -89,7 +89,7 @@ def _grid(case: Case, keys: Keys) -> tuple[Table, Keys]:
 
 
 def block_text(block: Section) -> str:
-    """A table as text, with the meaning of each line behind it."""
+    """Return a table as text, with the meaning of each line as a comment."""
     lines = [f"{key} = {_toml(value)}" for key, value in block.values.items()]
     width = max((len(line) for line in lines if len(line) < 60), default=0)
     meanings = [_meaning(key, value, block.keys[key]) for key, value in block.values.items()]
@@ -98,7 +98,7 @@ def block_text(block: Section) -> str:
 
 
 def _meaning(name: str, value: Any, key: Key) -> str:
-    """What a value means; of a material or a shape, its formula; of an experiment, the first line of its function."""
+    """Return the meaning of a value: for a material, a shape or an experiment, the first line of its docstring."""
     if name == "kind":
         return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
     if isinstance(value, str) and name in ("material", "shape"):  # the shape of a grid is two numbers
@@ -108,7 +108,7 @@ def _meaning(name: str, value: Any, key: Key) -> str:
 
 
 def _toml(value: Any) -> str:
-    """A value of a case file: text, a number, true or false, or a list of them."""
+    """Return a value of a case file as TOML: text, a number, a boolean, or a list of them."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, list):
@@ -119,7 +119,7 @@ def _toml(value: Any) -> str:
 
 
 def _number(value: Decimal) -> str:
-    """A number with a point, or with a power of ten that is a multiple of three where it is large or small: 150e-9."""
+    """Return a number with a point, or for very large or small ones with a power of ten that is a multiple of 3: 150e-9."""
     power = 3 * (value.adjusted() // 3)
     if value and (power < -3 or power > 3):
         return f"{value.scaleb(-power).normalize():f}e{power}"

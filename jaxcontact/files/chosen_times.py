@@ -1,8 +1,8 @@
-"""Of which times a run writes its maps, and what it writes of all the others.
+"""The choice of the times at which a run stores its maps.
 
-A map of the plane is a thousand times as large as what else a step gives, and nobody looks at every one. With "few"
-``result.npz`` is the history of a few of the times, whole, and ``course.npz`` has lines and single numbers at all of them.
-A run that does not say keeps all maps where they are small together, and a few where they are not.
+A map takes about a thousand times the space of the other results of a step, and few maps are ever examined. With "few"
+``result.npz`` is the complete history at a few of the times, and ``course.npz`` has lines and scalars at all of them.
+By default a run keeps all maps if their total size is small, and a few otherwise.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,16 +12,16 @@ import numpy as np
 
 from jaxcontact._support.fields import FIELDS, TIME
 
-FEW, ALL, LAST = "few", "all", "last"  # what "save" of a case file and of the command line may be
-MOST = 9  # times of maps with "few"
-COURSE = "course.npz"  # what has all times, where the maps are of a few
-SMALL = 32e6  # bytes of all maps of a run, up to which all are kept unless it says otherwise
+FEW, ALL, LAST = "few", "all", "last"  # values of "save" in a case file and on the command line
+MOST = 9  # number of maps kept with "few"
+COURSE = "course.npz"  # the file with all times, where maps are kept at a few
+SMALL = 32e6  # total size of the maps of a run, in bytes, up to which all are kept by default
 
 
 def chosen(kept: str, count: int) -> np.ndarray:
-    """The indices of those of ``count`` times whose maps are kept, in order; none when only those of the last are.
+    """Return the indices of those of ``count`` times whose maps are kept, in order; an empty array for "last".
 
-    A few are in equal steps of the index, the first and the last among them: logarithmic where the times are.
+    A few times are evenly spaced in their index, including the first and the last: logarithmic where the times are.
     """
     if kept == LAST:
         return np.zeros(0, int)
@@ -31,18 +31,18 @@ def chosen(kept: str, count: int) -> np.ndarray:
 
 
 def kept_unless_said(fields: Iterable[str], shape: tuple[int, int], count: int) -> str:
-    """ "all" where the maps of those fields at ``count`` times take no more than ``SMALL``, "few" otherwise."""
+    """Return "all" if the maps of those fields at ``count`` times take no more than ``SMALL``, else "few"."""
     return ALL if maps_of(fields, count) * 8.0 * shape[0] * shape[1] <= SMALL else FEW
 
 
 def maps_of(fields: Iterable[str], count: int) -> int:
-    """How many maps, of one number a cell, those fields are at ``count`` times; a vector has two."""
+    """Return the number of maps, of one number per cell, of those fields at ``count`` times; a vector has two."""
     dims = [FIELDS[name].dimensions for name in fields]
     return sum((1 + ("direction" in dim)) * (count if "time" in dim else 1) for dim in dims if "x" in dim)
 
 
 def at_times(arrays: Mapping[str, np.ndarray], indices: np.ndarray) -> dict[str, np.ndarray]:
-    """The arrays of a history at some of its times; slip, which is since the time before, is summed in between."""
+    """Return the arrays of a history at some of its times; slip, an increment per step, is summed between them."""
     picked = {
         name: values[indices] if _over_time(name, values) else values for name, values in arrays.items()
     }
@@ -52,8 +52,8 @@ def at_times(arrays: Mapping[str, np.ndarray], indices: np.ndarray) -> dict[str,
     return picked
 
 
-def course_of(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """What a history has of every time but its maps: numbers and lines, and the axis x of these."""
+def time_series_of(arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arrays of a history that have a value at every time, except maps, with the axis x of lines."""
     return {
         name: values
         for name, values in arrays.items()
@@ -62,6 +62,6 @@ def course_of(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _over_time(name: str, values: Any) -> bool:
-    """Whether an array, a field or an axis of a result, has a value for each time."""
+    """Return whether an array, a field or an axis of a result, has a value for each time."""
     dims = FIELDS[name].dimensions if name in FIELDS else ()
     return dims[:1] == TIME and len(values.shape) >= len(dims)

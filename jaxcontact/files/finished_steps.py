@@ -20,17 +20,44 @@ import jax
 import numpy as np
 
 from jaxcontact._support import sources
+from jaxcontact._support.fields import FIELDS, TIME
 from jaxcontact._support.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.storage import arrays_of, stored_fields
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.labels import numbers_of
 from jaxcontact.verbs.simulation import FinishedBlock
 
 CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks
-MAPS = ("pressure", "displacement")  # kept of the chosen times, and of the last
-LINES = ("pressure_line", "displacement_line", "peak_pressure")
-SERIES = (*(set(stored_fields(ContactHistory)) - {"profile", *MAPS}), *LINES)
+FROM_MAPS = (
+    "pressure_line",
+    "displacement_line",
+    "peak_pressure",
+    "sticking_share",
+)  # of all times, whatever is kept
+SLIP = "slip"  # the map that is a sum over the time since the map before
+
+
+@dataclass(frozen=True)
+class StoredFields:
+    """The names of what is stored of a kind of result: fields over the grid at each time, of the whole run, numbers at each
+    time, and lines and numbers at each time that follow from the maps."""
+
+    maps: tuple[str, ...]
+    whole: tuple[str, ...]
+    series: tuple[str, ...]
+    lines: tuple[str, ...]
+
+    @classmethod
+    def of(cls, kind: type) -> "StoredFields":
+        names = stored_fields(kind)
+        whole = tuple(name for name in names if TIME[0] not in FIELDS[name].dimensions)
+        maps = tuple(name for name in names if name not in whole and FIELDS[name].is_map)
+        series = tuple(name for name in names if name not in (*maps, *whole))
+        return cls(
+            maps, whole, series, tuple(n for n in FROM_MAPS if n.endswith("_line") or hasattr(kind, n))
+        )
 
 
 @dataclass(frozen=True)
@@ -52,18 +79,16 @@ class Standing:
 class FinishedRun:
     """The finished steps, together.
 
-    history: with the maps of the last step; chosen: the indices of the times of ``maps``, none for those of the last
-    alone; first_pressure (nx, ny) [Pa]: of the first of them; pressure_line [Pa], displacement_line [m]: along x at the
-    row of cells nearest to y = 0, (nt, nx); peak_pressure (nt,) [Pa].
+    history: of the kind of the experiment, with the maps of the last step; chosen: the indices of the times of ``maps``,
+    none for those of the last alone; first_pressure (nx, ny) [Pa]: of the first of them; lines: those of ``FROM_MAPS`` that
+    the history has, over all times.
     """
 
     history: ContactHistory
     chosen: np.ndarray
     first_pressure: np.ndarray | None
     maps: dict[str, Stacked]
-    pressure_line: np.ndarray
-    displacement_line: np.ndarray
-    peak_pressure: np.ndarray
+    lines: dict[str, np.ndarray]
 
 
 def fingerprint(case: Case) -> str:
@@ -79,11 +104,13 @@ def fingerprint(case: Case) -> str:
 
 @dataclass(frozen=True)
 class FinishedSteps:
-    """The finished steps in ``folder`` of the case with that ``fingerprint``; chosen: the times whose maps are kept."""
+    """The finished steps in ``folder`` of the case with that ``fingerprint``; chosen: the times whose maps are kept; kind:
+    of result."""
 
     folder: Path
     fingerprint: str
     chosen: np.ndarray
+    kind: type[ContactHistory] = ContactHistory
 
     def remove(self) -> None:
         """Forget them all."""
@@ -141,10 +168,16 @@ class FinishedSteps:
         if not count:
             return replace(before, status=block.status)
         now = Standing(before.blocks + 1, before.steps + count, block.status, seconds, block.carry)
-        arrays = arrays_of(block.history) | _lines(block.history)
-        last = {"profile": arrays["profile"]} | {name: arrays[name][-1] for name in MAPS}
         steps = np.isin(before.steps + np.arange(count), self.chosen)
-        kept = {name: arrays[name] for name in SERIES} | {name: arrays[name][steps] for name in MAPS}
+        arrays = arrays_of(block.history) | _lines(block.history)
+        if SLIP in arrays:
+            arrays[SLIP] = self._slip(before, arrays[SLIP], steps)
+        fields = StoredFields.of(self.kind)
+        last = {name: arrays[name] for name in fields.whole} | {
+            name: arrays[name][-1] for name in fields.maps
+        }
+        kept = {name: arrays[name] for name in (*fields.series, *fields.lines)}
+        kept |= {name: arrays[name][steps] for name in fields.maps}
         self.folder.mkdir(exist_ok=True)
         write_whole(self._block(before.blocks), lambda path: write_npz(path, kept))
         write_whole(self._checkpoint(now.blocks), lambda path: write_npz(path, self._facts(now) | last))
@@ -152,22 +185,31 @@ class FinishedSteps:
 
     def together(self, count: int, grid: Grid) -> FinishedRun:
         """Return all steps of the first blocks, of which there is one at least."""
-        checkpoint = self._checkpoint(count)
-        last = read_npz(checkpoint, "profile", *MAPS)
+        checkpoint, fields = self._checkpoint(count), StoredFields.of(self.kind)
+        last = read_npz(checkpoint, *fields.whole, *fields.maps)
         blocks = [self._block(index) for index in range(count)]
-        series = _joined(blocks)
-        lines = {name: series.pop(name) for name in LINES}
-        history = ContactHistory(**series, **last, saved=None, grid=grid)
+        series = _joined(blocks, (*fields.series, *fields.lines))
+        lines = {name: series.pop(name) for name in fields.lines}
+        history = self.kind(**series, **last, saved=None, grid=grid)
         if not self.chosen.size:
-            return FinishedRun(history, self.chosen, None, {}, **lines)
+            return FinishedRun(history, self.chosen, None, {}, lines)
         end = history.times.size - 1  # a run that was stopped ends at none of the chosen
         chosen = np.append(self.chosen[self.chosen < end], end)
         files = blocks if end in self.chosen else [*blocks, checkpoint]
-        shape = (chosen.size, *grid.shape)
-        maps = {
-            name: Stacked(shape, np.dtype(float), functools.partial(_parts, files, name)) for name in MAPS
-        }
-        return FinishedRun(history, chosen, next(_parts(blocks, "pressure"))[0], maps, **lines)
+        maps = {name: _stacked(files, name, chosen.size, last[name]) for name in fields.maps}
+        return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, lines)
+
+    def _slip(self, before: Standing, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+        """Return the slip of each step of a block since the last chosen step before it, or since the step before."""
+        if not self.chosen.size:
+            return slip
+        sums = slip.copy()
+        if before.steps and before.steps - 1 not in self.chosen:
+            sums[0] += read_npz(self._checkpoint(before.blocks), SLIP)[SLIP]
+        for index in range(1, len(sums)):
+            if not chosen[index - 1]:
+                sums[index] += sums[index - 1]
+        return sums
 
     def _block(self, index: int) -> Path:
         return self.folder / f"{index:06}.npz"
@@ -210,21 +252,27 @@ def _salvaged(damaged: list[Path], standing: Standing) -> str:
 
 
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
-    """Arrays of a block beside its history, see ``FinishedRun``."""
+    """Return the lines of a block, see ``FinishedRun``."""
     middle = history.grid.shape[1] // 2
     pressure, displacement = np.asarray(history.pressure), np.asarray(history.displacement)
-    lines = (pressure[:, :, middle], displacement[:, :, middle], np.max(pressure, axis=(1, 2)))
-    return dict(zip(LINES, lines, strict=True))
+    lines = {"pressure_line": pressure[:, :, middle], "displacement_line": displacement[:, :, middle]}
+    return lines | {name: values for name, values in numbers_of(history).items() if name in FROM_MAPS}
 
 
-def _joined(blocks: list[Path]) -> dict[str, np.ndarray]:
-    """What has a value or a line for each step, of all blocks."""
-    parts = [read_npz(block, *SERIES) for block in blocks]
+def _joined(blocks: list[Path], names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Return what has a value or a line for each step, of all blocks."""
+    parts = [read_npz(block, *names) for block in blocks]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _parts(files: list[Path], name: str) -> Iterator[np.ndarray]:
-    """The maps of a block at a time; the one of the checkpoint has no axis of time."""
+def _stacked(files: list[Path], name: str, count: int, last: np.ndarray) -> Stacked:
+    """Return the maps of some times, of which ``last`` is one."""
+    parts = functools.partial(_parts, files, name, last.ndim)
+    return Stacked((count, *last.shape), last.dtype, parts)
+
+
+def _parts(files: list[Path], name: str, ndim: int) -> Iterator[np.ndarray]:
+    """The maps of a block at a time; the one of the checkpoint, of ``ndim`` axes, has no axis of time."""
     for file in files:
         maps = read_npz(file, name)[name]
-        yield maps[None] if maps.ndim == 2 else maps
+        yield maps[None] if maps.ndim == ndim else maps

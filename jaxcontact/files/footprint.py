@@ -1,9 +1,9 @@
-"""What a run needs of the machine, known before anything is computed, and what the machine has.
+"""The memory and disk space that a run needs, computed beforehand, and what the machine has.
 
 Memory: the process with its compiler; the kernels, the state and the fields of a block of steps, whose shapes
-jax tells without computing; and the work arrays of the compiled programs, in units of the kernels. The finished
-steps are on disk: once in blocks, beside what the march goes on from after the last block and the one before, and at
-the end a second time together.
+jax gives without computing; and the work arrays of the compiled programs, in units of the kernels. The finished
+steps are on disk: once in blocks, together with the state after the last block and the one before, and at
+the end a second time as one file.
 """
 
 import math
@@ -16,28 +16,28 @@ from typing import Any
 import jax
 
 from jaxcontact._compile.kept_traces import shapes
+from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.run_directory import UNFINISHED
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
-from jaxcontact.files.chosen_times import FEW, LAST, chosen, maps_of
+from jaxcontact.files.chosen_times import FEW, chosen, maps_of
+from jaxcontact.files.finished_steps import StoredFields
 from jaxcontact.results.labels import stored_fields
-from jaxcontact.verbs.experiment import Experiment
+from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.simulation import BLOCK, first_block
 
-# measured with jax 0.10.1 on a CPU: resident memory, and the compiler's own figures for its work arrays
+# measured with jax 0.10.1 on a CPU: resident memory, and the work arrays reported by the compiler
 PROCESS = 0.6e9  # bytes
-WORK = 3.0  # bytes for each byte of the kernels
-WEIGHING = 210.0  # bytes for each byte of the tables of the direct superposition, while they are made
-# fields of the grid, measured at 256 x 256 on a creeping layer; rolling has the kernels of shear
-AT_ONCE = {"shear": 2500.0, "sliding": 1700.0, "steady-sliding": 2000.0, "steady-rolling": 2500.0}
-HEADS = 4.3e3  # bytes that the names and shapes of its arrays take in a file
+# bytes for each byte of the tables of the direct superposition, while they are computed
+SUPERPOSITION = 210.0
+HEADERS = 4.3e3  # bytes of the names and shapes of arrays in a file
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """What a run needs at its peak, in bytes.
+    """The peak requirements of a run, in bytes.
 
-    memory: what was measured is within a factor of 1.5; disk: just before it is through.
+    memory: within a factor of 1.5 of measured values; disk: just before the run ends.
     """
 
     memory: float
@@ -45,56 +45,64 @@ class Footprint:
 
 
 def footprint_of(case: Case) -> Footprint:
-    """What a run of the case needs."""
-    return _in_blocks(case) if case.kind == "indentation" else _at_once(case)
+    """Return the requirements of a run of the case."""
+    experiment = case.experiment()
+    return _at_once(case) if experiment is None else _in_blocks(case, experiment)
 
 
 def _at_once(case: Case) -> Footprint:
-    """Of one compiled program: its work arrays, and the fields of its result."""
-    field, nt = 8.0 * case.grid.shape[0] * case.grid.shape[1], case.times.size
-    fields = stored_fields(KINDS[case.kind].result)
-    given = 1 if case.kept == LAST else nt
-    kept = chosen(case.kept, nt).size or 1
-    memory = PROCESS + (AT_ONCE[case.kind] + 3.0 * maps_of(fields, given)) * field
-    return Footprint(memory, maps_of(fields, kept) * field + 8.0 * 20 * nt + HEADS)
+    """Return the requirements of a steady state, one compiled program: its work arrays and the fields of its result."""
+    field, maps = (
+        8.0 * case.grid.shape[0] * case.grid.shape[1],
+        maps_of(stored_fields(KINDS[case.kind].result), 1),
+    )
+    memory = PROCESS + (KINDS[case.kind].memory + 3.0 * maps) * field
+    return Footprint(memory, maps * field + 8.0 * 20 + HEADERS)
 
 
-def _in_blocks(case: Case) -> Footprint:
-    """Of a march in blocks of steps."""
-    given = (case.body, case.indenter, case.control, case.times)
-    experiment = Experiment.of(*given, grid=case.grid, **case.options)
+def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
+    """Return the requirements of a run in blocks of steps."""
     plan, *block = shapes(first_block, experiment)
-    kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.setup, plan.steps, *block))
-    work = WORK * kernels
+    kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
+    work = KINDS[case.kind].memory * kernels
     if experiment.options.correspondence == "quasi-elastic":
-        work = max(work, WEIGHING * steps)
-    nx, ny = case.grid.shape
+        work = max(work, SUPERPOSITION * steps)
+    (nx, ny), stored = case.grid.shape, StoredFields.of(KINDS[case.kind].result)
     kept = chosen(case.kept, case.times.size).size
-    field, line = 8.0 * nx * ny, 8.0 * (2 * nx + 12)
-    maps, lines = 2.0 * field * kept, line * case.times.size
+    numbers = sum(1 + (FIELDS[name].dimensions == VECTOR) for name in stored.series)
+    each, whole = _bytes(block[1].fields) / BLOCK, 8.0 * nx * ny * len(stored.whole)
+    line = 8.0 * (2 * nx + numbers + 3)  # with radius, peak and verdict
+    maps, lines = each * kept, line * case.times.size
     memory = PROCESS + kernels + steps + 2.0 * (carry + outcomes) + work + 3.0 * lines
-    heads = HEADS * (case.times.size / BLOCK + 3.0)
-    again = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
-    disk = 2.0 * (maps + lines) + again + 2.0 * carry + (7.0 if kept else 9.0) * field + heads
+    headers = HEADERS * (case.times.size / BLOCK + 3.0)
+    duplicates = line * kept if case.kept == FEW else 0.0  # in result.npz and in course.npz
+    disk = (
+        2.0 * (maps + lines)
+        + duplicates
+        + 2.0 * carry
+        + 3.0 * whole
+        + (2.0 if kept else 3.0) * each
+        + headers
+    )
     return Footprint(memory, disk)
 
 
 def disk_room(directory: Path) -> float:
-    """Bytes that a run in this directory may use: what is free on its disk, and what its finished steps have."""
+    """Return the bytes that a run in this directory may use: free disk space plus the size of its finished steps."""
     there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
     own = sum(path.stat().st_size for path in (directory / UNFINISHED).glob("*"))
     return float(shutil.disk_usage(there).free + own)
 
 
 def machine_memory() -> float:
-    """Bytes that processes may use here: of the machine, or of the container; inf where the system does not say."""
+    """Return the bytes of memory of the machine or of the container; inf if the system does not report them."""
     if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
         return math.inf
     return min(float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")), container_memory())
 
 
 def container_memory(groups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> float:
-    """The least of the limits of this process's control group (version 2) and those above it."""
+    """Return the smallest limit of this process's control group (version 2) and those above it."""
     try:
         path = next(line[4:] for line in own.read_text().splitlines() if line.startswith("0::/"))
     except (OSError, StopIteration):

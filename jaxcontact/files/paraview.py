@@ -1,8 +1,9 @@
-"""Results for ParaView: a collection ``press.pvd`` that names one VTK file for each time, ``press/press_0.vtr`` and on.
+"""Results for ParaView: a collection ``press.pvd`` of one VTK file for each time, ``press/press_0.vtr`` and so on.
 
 The points are the cell centres, z into the body [m]; fields of the surface lie at z = 0. Each field has its unit in its
-name, ``pressure [Pa]``; a tangential vector has a z component of zero, and a stress nine components by rows. What is one
-number at a time is field data. Format: VTK's XML files, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
+name, ``pressure [Pa]``; a tangential vector has a z component of zero, and a stress nine components by rows. Scalars of a
+time are field data. Format: VTK's XML files,
+https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
 """
 
 import base64
@@ -17,12 +18,12 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import write_whole
 from jaxcontact.results.labels import arrays_of, derived_of
 
-AXES = ("depth", "y", "x")  # of the points, the last the fastest, as VTK counts them
+AXES = ("depth", "y", "x")  # of the points, in VTK's order: the last varies fastest
 Field = tuple[str, np.ndarray, tuple[str, ...]]  # name with unit, values, names of its dimensions
 
 
 def write_collection(path: Path, result: Any) -> None:
-    """Write a result at each of its times, then the collection of them."""
+    """Write a result at each of its times, then the collection file."""
     arrays = arrays_of(result)
     fields = list(_fields(result, arrays))
     folder = path.with_suffix("")
@@ -48,20 +49,20 @@ def _fields(result: Any, arrays: dict[str, np.ndarray]) -> Iterator[Field]:
 
 
 def _times(arrays: dict[str, np.ndarray]) -> dict[int, float]:
-    """The times with maps, by their index: all, or the last; a steady state has one."""
+    """Return the times with maps by their index: all, or the last; a steady state has one."""
     times = arrays.get("times", np.zeros(1))
     every = range(times.size) if arrays.get("pressure", np.zeros(())).ndim == 3 else [times.size - 1]
     return {index: float(times[index]) for index in every}
 
 
 def _at(field: Field, index: int) -> Field:
-    """A field at one time."""
+    """Return a field at one time."""
     name, values, dims = field
     return (name, values[index], dims[1:]) if dims[:1] == ("time",) else field
 
 
 def _grid(arrays: dict[str, np.ndarray], fields: list[Field]) -> Element:
-    """A grid of the cell centres, with the fields on them."""
+    """Return a grid of the cell centres, with the fields on them."""
     root = _file("RectilinearGrid")
     axes = [arrays["x"], arrays["y"], arrays.get("depths", np.zeros(1))]
     extent = " ".join(f"0 {axis.size - 1}" for axis in axes)
@@ -75,7 +76,7 @@ def _grid(arrays: dict[str, np.ndarray], fields: list[Field]) -> Element:
 
 
 def _on_points(field: Field) -> np.ndarray:
-    """Values with one row for each point, and its components beside each other."""
+    """Return values with one row for each point and its components as columns."""
     _, values, dims = field
     axes = [axis for axis in AXES if axis in dims]
     components = [dim for dim in dims if dim not in AXES]
@@ -87,17 +88,17 @@ def _on_points(field: Field) -> np.ndarray:
 def _add(
     parent: Element, kind: str, arrays: Iterable[tuple[str, np.ndarray]], of_tuples: bool = False
 ) -> None:
-    """Arrays in base64, each behind its number of bytes."""
+    """Add arrays in base64, each preceded by its number of bytes."""
     element = SubElement(parent, kind)
     for name, values in arrays:
         values = np.asarray(values, "<f8")
-        told = {"type": "Float64", "Name": name, "format": "binary"}
+        attributes = {"type": "Float64", "Name": name, "format": "binary"}
         if of_tuples:
-            told |= {"NumberOfTuples": "1", "NumberOfComponents": str(values.size)}
+            attributes |= {"NumberOfTuples": "1", "NumberOfComponents": str(values.size)}
         elif values.ndim == 2:
-            told |= {"NumberOfComponents": str(values.shape[1])}
+            attributes |= {"NumberOfComponents": str(values.shape[1])}
         data = np.array(values.nbytes, "<u8").tobytes() + values.tobytes()
-        SubElement(element, "DataArray", told).text = base64.b64encode(data).decode()
+        SubElement(element, "DataArray", attributes).text = base64.b64encode(data).decode()
 
 
 def _collection(pieces: dict[str, float]) -> Element:

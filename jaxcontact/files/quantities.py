@@ -1,6 +1,6 @@
-"""Quantities with their units as text, "150 nm" or "2.5 mN", in SI units.
+"""Quantities with units as text, "150 nm" or "2.5 mN", converted to SI units.
 
-Decimal throughout, so that "150 nm" is the number 150e-9 and no neighbour of it.
+The conversion is decimal throughout, so that "150 nm" is the floating-point number 150e-9 exactly.
 """
 
 import math
@@ -13,13 +13,13 @@ MICRO = str.maketrans("µμ", "uu")
 
 
 def _prefixed(unit: str, sign: int = 1) -> dict[str, Decimal]:
-    """The unit with each of the prefixes; sign -1: of one over it."""
+    """Return the unit with each of the prefixes; sign -1 for a reciprocal unit."""
     return {unit.replace("?", prefix): Decimal(10) ** (sign * power) for prefix, power in PREFIXES.items()}
 
 
 LENGTHS = {"nm": Decimal("1e-9"), **_prefixed("?m"), "cm": Decimal("1e-2")}
 TIMES = {"s": Decimal(1), "min": Decimal(60), "h": Decimal(3600), "d": Decimal(86400)}
-UNITS = {  # by the SI unit of a key: what may stand behind a number
+UNITS = {  # by the SI unit of a key: the units accepted after a number
     "m": LENGTHS,
     "s": TIMES | {f"{prefix}s": Decimal(10) ** PREFIXES[prefix] for prefix in ("m", "u", "n")},
     "N": _prefixed("?N"),
@@ -34,7 +34,7 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)
 
 
 def in_si(text: str, unit: str) -> float:
-    """The number of ``unit`` that the text says. Raises ValueError for another dimension, or no unit at all."""
+    """Return the quantity in ``unit``. Raises ValueError for another dimension or a missing unit."""
     found = NUMBER.fullmatch(text)
     known = UNITS[unit]
     written = " ".join(found.group(2).translate(MICRO).split()) if found else ""

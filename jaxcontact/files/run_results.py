@@ -1,4 +1,4 @@
-"""What a run leaves in its directory: result.npz, course.npz, summary.json and the pictures."""
+"""The files that a run writes to its directory: result.npz, course.npz, summary.json and the pictures."""
 
 import json
 from collections.abc import Mapping
@@ -15,27 +15,27 @@ from jaxcontact.files import storage
 from jaxcontact.files.captions import caption_of, write_under
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_text import case_text
-from jaxcontact.files.chosen_times import COURSE, FEW, at_times, chosen, course_of
+from jaxcontact.files.chosen_times import COURSE, FEW, at_times, time_series_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.results import figures, labels, plotting
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
-TOLD = {
-    "notes": "what a user should know of the result, a line each",
+NOTES = {  # notes and diagnostics, stored with any result
+    "notes": "warnings about the result, one per line",
     "separation_error": "relative error of the decay rates shared by all wavenumbers [1]",
     "image_error": "relative error of the response on the grid [1]",
-    "single_contact": "1 where the indenter makes one contact, 0 where it is rough",
+    "single_contact": "1 if the indenter makes a single contact, 0 if it is rough",
     "widenings": "how often the grid was widened",
-}  # of any result
+}
 
 
 @dataclass(frozen=True)
 class Report:
-    """What is to be written of a run.
+    """The data that a run writes.
 
-    result: its kind and its grid count; arrays: those of result.npz; course: those of course.npz, none where result.npz
-    has all; values: of the fields that summaries show, (nt,) each, or () where there is one alone; pictures: by file name.
+    result: gives its kind and its grid; arrays: those of result.npz; course: those of course.npz, empty if result.npz
+    has all times; values: of the fields that summaries show, (nt,) each, or () for a single time; pictures: by file name.
     """
 
     result: Any
@@ -46,37 +46,34 @@ class Report:
 
 
 def of_steps(run: FinishedRun, kept: str) -> Report:
-    """The report of an indentation, from its finished steps."""
-    values = values_of(run.history) | {"peak_pressure": run.peak_pressure}
-    whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | lines_and_peaks(run)
-    course = course_of(whole) if kept == FEW else {}
+    """Return the report of an experiment over time, from its finished steps."""
+    values = values_of(run.history) | run.lines
+    whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | run.lines
+    course = time_series_of(whole) if kept == FEW else {}
     arrays = at_times(whole, run.chosen) | run.maps if run.maps else whole
     return Report(run.history, arrays, course, values, pictures(run))
 
 
-def of_result(result: Any, kept: str) -> Report:
-    """The report of any other experiment."""
-    whole, drawn = labels.arrays_of(result) | labels.numbers_of(result), figures.pictures_of(result)
-    if kept != FEW or not hasattr(result, "times"):
-        return Report(result, dict(whole), {}, values_of(result), drawn)
-    few = at_times(whole, chosen(FEW, result.times.size))
-    return Report(result, dict(few), course_of(whole), values_of(result), drawn)
+def of_result(result: Any) -> Report:
+    """Return the report of a steady state."""
+    whole: dict[str, Any] = {**labels.arrays_of(result), **labels.numbers_of(result)}
+    return Report(result, whole, {}, values_of(result), {"contact.png": figures.figure_of(result)})
 
 
 def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
-    """Write the arrays, the summary and the pictures of a run; the summary.
+    """Write the arrays, the summary and the pictures of a run, and return the summary.
 
-    facts: what else the summary is to say. Each file is complete or as it was before.
+    facts: further entries of the summary. Each file is either complete or unchanged.
     """
-    beside = storage.notes_of(report.result)
-    stored = meanings(report.arrays) | {name: text for name, text in TOLD.items() if name in beside}
+    notes = storage.notes_of(report.result)
+    stored = meanings(report.arrays) | {name: text for name, text in NOTES.items() if name in notes}
     described: dict[str, Any] = {"pictures": list(report.pictures), "arrays_in_result_npz": stored}
     described |= {"arrays_in_course_npz": meanings(report.course)} if report.course else {}
     figures = figures_in(report.values, hasattr(report.result, "times"))
     summary = facts | _extent(report.result, case) | figures | described
-    beside |= {"case": case_text(case)}
-    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | beside))
-    (directory / COURSE).unlink(missing_ok=True)  # of a run before, which --force overwrites
+    notes |= {"case": case_text(case)}
+    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
+    (directory / COURSE).unlink(missing_ok=True)  # of an earlier run that --force overwrites
     if report.course:
         write_whole(directory / COURSE, lambda path: write_npz(path, report.course))
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
@@ -88,22 +85,13 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
 
 
 def write_picture(path: Path, figure: Any) -> None:
-    """A figure in the format that the ending of ``path`` names."""
+    """Write a figure in the format given by the suffix of ``path``."""
     kind = path.suffix.removeprefix(".")
     write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format=kind))
 
 
-def lines_and_peaks(run: FinishedRun) -> dict[str, np.ndarray]:
-    """Return lines and peaks of the pressure, which a history with only its last map does not have."""
-    return {
-        "peak_pressure": run.peak_pressure,
-        "pressure_line": run.pressure_line,
-        "displacement_line": run.displacement_line,
-    }
-
-
 def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
-    """Shape, unit and meaning of each array in a file."""
+    """Return shape, unit and meaning of each array in a file."""
     fields = {
         name: f"({', '.join(field.dimensions_of(len(values.shape)))}) {field.meaning} [{field.symbol}]"
         for name, values in all_arrays.items()
@@ -114,7 +102,7 @@ def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
 
 
 def _extent(result: Any, case: Case) -> dict[str, Any]:
-    """How many steps, and on which grid."""
+    """Return the entries of the summary on the numbers of steps and the grid."""
     times = np.atleast_1d(np.asarray(getattr(result, "times", 0.0)))
     over_time = {"time_start_s": float(times[0]), "time_end_s": float(times[-1])}
     return {
@@ -129,22 +117,25 @@ def _extent(result: Any, case: Case) -> dict[str, Any]:
 
 
 def pictures(run: FinishedRun) -> dict[str, Any]:
-    """The pictures of an indentation, by file name."""
+    """Return the pictures of an experiment over time by file name."""
     history = run.history
     x = history.grid.axes()[0]
     times, middle = np.asarray(history.times), history.grid.shape[1] // 2
     profile = np.asarray(history.profile)[:, middle]
     own = {
-        "pressure_profiles.png": plotting.profiles_figure(x, run.pressure_line, times),
+        "pressure_profiles.png": plotting.profiles_figure(x, run.lines["pressure_line"], times),
         "pressure_map.png": _maps(run),
         "history.png": plotting.history_figure(history),
-        "surface.png": plotting.surface_figure(x, profile, run.displacement_line, history.approach, times),
+        "surface.png": plotting.surface_figure(
+            x, profile, run.lines["displacement_line"], history.approach, times
+        ),
+        "overview.png": figures.overview_of(history),
     }
     return {name: figure for name, figure in own.items() if figure is not None}
 
 
 def _maps(run: FinishedRun) -> Any:
-    """Pressure of the first and the last time; none in plane strain, where a map is a line."""
+    """Return a figure of the pressure at the first and the last time; None in plane strain, where a map is a line."""
     history = run.history
     if history.grid.plane_strain:
         return None

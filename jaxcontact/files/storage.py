@@ -1,7 +1,7 @@
-"""Results in files: npz with numpy alone, NetCDF (named dimensions, units) with the extra ``jaxcontact[io]``.
+"""Results in files: npz with numpy only, NetCDF (named dimensions, units) with the extra ``jaxcontact[io]``.
 
 Both hold the same fields under the same names. In NetCDF every field has its dimensions, its unit and its
-meaning, and the case is in the attributes; xarray and MATLAB open it as it is. For ParaView see ``files.paraview``.
+meaning, and the case is in the attributes; xarray and MATLAB read it directly. For ParaView see ``files.paraview``.
 """
 
 import dataclasses
@@ -17,23 +17,32 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.interior import InteriorFields
-from jaxcontact.results.labels import arrays_of, dataset, numbers_of, status_names, stored_fields
+from jaxcontact.results.labels import (
+    arrays_of,
+    dataset,
+    numbers_of,
+    optional_fields,
+    status_names,
+    stored_fields,
+)
 from jaxcontact.results.notes import Diagnostics
+from jaxcontact.results.rubbing import RubbingHistory
 from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
 KINDS: dict[str, type] = {
-    cls.__name__: cls for cls in (ContactHistory, ShearHistory, SlidingHistory, *TIMELESS)
+    cls.__name__: cls
+    for cls in (ContactHistory, AdhesiveHistory, RubbingHistory, ShearHistory, SlidingHistory, *TIMELESS)
 }
-KIND = "kind"  # the name of the class of a stored result
-STATUS_NAMES = "status_names"  # of the statuses 0, 1, ...
-NOTES = "notes"  # on a stored result, a line each; read again they are formed from the numbers below
+KIND = "kind"  # the class name of a stored result
+STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
+NOTES = "notes"  # one line each; the notes of a loaded result are formed from the diagnostics
 DIAGNOSTICS = tuple(field.name for field in dataclasses.fields(Diagnostics))
-PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, of a periodic grid alone
+PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, stored for a periodic grid only
 
 RESERVED = {  # names of arrays, axes and attributes in the files of any result
     *(name for cls in KINDS.values() for name in fields_of(stored_fields(cls))),
@@ -43,23 +52,23 @@ RESERVED = {  # names of arrays, axes and attributes in the files of any result
 
 
 def save(result: Result, path: str | Path, **case: Any) -> Path:
-    """Write a result to a file; an existing one is replaced, whole or not at all (ParaView's files each by itself).
+    """Write a result to a file, replacing an existing one atomically (for ParaView, each of its files).
 
     Args:
-        result: ``ContactHistory``, ``ShearHistory``, ``SlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or
-            ``InteriorFields``; what a ``save`` function kept is left out.
-        path: with the ending ``.npz`` or ``.nc``, or ``.pvd`` for ParaView: a film of all times, in files of their own
-            in a folder of the same name beside it, to look at and not to load again.
-        case: what the result is of, by any names but those of the result's own arrays (``body=body,
-            indenter=ball``): numbers, text and the objects of this package go into the attributes of a NetCDF file
-            (``body.layers.0.material.G1``) and beside the arrays of an npz file.
+        result: ``ContactHistory``, ``AdhesiveHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``,
+            ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save`` function are not stored.
+        path: a file name ending in ``.npz`` or ``.nc``, or in ``.pvd`` for ParaView: an animation over all times, one
+            file each in a folder of the same name beside it, for viewing only: it cannot be loaded again.
+        case: the inputs of the result, under any names except those of its own arrays (``body=body,
+            indenter=ball``): numbers, text and objects of this package are stored as attributes of a NetCDF file
+            (``body.layers.0.material.G1``) and as arrays of an npz file.
 
     Returns:
         The path.
 
     Raises:
         ValueError: another ending, another kind of result, or one made by ``jax.vmap``; a name of ``case`` that the file
-            uses itself (``load``, ``times``, ``x``, ...), or a value that is neither number nor text nor an object of
+            itself uses (``load``, ``times``, ``x``, ...), or a value that is not a number, text or an object of
             this package. Nothing is written then.
         OSError: the file cannot be written; the message names it.
         ImportError: ``.nc`` without the extra ``jaxcontact[io]``.
@@ -73,34 +82,35 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     path = Path(path)
     if type(result).__name__ not in KINDS:
         raise ValueError(
-            f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; save what indent gives"
+            f"result: expected {', '.join(KINDS)}, got {type(result).__name__}; pass the result of indent, for instance"
         )
     write = _format(path, {".npz": _write_npz, ".nc": _write_netcdf, ".pvd": None})
     arrays = arrays_of(result)
     _check_arrays(type(result), arrays | _of_grid(result.grid))
-    told = _told(case)
+    inputs = _inputs(case)
     if write is None:
         write_collection(path, result)
         return path
-    notes = told | {STATUS_NAMES: status_names()} | notes_of(result)
+    notes = inputs | {STATUS_NAMES: status_names()} | notes_of(result)
     arrays |= numbers_of(result)
     write_whole(path, lambda partial: write(partial, arrays, notes))
     return path
 
 
 def load(path: str | Path) -> Any:
-    """The result in a file that ``save`` or the command line wrote.
+    """Load the result from a file that ``save`` or the command line wrote.
 
     Args:
-        path: with the ending ``.npz`` or ``.nc``.
+        path: a file name ending in ``.npz`` or ``.nc``.
 
     Returns:
-        What was saved, with numpy arrays for its fields. Of a run that kept the maps of a few times, the history of
-        these times, numbers and maps alike: its ``times`` says which. ``course.npz`` beside it has the numbers of all.
+        The saved result, with numpy arrays as its fields. For a run that kept maps at a few times, it is the history at
+        these times, scalars and maps alike, as given by its ``times``; ``course.npz`` beside it has the scalars at all
+            times.
 
     Raises:
         ValueError: another ending, or a file that is no such result.
-        OSError: one that cannot be read.
+        OSError: a file that cannot be read.
         ImportError: ``.nc`` without the extra ``jaxcontact[io]``.
 
     Example:
@@ -115,7 +125,7 @@ def load(path: str | Path) -> Any:
     arrays, kind = _format(path, {".npz": _read_npz, ".nc": _read_netcdf})(path)
     if not kind and "times" in arrays:
         raise ValueError(
-            f"{path}: found the course of a run, lines and numbers at all times, which numpy.load reads;"
+            f"{path}: found the time series of a run without maps, which numpy.load reads;"
             " accepted: the result.npz beside it, which has the maps"
         )
     if kind not in KINDS:
@@ -127,15 +137,16 @@ def load(path: str | Path) -> Any:
         _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    beside: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
+    others: dict[str, Any] = {} if cls in TIMELESS else {"saved": None}
     if cls is not InteriorFields:
-        beside["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
-    return cls(**{name: arrays[name] for name in stored_fields(cls)}, **beside, grid=_grid(arrays))
+        others["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
+    stored = {name: arrays[name] for name in stored_fields(cls) if name in arrays}
+    return cls(**stored, **others, grid=_grid(arrays))
 
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
-    """All arrays of a result are there, and of sizes that fit each other."""
-    names = stored_fields(cls)
+    """Check that all arrays of a result are present, with consistent sizes."""
+    names = [name for name in stored_fields(cls) if name in arrays or name not in optional_fields(cls)]
     for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
@@ -152,22 +163,24 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     for name in names:
         accepted = _shapes(fields_of(names)[name].dimensions, sizes)
         if arrays[name].shape not in accepted:
-            raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]} as its axes")
+            raise ValueError(
+                f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]}, as its axes"
+            )
 
 
 def _shapes(dims: tuple[str, ...], sizes: dict[str, int]) -> list[tuple[int, ...]]:
-    """The shape of a field on axes of these sizes; of a map the one without time as well, with save="last"."""
+    """Return the accepted shapes of a field on axes of these sizes; a map may lack the axis of time (save="last")."""
     spec = [dim for dim in dims if dim in sizes]
     without_time = [dim for dim in spec if dim != "time"] if "x" in spec else spec
     return [tuple(sizes[dim] for dim in dims) for dims in (spec, without_time)]
 
 
 def notes_of(result: Any) -> dict[str, Any]:
-    """Return what a file says beside the arrays: the kind, notes and their numbers, what cell centres do not tell."""
-    told = {KIND: type(result).__name__, NOTES: "\n".join(result.notes)} | _of_grid(result.grid)
+    """Return what a file stores beside the arrays: the kind, notes, diagnostics, and properties of a periodic grid."""
+    stored = {KIND: type(result).__name__, NOTES: "\n".join(result.notes)} | _of_grid(result.grid)
     if isinstance(result, InteriorFields):
-        return told
-    return told | {name: float(getattr(result.diagnostics, name)) for name in DIAGNOSTICS}
+        return stored
+    return stored | {name: float(getattr(result.diagnostics, name)) for name in DIAGNOSTICS}
 
 
 def _of_grid(grid: Grid) -> dict[str, np.ndarray]:
@@ -177,7 +190,7 @@ def _of_grid(grid: Grid) -> dict[str, np.ndarray]:
 
 
 def _check_notes(arrays: dict[str, np.ndarray]) -> bool:
-    """Whether the grid is periodic along y; ValueError for notes that are not whole."""
+    """Return whether the grid is periodic along y; raise ValueError if the grid's properties are incomplete."""
     if PERIODIC not in arrays:
         return False
     wraps, spacing = (np.asarray(arrays.get(name, ())) for name in (PERIODIC, SPACING))
@@ -188,15 +201,15 @@ def _check_notes(arrays: dict[str, np.ndarray]) -> bool:
 
 
 def _check_axis(name: str, values: np.ndarray, *, alone: bool) -> None:
-    """Cell centres in equal steps, so that they make a grid; alone: it may be a single one."""
+    """Check that cell centres are equally spaced, so that they form a grid; alone: a single one is accepted."""
     if alone and values.shape == (1,) and np.all(np.isfinite(values)):
         return
-    with np.errstate(all="ignore"):  # what overflows is not in equal steps
+    with np.errstate(all="ignore"):  # values that overflow are not equally spaced
         steps = np.diff(values) if values.ndim == 1 else np.zeros(0)
         equal = steps.size > 0 and steps[0] > 0.0 and np.ptp(steps) <= 1e-6 * steps[0] < np.inf
     if not equal:
         raise ValueError(
-            f"{name}: found an array of shape {values.shape}, accepted: two or more cell centres in equal steps"
+            f"{name}: found an array of shape {values.shape}, accepted: two or more equally spaced cell centres"
         )
 
 
@@ -210,7 +223,7 @@ def _count_of_times(times: np.ndarray) -> int:
 
 
 def _grid(arrays: dict[str, np.ndarray]) -> Grid:
-    """The grid whose cell centres are x and y."""
+    """Return the grid whose cell centres are x and y."""
     axes = arrays["x"], arrays["y"]
     if PERIODIC in arrays:
         dx, dy = arrays[SPACING]
@@ -221,21 +234,21 @@ def _grid(arrays: dict[str, np.ndarray]) -> Grid:
     return Grid((len(axes[0]), len(axes[1])), (jnp.asarray(dx), jnp.asarray(dy)), wraps)
 
 
-def _told(case: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers and texts of a case by their dotted names, none of which is that of something else."""
-    told: dict[str, Any] = {}
+def _inputs(case: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers and texts of a case by their dotted names, after checking these against the reserved names."""
+    inputs: dict[str, Any] = {}
     for name, value in _flat(case):
         own = name.partition(".")[0]
         if own in RESERVED:
             raise ValueError(
-                f"{own}: expected another name, got one that the file uses itself; as in case_{own}"
+                f"{own}: expected another name, such as case_{own}, got one that the file itself uses"
             )
-        if name in told:
+        if name in inputs:
             raise ValueError(f"{name}: expected each name once, got it twice")
         if not isinstance(value, str) and value.dtype.kind not in "biufcU":
             raise ValueError(f"{name}: expected numbers, text or objects of jaxcontact, got {value.dtype}")
-        told[name] = value
-    return told
+        inputs[name] = value
+    return inputs
 
 
 def _format(path: Path, formats: dict[str, Any]) -> Any:
@@ -246,7 +259,7 @@ def _format(path: Path, formats: dict[str, Any]) -> Any:
 
 
 def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """Numbers and text by their dotted names: the fields of dataclasses, the items of lists and dicts."""
+    """Yield numbers and text by dotted names: the fields of dataclasses, the items of lists and dicts."""
     if dataclasses.is_dataclass(value):
         yield name, type(value).__name__
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -286,7 +299,7 @@ def _xarray() -> Any:
 
 
 def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> None:
-    """Make the file in memory first: the HDF5 library ends the process where a disk is full."""
+    """Write a NetCDF file, made in memory first because the HDF5 library ends the process where a disk is full."""
     _xarray()
     content = io.BytesIO()
     ordered = dataset(arrays, notes).transpose(..., "y", "x")  # the order that ParaView expects
@@ -300,7 +313,7 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
 
     try:
         with h5py.File(path, "r") as file:
-            list(file)  # a broken file fails here; later it would leave h5netcdf with a noisy destructor
+            list(file)  # a damaged file fails here; h5netcdf would print an error in its destructor
         with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
             ordered = file.transpose(..., "x", "y")
             arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
@@ -310,11 +323,11 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
                 for name in (PERIODIC, SPACING, *DIAGNOSTICS)
                 if name in file.attrs
             }
-    except Exception as error:  # what the libraries below raise for broken bytes has no common base
+    except Exception as error:  # the libraries' errors for damaged files have no common base class
         if isinstance(error, OSError) and error.errno:
             raise
         raise ValueError(
-            f"{path}: not a whole NetCDF file; accepted: a file written by jaxcontact.save"
+            f"{path}: not a complete NetCDF file; accepted: a file written by jaxcontact.save"
         ) from error
     for axis in {"time", "depth"} & set(arrays):
         arrays[f"{axis}s"] = arrays.pop(axis)

@@ -1,11 +1,11 @@
-"""Study files: a case file with a table [sweep], whose keys are keys of the case and whose values those they take.
+"""Study files: a case file with a table [sweep], which gives keys of the case and the values that they take.
 
     [sweep]
     method = "grid"                                  # every combination; or "latin-hypercube", with samples and seed
-    "control.load" = [10.0, 60.0]                    # these
+    "control.load" = [10.0, 60.0]                    # these values
     "layer[0].thickness" = {from = 1e-7, to = 1e-6, count = 4, log = true}     # or a range
 
-A list in a case is one value (a vector, a history), so that only a table of its own can say what is to vary.
+A list in a case is a single value (a vector, a history), so variations need a table of their own.
 """
 
 import copy
@@ -41,10 +41,10 @@ RANGE: Keys = {
 
 @dataclass(frozen=True)
 class CaseStudy:
-    """A case, and what some of its keys are to be in turn.
+    """A case, and the values of the keys that vary.
 
-    path, tables: of its file, without [sweep]; cases: {dotted key: value} of each; fingerprints: of each, with what
-    the files that it names hold.
+    path, tables: of its file, without [sweep]; cases: {dotted key: value} of each case; fingerprints: one for each case,
+    including the contents of the files that it names.
     """
 
     path: Path
@@ -54,7 +54,7 @@ class CaseStudy:
 
 
 def read_study(path: Path) -> CaseStudy:
-    """The study in a TOML file, every case of which can be read. Raises CaseError, which names file and key."""
+    """Read a study from a TOML file and check every case of it. Raises CaseError, which names file and key."""
     tables = read_tables(path)
     try:
         cases = _combined(tables.pop("sweep", {}))
@@ -66,7 +66,7 @@ def read_study(path: Path) -> CaseStudy:
 
 
 def varied(tables: Table, values: Table, path: Path) -> Case:
-    """The case of the tables with other values. Raises CaseError, which names them."""
+    """Return the case of the tables with other values. Raises CaseError, which names them."""
     tables = copy.deepcopy(tables)
     try:
         for key, value in values.items():
@@ -78,12 +78,12 @@ def varied(tables: Table, values: Table, path: Path) -> Case:
 
 
 def in_words(values: Table) -> str:
-    """What a case varies, in one line."""
+    """Return the varied values of a case in one line."""
     return ", ".join(f"{key} = {shown(value)}" for key, value in values.items())
 
 
 def _put(tables: Table, dotted: str, value: Any) -> None:
-    """Set a key of a case, in a table that is there or an empty one."""
+    """Set a key of a case, in an existing table or a new one."""
     *parents, name = dotted.split(".")
     table: Any = tables
     for part in parents:
@@ -100,7 +100,7 @@ def _put(tables: Table, dotted: str, value: Any) -> None:
 
 
 def _combined(sweep: Any) -> tuple[Table, ...]:
-    """The cases of a table [sweep]."""
+    """Return the cases of a table [sweep]."""
     if not isinstance(sweep, dict):
         raise CaseError(f"[sweep]: found {shown(sweep)}, accepted: a table")
     given = dict(_flat(sweep))
@@ -120,14 +120,14 @@ def _combined(sweep: Any) -> tuple[Table, ...]:
 
 
 def _flat(table: Table, above: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys and their values: TOML takes a key for tables in tables where it has no quotation marks."""
+    """Yield dotted keys and their values, since TOML reads an unquoted dotted key as nested tables."""
     for name, value in table.items():
         nested = isinstance(value, dict) and value and all(isinstance(v, dict | list) for v in value.values())
         yield from _flat(value, f"{above}{name}.") if nested else [(above + name, value)]
 
 
 def _check_values(name: str, value: Any, latin: bool) -> None:
-    """A list, or a range that a grid counts and a Latin hypercube does not."""
+    """Check that the value is a list, or a range with a count for a grid and without one for a Latin hypercube."""
     if "." not in name:
         raise CaseError(
             f"sweep.{name}: unknown key; accepted: {', '.join(OPTIONS)}, and keys of the case by their table, as in"
@@ -147,7 +147,7 @@ def _check_values(name: str, value: Any, latin: bool) -> None:
 
 
 def _grid(given: Table) -> Iterator[Table]:
-    """Every combination; the last key varies fastest."""
+    """Yield every combination; the last key varies fastest."""
     counts = [len(value) if isinstance(value, list) else value["count"] for value in given.values()]
     if math.prod(counts) > MOST_CASES:
         raise CaseError(f"[sweep]: found {math.prod(counts)}, accepted: up to {MOST_CASES} cases")
@@ -162,7 +162,7 @@ def _grid(given: Table) -> Iterator[Table]:
 
 
 def _sampled(given: Table, options: Table) -> Iterator[Table]:
-    """Samples, each of which has a stratum of every key to itself; of a list, as many of each value."""
+    """Yield samples of which each has a stratum of every key to itself; from a list, equally many of each value."""
     random = np.random.default_rng(options.get("seed", 0))
     for shares in scipy.stats.qmc.LatinHypercube(len(given), seed=random).random(options["samples"]):
         yield {
@@ -172,7 +172,7 @@ def _sampled(given: Table, options: Table) -> Iterator[Table]:
 
 
 def _between(given: Table, share: float) -> float:
-    """A value of a range, in twelve digits, so that it is the same on every machine."""
+    """Return a value of a range, rounded to twelve digits so that it is the same on every machine."""
     low, high = float(given["from"]), float(given["to"])
     value = low * (high / low) ** share if given.get("log") else low + (high - low) * share
     return float(f"{value:.12g}")

@@ -1,242 +1,186 @@
-"""The march in time: at each step the memory predicts, the contact is solved, the memory is updated.
+"""The march in time of a stepper: rows of inner steps, what is kept of them, and what reverse mode keeps.
 
-State is an explicit carry: a march may stop after any step and go on from its carry. What the memory is made
-of, and what the kernels are, the march does not know.
+A stepper describes one inner step of one kind of experiment:
+
+    carry = stepper.start()                                the state before the first step
+    carry, outcome = stepper.advance(carry, step)          one inner step
+
+Everything else belongs to the march and holds for every stepper: rows of ``substeps`` inner steps, sums over a row, the
+inheritance of failures, what ``save=`` keeps, blocks of rows, and the policy of reverse mode. The carry is explicit, so
+that a march may stop after any row and continue from its carry with the same numbers.
 """
 
+import abc
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.pytree import pytree, static
-from jaxcontact._support.status import Status, first_of, inherited, passed_on, to_next_row
-from jaxcontact.contact.edge import contact_cells, memory_factor
-from jaxcontact.contact.implicit import KEPT, solve_contact
-from jaxcontact.contact.law import UNILATERAL, ContactLaw
-from jaxcontact.contact.normal import Problem, Solution
-from jaxcontact.history.memory import Memory
-
-LEAST_ACROSS = 3
-LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2
-LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solution
-
-
-@pytree
-class Setup:
-    """All that stays the same during a march, scaled (``_support.scale``)."""
-
-    memory: Memory
-    profile: Array
-    tolerance: Array
-    max_iterations: Array
-    load_controlled: bool = static()
-    edges: tuple[bool, bool] = static()  # as in ``status_of``
-    law: ContactLaw = UNILATERAL
+from jaxcontact._support.status import inherited, passed_on, to_next_row
+from jaxcontact.contact.implicit import KEPT
 
 
 class Steps(NamedTuple):
-    """What drives the inner steps: dt [s], the target of the control, and the memory's own input."""
+    """The input of inner steps: dt [s], the target of the normal control, and further input of the stepper."""
 
     dt: Array
     target: Array
-    memory: Any
-
-
-class Carry(NamedTuple):
-    """The memory's fields, the last pressure (nx, ny), and its rate of change over the last step.
-
-    failed: what the next inner step inherits of failures, a ``Status``: ``FINE`` if there were none, that of the last
-    failed inner step of this row, or ``INHERITED`` if it lies in an earlier row.
-    """
-
-    memory: Any
-    pressure: Array
-    rate: Array
-    failed: Array
-
-
-class Outcome(NamedTuple):
-    """One step, scaled: fields (nx, ny) and scalars by the names of a result; more: of the memory's own."""
-
-    pressure: Any
-    displacement: Any
-    saved: Any
-    approach: Array
-    load: Array
-    contact_area: Array
-    smooth_area: Array
-    film_strain: Array
-    iterations: Array
-    error: Array
-    status: Array
     more: Any
 
 
+class Rows(NamedTuple):
+    """Rows of inner steps: input of the stepper, a pytree with leading axes (rows, substeps), and whether each row exists.
+
+    A row that does not exist fills up a block, and is skipped.
+    """
+
+    steps: Any
+    exists: Array
+
+
+class Outcome(NamedTuple):
+    """One time of a march, scaled, by the names of a result.
+
+    fields: over the grid, (..., nx, ny), kept as ``save=`` says; numbers: kept at all times, ``status`` among them; saved:
+    the value of the function given as ``save=``.
+    """
+
+    fields: dict[str, Array]
+    numbers: dict[str, Array]
+    saved: Any = None
+
+
+class Carry(NamedTuple):
+    """The stepper's own carry, and the status that the next inner step inherits of earlier ones.
+
+    failed: ``FINE`` if all steps before succeeded, the status of the last failed inner step of this row, or
+    ``INHERITED`` if the failure lies in an earlier row.
+    """
+
+    own: Any
+    failed: Array
+
+
+class March(NamedTuple):
+    """A march after some row: the carry to continue from, and the last outcome with all its fields."""
+
+    carry: Carry
+    last: Outcome
+
+
 Keep = Callable[[Outcome], Outcome]
+PRESSURES = jax.checkpoint_policies.save_only_these_names(KEPT)
 
 
-def start(setup: Setup) -> Carry:
-    """No pressure, no history."""
-    zero = jnp.zeros_like(setup.profile)
-    return Carry(setup.memory.start(setup.profile.shape), zero, zero, jnp.zeros((), int))
+class Stepper(abc.ABC):
+    """One inner step of one kind of experiment; see the module. A pytree; all scaled.
+
+    profile: gap at first touch, (nx, ny); summed: names of fields that add up over the inner steps of a row.
+    """
+
+    profile: Array
+    summed: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def inherits(self) -> bool:
+        """Whether a step depends on earlier ones, static."""
+        return True
+
+    @abc.abstractmethod
+    def start(self) -> Any:
+        """Return the carry before the first step."""
+
+    @abc.abstractmethod
+    def advance(self, carry: Any, step: Any) -> tuple[Any, Outcome]:
+        """Return the carry and the outcome of one inner step; its status is that of this step by itself."""
+
+    def overall(self, carry: Any) -> dict[str, Array]:
+        """Return fields of a result that have no axis of time, from the carry after the last step."""
+        return {}
 
 
-def advance(setup: Setup, carry: Carry, steps: Steps) -> tuple[Carry, Outcome]:
-    """One inner step."""
-    operator, earlier, fields = setup.memory.predict(carry.memory, carry.pressure, steps.memory)
-    lowest = jnp.min(setup.profile)
-    gap = setup.profile + earlier
-    problem = Problem(operator, gap, steps.target, lowest, setup.load_controlled, setup.law)
-    guess = jax.lax.stop_gradient(carry.pressure + carry.rate * steps.dt)
-    solution = solve_contact(problem, guess, setup.tolerance, setup.max_iterations)
-    pressure = solution.pressure
-    fields = setup.memory.update(fields, pressure, steps.memory)
-    rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(steps.dt > 0.0, steps.dt, jnp.inf)
-    observed = setup.memory.observe(fields, pressure, steps.memory)
-    status = status_of(problem, solution, setup.tolerance, setup.edges)
-    if setup.memory.inherits:
+def begin(stepper: Stepper) -> Carry:
+    """Return the carry before the first step."""
+    return Carry(stepper.start(), jnp.zeros((), int))
+
+
+@partial(jax.jit, inline=True)
+def _advance(stepper: Stepper, carry: Carry, step: Any) -> tuple[Carry, Outcome]:
+    """Return one inner step with the failures that it inherits; traced once, however often it is called."""
+    own, outcome = stepper.advance(carry.own, step)
+    status = outcome.numbers["status"]
+    if stepper.inherits:
         status = inherited(status, carry.failed)
-    outcome = Outcome(
-        displacement=earlier + solution.displacement,
-        saved=None,
-        film_strain=observed.film_strain,
-        status=status,
-        more=observed.more,
-        **contact_outcome(problem, solution, earlier),
-    )
-    return Carry(fields, pressure, rate, passed_on(status)), outcome
+    return Carry(own, passed_on(status)), outcome._replace(numbers=outcome.numbers | {"status": status})
 
 
-def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:
-    """Return what a solved contact says by itself, scaled, by the names of a result.
+def march(stepper: Stepper, state: March, rows: Rows, kept: Keep) -> tuple[March, Outcome]:
+    """March on over some rows: the march after them, and what ``kept`` returns of their outcomes, stacked.
 
-    earlier: the displacement (nx, ny) left by earlier pressure; None without memory.
+    Reverse mode keeps the carry and the pressures of each row.
     """
-    p, u, operator = solution.pressure, solution.displacement, problem.operator
-    gap = problem.gap + u - solution.approach
-    compliance = operator.held_compliance()
-    if earlier is not None:
-        compliance = compliance * memory_factor(earlier, u, operator.periodic)
-    return {
-        "pressure": p,
-        "approach": solution.approach,
-        "load": jnp.sum(p),
-        "contact_area": jnp.sum(problem.law.touching(p)).astype(float),
-        "smooth_area": contact_cells(p, gap, compliance, operator.periodic),
-        "iterations": solution.iterations,
-        "error": solution.error,
-    }
 
+    def inner(state: March, step: Any) -> tuple[March, None]:
+        carry, outcome = _advance(stepper, state.carry, step)
+        sums = {name: state.last.fields[name] + outcome.fields[name] for name in stepper.summed}
+        return March(carry, outcome._replace(fields=outcome.fields | sums)), None
 
-def solved(error: Array, tolerance: Array, *found: Array) -> Array:
-    """Return whether the tolerance was met and everything found is finite, (); not so where the error is nan."""
-    total = sum((jnp.sum(values) for values in found), start=jnp.zeros(()))
-    return (error <= tolerance) & jnp.isfinite(total)
+    def row(state: March, steps: Any) -> March:
+        zeros = {name: jnp.zeros_like(state.last.fields[name]) for name in stepper.summed}
+        last = state.last._replace(fields=state.last.fields | zeros)
+        begun = March(state.carry._replace(failed=to_next_row(state.carry.failed)), last)
+        if count_of(steps) == 1:
+            return inner(begun, jax.tree.map(lambda a: a[0], steps))[0]
+        return jax.lax.scan(jax.checkpoint(inner, policy=PRESSURES), begun, steps)[0]
 
+    def outer(state: March, given: Rows) -> tuple[March, Outcome]:
+        state = jax.lax.cond(given.exists, row, lambda state, _: state, state, given.steps)
+        return state, kept(state.last)
 
-def plane_strain(field: Array) -> bool:
-    """Whether a field (nx, ny) is the same along y."""
-    return field.shape[1] == 1
-
-
-def status_of(
-    problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
-) -> Array:
-    """Return the status of a contact by itself, the first that holds of: a response that is not finite, no convergence,
-    contact at the grid's edge, too few cells in it.
-
-    edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
-    """
-    pressed, active = problem.target > 0.0, problem.law.touching(solution.pressure)
-    first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
-    edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
-    cells, met = jnp.sum(active), solved(solution.error, tolerance, solution.approach, solution.displacement)
-    some = cells > 0
-    if problem.load_controlled:
-        some = some | pressed
-        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * problem.target)
-    coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
-    finite = jnp.isfinite(problem.operator.held_compliance())
-    return first_of(
-        (~finite, Status.NOT_FINITE),
-        (~met, Status.NOT_CONVERGED),
-        (edge, Status.AT_EDGE),
-        (coarse, Status.TOO_COARSE),
-    )
-
-
-def march(setup: Setup, carry: Carry, steps: Steps, kept: Keep) -> tuple[Carry, Outcome, Outcome]:
-    """March on from a carry, over steps whose leading axes are (nt, substeps).
-
-    Returns the carry, what ``kept`` keeps of the outcome at the end of each row, stacked over nt, and the last
-    outcome whole. Reverse mode keeps each row's carry and pressure.
-    """
-    keep = jax.checkpoint_policies.save_only_these_names(KEPT)
-
-    def inner(state: tuple[Carry, Outcome], step: Steps) -> tuple[tuple[Carry, Outcome], None]:
-        return advance(setup, state[0], step), None
-
-    def outer(state: tuple[Carry, Outcome], row: Steps) -> tuple[tuple[Carry, Outcome], Outcome]:
-        begun = state[0]._replace(failed=to_next_row(state[0].failed))
-        if row.dt.shape[0] == 1:
-            state = advance(setup, begun, jax.tree.map(lambda a: a[0], row))
-        else:
-            state = jax.lax.scan(jax.checkpoint(inner, policy=keep), (begun, state[1]), row)[0]
-        return state, kept(state[1])
-
-    rows = jax.checkpoint(outer, policy=keep)
-    (carry, last), outcomes = jax.lax.scan(rows, (carry, blank(setup, steps)), steps)
-    return carry, outcomes, last
+    return jax.lax.scan(jax.checkpoint(outer, policy=PRESSURES), state, rows)
 
 
 def march_from_rest(
-    setup: Setup, steps: Steps, kept: Keep, checkpoint: str = "pressures"
-) -> tuple[Outcome, Outcome]:
-    """The whole march, without history before it: outcomes and the last outcome, as ``march``.
+    stepper: Stepper, steps: Any, kept: Keep, checkpoint: str = "pressures"
+) -> tuple[March, Outcome]:
+    """March over all rows from the start: the march after the last row, and what was kept, as ``march``.
 
     Reverse mode goes back in blocks of about sqrt(nt) rows, of which the first carry alone is kept.
     checkpoint: "pressures" keeps the pressures of all inner steps as well, so that no contact is solved
     again; "blocks" keeps those of one block at a time and solves every contact twice.
     """
-
-    def block(state: tuple[Carry, Outcome], rows: Steps) -> tuple[tuple[Carry, Outcome], Outcome]:
-        carry, outcomes, last = march(setup, state[0], rows, kept)
-        return (carry, last), outcomes
-
-    length = math.isqrt(len(steps.dt) - 1) + 1
-    blocks, padding = in_blocks(steps, length)
-    keep = jax.checkpoint_policies.save_only_these_names(KEPT) if checkpoint == "pressures" else None
-    first = (start(setup), blank(setup, steps))
-    (_, last), outcomes = jax.lax.scan(jax.checkpoint(block, policy=keep), first, blocks)
-    outcomes = jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:]), outcomes)
-    return without_padding(outcomes, padding), last
+    nt = count_of(steps)
+    blocks = in_blocks(steps, math.isqrt(nt - 1) + 1)
+    first = begun(stepper, begin(stepper), steps)
+    policy = PRESSURES if checkpoint == "pressures" else None
+    block = jax.checkpoint(lambda state, rows: march(stepper, state, rows, kept), policy=policy)
+    state, outcomes = jax.lax.scan(block, first, blocks)
+    return state, jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:])[:nt], outcomes)
 
 
-def in_blocks(steps: Steps, length: int) -> tuple[Steps, int]:
-    """Rows in blocks of equal length, (blocks, length, substeps), and the number of rows added.
+def count_of(steps: Any) -> int:
+    """Return the length of the first axis of the input of steps."""
+    return len(jax.tree.leaves(steps)[0])
 
-    Added are repeats of the first row of a march from rest, which takes no time: its contact is found
-    again and nothing changes. (A row without contact would change nothing either, but what ``save``
-    makes of it need not be finite, and then its derivative is not, however little is made of it.)
+
+def in_blocks(steps: Any, length: int) -> Rows:
+    """Return rows in blocks of equal length, (blocks, length, ...); rows that do not exist fill up the last one."""
+    nt = count_of(steps)
+    padding = -nt % length
+    filled = jax.tree.map(lambda a: jnp.concatenate([a, jnp.repeat(a[-1:], padding, axis=0)]), steps)
+    rows = Rows(filled, jnp.arange(nt + padding) < nt)
+    return jax.tree.map(lambda a: a.reshape(-1, length, *a.shape[1:]), rows)
+
+
+def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
+    """Return a march that is to go on from a carry; its last outcome has no meaning yet.
+
+    steps: input of the stepper with leading axes (rows, substeps).
     """
-    padding = -len(steps.dt) % length
-    padded = jax.tree.map(lambda a: jnp.concatenate([jnp.repeat(a[:1], padding, axis=0), a]), steps)
-    return jax.tree.map(lambda a: a.reshape(-1, length, *a.shape[1:]), padded), padding
-
-
-def without_padding(outcomes: Outcome, padding: int) -> Outcome:
-    """The first row as it was first found, and those after its repeats."""
-    return jax.tree.map(lambda a: jnp.concatenate([a[:1], a[1 + padding :]]), outcomes)
-
-
-def blank(setup: Setup, steps: Steps) -> Outcome:
-    """An outcome of the right shapes to start the march with."""
-    zero, one, whole = jnp.zeros_like(setup.profile), jnp.zeros(()), jnp.zeros((), int)
-    first = jax.tree.map(lambda a: a[(0,) * 2], steps.memory)
-    observed = jax.eval_shape(setup.memory.observe, setup.memory.start(zero.shape), zero, first)
-    more = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), observed.more)
-    return Outcome(zero, zero, None, one, one, one, one, one, whole, one, whole, more)
+    first = jax.tree.map(lambda a: a[0, 0], steps)
+    shapes = jax.eval_shape(_advance, stepper, carry, first)[1]
+    return March(carry, jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), shapes))

@@ -1,38 +1,36 @@
 """What a body remembers, as the march sees it.
 
-A memory keeps fields of its own kind (arrays over the grid, spectra, increments: a pytree) and has four verbs.
+A memory keeps fields of its own kind (arrays over the grid, spectra, increments: a pytree) and has four methods.
 A step of the march is
 
-    operator, earlier, fields = memory.predict(fields, pressure, step)     before the new pressure is known
-    pressure = contact(operator, profile + earlier, target)                operator(p) + earlier: the displacement
-    fields = memory.update(fields, pressure, step)                         the new pressure is remembered
-    observed = memory.observe(fields, pressure, step)                      what it shows beyond the contact
+    operator, earlier, fields, raised = memory.predict(fields, traction, step)     before the new traction is known
+    traction = contact(operator, profile + earlier, target)                operator(t) + earlier: the displacement
+    fields = memory.update(fields, traction, step)                         the new traction is remembered
+    numbers = memory.observe(fields, traction, step)                       observed beyond the contact itself
 
-``step`` is the memory's own input: a time step, a shift, the row of a table.
+``traction`` is the pressure (nx, ny) or, with friction, q_x, q_y and p, (3, nx, ny); ``earlier`` is the displacement in
+the same directions. ``step`` is the memory's own input: a time step, a shift, the row of a table.
 """
 
 import abc
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact.operators.base import Operator
+from jaxcontact.operators.base import Operator, TractionOperator
 
 
 class Prediction(NamedTuple):
-    """operator: of the coming step; earlier (nx, ny): the displacement left by all earlier pressure; fields."""
+    """The coming step as far as it is known before its traction.
 
-    operator: Operator
+    operator: of the step; earlier: the displacement left by all earlier traction, of its shape; fields: the memory's own;
+    raised: how far growth has raised the surface since the start, (nx, ny) or 0.
+    """
+
+    operator: Operator | TractionOperator
     earlier: Array
     fields: Any
-
-
-class Observed(NamedTuple):
-    """film_strain: shortening of the film over its thickness at its deepest point, (); more: a memory's own."""
-
-    film_strain: Array
-    more: Any
+    raised: Array | float = 0.0
 
 
 class Memory(abc.ABC):
@@ -48,22 +46,13 @@ class Memory(abc.ABC):
         """Fields without history, on a grid of this shape."""
 
     @abc.abstractmethod
-    def predict(self, fields: Any, pressure: Array, step: Any) -> Prediction:
-        """The coming step, from the last pressure (nx, ny)."""
+    def predict(self, fields: Any, traction: Array, step: Any) -> Prediction:
+        """Return the prediction for the coming step, from the last traction."""
 
     @abc.abstractmethod
-    def update(self, fields: Any, pressure: Array, step: Any) -> Any:
-        """The fields after the step, with its new pressure."""
+    def update(self, fields: Any, traction: Array, step: Any) -> Any:
+        """Return the fields after the step, with its new traction."""
 
     @abc.abstractmethod
-    def observe(self, fields: Any, pressure: Array, step: Any) -> Observed:
-        """What a step shows, from the fields after it."""
-
-
-def deepest_strain(coefficients: Array, strain: Array) -> Array:
-    """Shortening of the film on a rigid base at the deepest point of the hereditary integral, both (nx, ny)."""
-    nx, ny = strain.shape
-    deepest = jnp.unravel_index(jnp.argmax(strain), strain.shape)
-    row = jnp.abs(jnp.arange(nx) - deepest[0])
-    column = jnp.abs(jnp.arange(ny) - deepest[1])
-    return jnp.sum(coefficients[row][:, column] * strain)
+    def observe(self, fields: Any, traction: Array, step: Any) -> dict[str, Array]:
+        """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step."""

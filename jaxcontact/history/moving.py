@@ -29,10 +29,11 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
-from jaxcontact.history.observables import Observer, SlidingStep, clearance, dropped_share, energies
+from jaxcontact.history.memory import Memory, Prediction
+from jaxcontact.history.observables import Observer, clearance, dropped_share, energies
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import Rubbing
@@ -99,8 +100,8 @@ class Fields(NamedTuple):
     eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
     is the same; moved: (2,), share of the padded lengths
     since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
-    it lay; dropped, overlaps: bound on the displacement that lost history would cause, and whether it may lie under the
-    contact; returned: the largest such bound so far while it did, ().
+    it lay; dropped, overlaps: bound on the displacement in contact that lost history would still cause, and whether it
+    may lie under the contact, ().
     """
 
     eta: Array
@@ -111,7 +112,6 @@ class Fields(NamedTuple):
     trail: Trail
     dropped: Array
     overlaps: Array
-    returned: Array
 
 
 @pytree
@@ -159,7 +159,6 @@ class MovingMemory(Memory):
             Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
             jnp.zeros(()),
             jnp.zeros((), bool),
-            jnp.zeros(()),
         )
 
     def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
@@ -196,7 +195,6 @@ class MovingMemory(Memory):
             trail=trail,
             dropped=dropped,
             overlaps=overlaps,
-            returned=jnp.maximum(fields.returned, jnp.where(overlaps, dropped, 0.0)),
         )
 
     @property
@@ -225,18 +223,24 @@ class MovingMemory(Memory):
         spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
         return spectral.inverse(spectrum, shape, self._periodic)
 
-    def observe(self, fields: Fields, pressure: Array, motion: Motion) -> Observed:
-        """With what sliding shows, see ``history.observables``."""
+    def observe(self, fields: Fields, pressure: Array, motion: Motion) -> dict[str, Array]:
+        """Return the observables of ``history.observables`` beside the strain of the film."""
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
         force, centre, leading_peak = self.observer.surface(pressure, motion.direction)
         hysteresis, coulomb = self._against_the_motion(fields, pressure, motion)
-        seen = SlidingStep(
-            force, hysteresis, coulomb, centre, leading_peak, stored, dissipated,
-            fields.dropped, fields.overlaps, fields.returned,
-        )  # fmt: skip
-        return Observed(self._film_strain(fields, pressure), seen)
+        return {
+            "film_strain": self._film_strain(fields, pressure),
+            "lateral_force": force,
+            "hysteresis_force": hysteresis,
+            "coulomb_force": coulomb,
+            "pressure_centre": centre,
+            "leading_peak": leading_peak,
+            "stored_energy": stored,
+            "hysteresis_power": dissipated,
+            "dropped": fields.dropped,
+        }
 
     def _against_the_motion(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Array, Array]:
         """Return hysteresis force and Coulomb's against the motion, () each."""

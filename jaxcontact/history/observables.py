@@ -35,8 +35,6 @@ steady state, where the track carries stored energy away to dissipate it later, 
 The sums are taken over Fourier modes (Parseval).
 """
 
-from typing import NamedTuple
-
 import jax.numpy as jnp
 from jax import Array
 
@@ -44,27 +42,6 @@ from jaxcontact._support.pytree import pytree
 from jaxcontact.operators import spectral
 
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
-
-
-class SlidingStep(NamedTuple):
-    """The observables of one step of sliding.
-
-    force (2,): of the pressure on the indenter; hysteresis, coulomb: F_h and F_c against the motion, (); centre (2,): of the
-    pressure; leading_peak: of the pressure ahead of the axis; stored, dissipated: energy and power of the body; dropped:
-    bound on the displacement in contact that the lost history could still cause, (); overlaps: it may lie under the
-    contact; returned: the largest such bound of all inner steps so far in which it did.
-    """
-
-    force: Array
-    hysteresis: Array
-    coulomb: Array
-    centre: Array
-    leading_peak: Array
-    stored: Array
-    dissipated: Array
-    dropped: Array
-    overlaps: Array
-    returned: Array
 
 
 @pytree

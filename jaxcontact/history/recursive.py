@@ -16,7 +16,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.operators.kernels import Kernels
 
 
@@ -45,9 +45,8 @@ class RecursiveMemory(Memory):
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
         return eta + jnp.tensordot(dt * ramps(self.kernels.rates * dt)[2], pressure, 0)
 
-    def observe(self, eta: Array, pressure: Array, dt: Array) -> Observed:
+    def observe(self, eta: Array, pressure: Array, dt: Array) -> dict[str, Array]:
         film = self.kernels.film
         if film is None:
-            return Observed(jnp.zeros(()), None)
-        strain = film.weights[0] * pressure + jnp.tensordot(film.weights[1:], eta, 1)
-        return Observed(deepest_strain(film.coefficients, strain), None)
+            return {"film_strain": jnp.zeros(())}
+        return {"film_strain": film.strain(pressure, eta)}

@@ -11,11 +11,12 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history.memory import Memory, Observed, Prediction, deepest_strain
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import ImageKernels, image_weights
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 
 
 @pytree
@@ -38,10 +39,8 @@ class DirectMemory(Memory):
         return jnp.zeros((self.n_steps.shape[0], *shape))
 
     def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
-        """The kernel of the present step acts on the whole new pressure, so the old one is taken back.
-
-        The present step's increment is zero so far, unless that step is taken again (``march.in_blocks``).
-        """
+        """Return the prediction; the kernel of the present step acts on the whole new pressure, so the old one is taken
+        back."""
         now = row.weights[row.index]
         past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
         earlier = self.images.family.total(
@@ -53,11 +52,11 @@ class DirectMemory(Memory):
     def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
         return increments.at[row.index].add(pressure)
 
-    def observe(self, increments: Array, pressure: Array, row: LagRow) -> Observed:
+    def observe(self, increments: Array, pressure: Array, row: LagRow) -> dict[str, Array]:
         if self.images.film_coefficients is None:
-            return Observed(jnp.zeros(()), None)
+            return {"film_strain": jnp.zeros(())}
         strain = jnp.tensordot(row.film, increments, 1) / self.images.scale.compliance
-        return Observed(deepest_strain(self.images.film_coefficients, strain), None)
+        return {"film_strain": deepest_strain(self.images.film_coefficients, strain)}
 
 
 def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> LagRow:
@@ -66,8 +65,8 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
     end = jnp.maximum(times[:, None] - before[None, :], 0.0)
     weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
-    response, n = response_of(body), times.shape[0]
+    limits, n = limits_of(body), times.shape[0]
     film = jnp.zeros((n, n))
-    if response.film() is not None:
-        film = jnp.tril(response.film_creep().mean_creep(start, end))
+    if limits.film is not None:
+        film = jnp.tril(limits.film_creep().mean_creep(start, end))
     return LagRow(jnp.arange(n), weights, film)

@@ -1,4 +1,4 @@
-"""What a body remembers of tractions: the recursion of ``history.recursive`` in three directions.
+"""The memory of tractions: the recursion of ``history.recursive`` in three directions.
 
     u = C_0 * t + sum_k lambda_k C_k * eta_k,      eta_k' = t - lambda_k eta_k,      t = (q_x, q_y, p).
 
@@ -13,6 +13,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
+from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.operators.coupled import Coupled
 from jaxcontact.operators.traction_kernels import TractionKernels
@@ -25,50 +26,35 @@ class TractionFields(NamedTuple):
     traction: Array
 
 
-class Recollection(NamedTuple):
-    """operator: of the coming step; sunk (nx, ny) and drawn (2, nx, ny): displacements left by all that was; fields."""
-
-    operator: Coupled
-    sunk: Array
-    drawn: Array
-    fields: TractionFields
-
-
 @pytree
-class TractionMemory:
-    """Fields: ``TractionFields``; step: dt [s]; tractions (3, nx, ny) of q_x, q_y and p."""
+class TractionMemory(Memory):
+    """Exact exponential recursion for tractions (3, nx, ny) of q_x, q_y and p; fields: ``TractionFields``; step: dt [s]."""
 
     kernels: TractionKernels
 
     @property
     def normal(self) -> RecursiveMemory:
+        """The memory of the pressure alone."""
         return RecursiveMemory(self.kernels.normal)
 
     def start(self, shape: tuple[int, int]) -> TractionFields:
-        """Without history."""
         return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
 
-    def predict(self, fields: TractionFields, traction: Array, dt: Array) -> Recollection:
-        """The coming step, from the last tractions."""
+    def predict(self, fields: TractionFields, traction: Array, dt: Array) -> Prediction:
         k = self.kernels
         pressed = self.normal.predict(fields.pressure, traction[2], dt)
         decay, old, new = ramps(k.rates * dt)
         eta = decay[:, None, None, None] * fields.traction + jnp.tensordot(dt * old, traction, 0)
         mixed = jnp.tensordot(k.mix, eta, 1)
         operator = k.family.combined(jnp.append(1.0, k.mix @ (dt * new)))
-        return Recollection(
-            operator=Coupled(pressed.operator, operator),
-            sunk=pressed.earlier + k.family.sunk_by(mixed),
-            drawn=k.family.drawn_by(mixed),
-            fields=TractionFields(pressed.fields, eta),
-        )
+        normal = pressed.earlier + k.family.sunk_by(mixed)
+        earlier = jnp.concatenate([k.family.drawn_by(mixed), normal[None]])
+        return Prediction(Coupled(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta))
 
     def update(self, fields: TractionFields, traction: Array, dt: Array) -> TractionFields:
-        """The fields after the step, with its new tractions."""
         new = dt * ramps(self.kernels.rates * dt)[2]
         pressure = self.normal.update(fields.pressure, traction[2], dt)
         return TractionFields(pressure, fields.traction + jnp.tensordot(new, traction, 0))
 
-    def film_strain(self, fields: TractionFields, pressure: Array, dt: Array) -> Array:
-        """As in ``indent``, ()."""
-        return self.normal.observe(fields.pressure, pressure, dt).film_strain
+    def observe(self, fields: TractionFields, traction: Array, dt: Array) -> dict[str, Array]:
+        return self.normal.observe(fields.pressure, traction[2], dt)

@@ -1,1 +1,1 @@
-"""Indenters, and an estimate of the contact that they make."""
+"""Indenters, and an a priori estimate of their contact."""

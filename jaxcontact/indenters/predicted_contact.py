@@ -1,26 +1,27 @@
-"""An estimate of the contact's radius and the film's strain, made before anything is solved.
+"""An estimate of the contact radius and the film strain, made before the contact is solved.
 
-The pressure is taken to be that of Hertz on a circle of radius a, p0 sqrt(1 - r^2/a^2), whose Hankel transform is
-2 pi p0 a^2 (sin z - z cos z)/z^3, z = alpha a (K. L. Johnson, Contact Mechanics, 1985, section 3.4, has the pressure).
-The surface then goes down by
+The pressure is assumed to be that of Hertz on a circle of radius a, p0 sqrt(1 - r^2/a^2), whose Hankel transform is
+2 pi p0 a^2 (sin z - z cos z)/z^3, z = alpha a (K. L. Johnson, Contact Mechanics, 1985, section 3.4, gives the pressure).
+The surface displacement is then
 
     u(r) = p0 a int A(z/a, t) g(z) J_0(z r/a) dz,      g(z) = (sin z - z cos z)/z^3,      A = alpha N,
 
-and a follows from one condition, that the ball of radius R touches in the middle and at the edge,
+and a follows from one condition, that the ball of radius R touches at the centre and at the edge,
 
     u(0) - u(a) = a^2/(2 R),
 
-with p0 = 3 W/(2 pi a^2), or at a given approach u(0). On a half-space both are exact (Hertz). Any other round profile
-takes the place of a^2/(2 R). Under a roller the pressure is p0 sqrt(1 - x^2/b^2), of the transform pi p0 b J_1(z)/z, and
+with p0 = 3 W/(2 pi a^2) under a load W, or from a given approach u(0). On a half-space both are exact (Hertz). For any
+other axisymmetric profile, the profile at a replaces a^2/(2 R). Under a roller the pressure is p0 sqrt(1 - x^2/b^2), with
+the transform pi p0 b J_1(z)/z, and
 
     u(x) = p0 b int A(z/b, t) g(z) cos(z x/b) dz,      g(z) = J_1(z)/z^2,
 
-with p0 = 2 P/(pi b) under a load P per length, and waves longer than the roller left out. The film's strain is u(0) on
-the film on a rigid base, of creep J and shape F, over its thickness h:
+with p0 = 2 P/(pi b) under a load P per length, leaving out waves longer than the roller. The film strain is the
+displacement u(0) of the film on a rigid base, of creep J and shape F, over its thickness h:
 
     strain = J(t) p0 (a/h) int F(h z/a) g(z) dz,
 
-with the pressure of the end for the whole history. Derived here; held against solved contacts.
+with the final pressure taken for the whole history. Derived here; compared with solved contacts.
 """
 
 from collections.abc import Callable
@@ -35,23 +36,25 @@ from jaxcontact.inputs.controls import Control, Load
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.response.base import Response
 from jaxcontact.response.body import response_of
-from jaxcontact.response.volume import film_shape
+from jaxcontact.response.limits import BodyLimits, limits_of
 
-Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; what is left out beyond is 1e-6 of the middle's displacement
-WEIGHTS = Z * np.log(Z[1] / Z[0])  # of a sum over them
-TURN = 1e-2  # below it g is 1/3 or 1/(2 z) to 1e-5
-SPREAD = 1e4  # wavenumbers about those of the contact on film and on substrate, either way
+Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; the omitted part is 1e-6 of the displacement at the centre
+WEIGHTS = Z * np.log(Z[1] / Z[0])  # of the quadrature over Z
+SERIES_BELOW = 1e-2  # z below which g is 1/3 or 1/(2 z) to 1e-5
+# factor between the inverse contact radii, on film and on substrate, and the extreme wavenumbers
+WAVENUMBER_RANGE = 1e4
 BISECTIONS = 60
 LONGEST = 2.0  # alpha times the roller's length below which waves are left out
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """radius: of the contact at its largest [m]; film_strain: at its largest, 0 without a film.
+    """The estimated largest contact radius [m] and the largest film strain, 0 without a film.
 
-    Beside solved contacts on single films of 0.0005 to 14 radii, softer and stiffer than the steel below, elastic and
-    creeping, at given load or approach: at nu = 0.3 the radius was 0.92 to 1.02 and the strain 0.88 to 1.02 of the
-    solved, at nu = 0.49, whose thin films press back most in the middle, 0.88 to 1.18 and 0.65 to 1.03.
+    Compared with solved contacts on single films of thickness 0.0005 to 14 contact radii, softer and stiffer than the
+    steel below, elastic and creeping, at given load or approach: at nu = 0.3 the radius was 0.92 to 1.02 and the strain
+    0.88 to 1.02 of the solved values; at nu = 0.49, where thin films resist compression most at the centre, 0.88 to 1.18
+    and 0.65 to 1.03.
     """
 
     radius: float
@@ -60,11 +63,11 @@ class Predicted:
 
 @dataclass(frozen=True)
 class Outline:
-    """The part of an indenter that an estimate needs.
+    """The properties of an indenter that an estimate of its contact requires.
 
-    depth: of the profile at a radius, or at a half-width, both [m]; hertz: the radius [m] on a half-space of a compliance
-    [1/Pa] under a load [N], or at an approach [m], given as (compliance, value, loaded); compliance: of the indenter
-    [1/Pa]; length: of a roller [m], None for a round indenter.
+    depth: profile [m] as a function of radius or half-width [m]; hertz: function (compliance, value, loaded) that returns
+    the contact radius [m] on a half-space of a compliance [1/Pa] under a load [N], or at an approach [m]; compliance: of
+    the indenter [1/Pa]; length: of a roller [m], None for an axisymmetric indenter.
     """
 
     depth: Callable[[float], float]
@@ -74,25 +77,29 @@ class Outline:
 
 
 def predicted(body: LayeredHalfSpace, outline: Outline, control: Control, times: np.ndarray) -> Predicted:
-    """Radius and strain at the first or the last time, whichever is more, under the largest load or approach.
+    """Estimate radius and strain at the first or the last time, whichever is larger, under the largest load or approach.
 
-    body: its film, the top layer, of one thickness. The control is at its largest the whole time.
+    body: its top layer is taken as the film, of uniform thickness. The control is taken at its maximum for the whole
+    history.
     """
-    response = response_of(checked_body(body)[0])
+    checked = checked_body(body)[0]
+    response, limits = response_of(checked), limits_of(checked)
     value = max(float(np.max(np.asarray(control.value))), 0.0)
     instants = {0.0, float(times[-1] - times[0])}
-    each = [_at(response, outline, isinstance(control, Load), value, t) for t in instants]
+    each = [_at(response, limits, outline, isinstance(control, Load), value, t) for t in instants]
     return Predicted(max(one.radius for one in each), max(one.film_strain for one in each))
 
 
-def _at(response: Response, outline: Outline, loaded: bool, value: float, t: float) -> Predicted:
-    """After a time t [s] under a load [N], or at an approach [m]."""
+def _at(
+    response: Response, limits: BodyLimits, outline: Outline, loaded: bool, value: float, t: float
+) -> Predicted:
+    """Return the estimate after a time t [s] under a load [N], or at an approach [m]."""
     own = outline.compliance
-    wide, narrow = (float(side(t)) + own for side in (response.wide, response.narrow))
-    if value == 0.0 or max(wide, narrow) == 0.0:  # nothing presses, or both are rigid at first
+    wide, narrow = (float(side(t)) + own for side in (limits.wide, limits.narrow))
+    if value == 0.0 or max(wide, narrow) == 0.0:  # no load, or both instantaneous compliances are zero
         return Predicted(0.0, 0.0)
     radii = np.array([a for a in (outline.hertz(A, value, loaded) for A in (wide, narrow)) if a > 0.0])
-    alpha = np.geomspace(1.0 / (SPREAD * radii.max()), SPREAD / radii.min(), 400)
+    alpha = np.geomspace(1.0 / (WAVENUMBER_RANGE * radii.max()), WAVENUMBER_RANGE / radii.min(), 400)
     A = own + np.asarray(_step(response, alpha, t))
 
     def surface(a: float) -> tuple[float, float]:
@@ -109,38 +116,38 @@ def _at(response: Response, outline: Outline, loaded: bool, value: float, t: flo
         return 1.5 * value / (np.pi * a**2)
 
     def too_small(a: float) -> bool:
-        middle, edge = surface(a)
-        return peak(a) * a * (middle - edge) > outline.depth(a)
+        centre, edge = surface(a)
+        return peak(a) * a * (centre - edge) > outline.depth(a)
 
     a = _bisected(too_small, 0.01 * radii.min(), 100.0 * radii.max())
-    return Predicted(a, 0.0 if outline.length is not None else peak(a) * _strain_per_pressure(response, a, t))
+    return Predicted(a, 0.0 if outline.length is not None else peak(a) * _strain_per_pressure(limits, a, t))
 
 
-@jax.jit  # where each operation would be a program of its own
+@jax.jit  # otherwise each operation is compiled separately
 def _step(response: Response, alpha: Array, t: Array) -> Array:
     return response.step(alpha, t, t)
 
 
-def _strain_per_pressure(response: Response, a: float, t: float) -> float:
-    film = response.film()
+def _strain_per_pressure(limits: BodyLimits, a: float, t: float) -> float:
+    film = limits.film
     if film is None:
         return 0.0
     h = float(film.thickness)
-    shape = np.asarray(film_shape(film.material, jnp.asarray(h * Z / a)))
-    return float(response.film_creep().creep(t)) * a / h * _round(shape)[0]
+    shape = np.asarray(limits.film_shape(jnp.asarray(Z / a)))
+    return float(limits.film_creep().creep(t)) * a / h * _round(shape)[0]
 
 
 def _round(A: np.ndarray) -> tuple[float, float]:
-    """The integrals of A g and of A g J_0(z) over z, A at ``Z``."""
+    """Return the integrals of A g and of A g J_0(z) over z, with A given at ``Z``."""
     from scipy.special import j0
 
     with np.errstate(all="ignore"):
-        g = np.where(Z < TURN, 1.0 / 3.0, (np.sin(Z) - Z * np.cos(Z)) / Z**3)
+        g = np.where(Z < SERIES_BELOW, 1.0 / 3.0, (np.sin(Z) - Z * np.cos(Z)) / Z**3)
     return float(np.sum(A * g * WEIGHTS)), float(np.sum(A * g * j0(Z) * WEIGHTS))
 
 
 def _line(A: np.ndarray, least: float) -> tuple[float, float]:
-    """The integrals of A g and of A g cos(z) over z >= least for a roller, A at ``Z``."""
+    """Return the integrals of A g and of A g cos(z) over z >= least for a roller, with A given at ``Z``."""
     from scipy.special import j1
 
     g = np.where(least > Z, 0.0, j1(Z) / Z**2)
@@ -148,7 +155,7 @@ def _line(A: np.ndarray, least: float) -> tuple[float, float]:
 
 
 def _bisected(too_small: Callable[[float], bool], low: float, high: float) -> float:
-    """Where a condition that holds of small radii ceases to."""
+    """Return the radius at which a condition that holds for smaller radii ceases to hold."""
     for _ in range(BISECTIONS):
         middle = np.sqrt(low * high)
         low, high = (middle, high) if too_small(middle) else (low, middle)

@@ -1,7 +1,7 @@
-"""Indenters: their undeformed profile over the grid, and what they are made of.
+"""Indenters: their undeformed profile over the grid, and their material.
 
-A profile is the gap [m] to the flat body when the indenter just touches it, (nx, ny), zero at the first
-touch. ``material=None`` is rigid; an indenter's own material is elastic and acts as a half-space.
+A profile is the gap [m] to the undeformed body when the indenter just touches it, (nx, ny), with minimum zero.
+``material=None`` means rigid; an indenter's own material is elastic and acts as a half-space.
 """
 
 import abc
@@ -20,17 +20,17 @@ from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_material
 from jaxcontact.inputs.materials import Elastic
-from jaxcontact.response.half_space import HalfSpace
+from jaxcontact.response.volume import surface_creep
 
-POINTED = 1.4  # radius under a cone over the estimate by Hertz's pressure, at most: 1.3 on a half-space, 1.2 on springs
-ENDS = 1.3  # half-width at the sharp ends of a roller over that between them, about
-OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths: no contact there
+CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate (springs 1.2, half-space 1.3)
+ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
+OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
 
 
 class Indenter(abc.ABC):
-    """What presses on the body.
+    """Base class of indenters.
 
-    fills_grid: whether it ends where the grid ends, so that contact at the grid's edge is contact at its own.
+    fills_grid: whether the indenter ends at the grid's edge, so that contact there is contact at its own edge.
     """
 
     material: Elastic | None
@@ -38,15 +38,15 @@ class Indenter(abc.ABC):
 
     @abc.abstractmethod
     def profile(self, grid: Grid) -> Array:
-        """Gap at first touch [m], (nx, ny)."""
+        """Return the gap at first touch [m], (nx, ny)."""
 
     @abc.abstractmethod
     def check(self, grid: Grid) -> Verdict:
-        """Whether sizes are in their range; ValueError for values or shapes that cannot be."""
+        """Return whether the sizes are in range; raise ValueError for concrete values or shapes that are not."""
 
     @abc.abstractmethod
     def outline(self) -> Outline:
-        """The part of it that an estimate of the contact needs; concrete values only."""
+        """Return the properties that an estimate of the contact requires; concrete values only."""
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
         """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""
@@ -54,16 +54,16 @@ class Indenter(abc.ABC):
         return radius, radius
 
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
-        """Estimate the largest radius of the contact over the history [m]; of a long one half its length."""
+        """Estimate the largest contact radius over the history [m]; for a long contact, half its length."""
         return max(self.half_widths(body, control, times))
 
     def compliance(self) -> Array:
-        """(1 - nu)/G of the indenter [1/Pa], zero when rigid."""
-        return jnp.zeros(()) if self.material is None else HalfSpace(self.material).wide(0.0)
+        """Return (1 - nu)/G of the indenter [1/Pa], zero if rigid."""
+        return jnp.zeros(()) if self.material is None else surface_creep(self.material).creep(0.0)
 
 
 def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
-    """Whether an indenter's values are in their ranges; ValueError for one that cannot press on that grid."""
+    """Return whether an indenter's values are in range; raise ValueError for one that cannot be used on this grid."""
     checks.require(
         isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
     )
@@ -83,7 +83,7 @@ def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
 
 @pytree
 class Sphere(Indenter):
-    """A ball, as a paraboloid: profile (x^2 + y^2)/(2 R).
+    """A ball, approximated by a paraboloid: profile (x^2 + y^2)/(2 R).
 
     Args:
         radius: R [m] > 0.
@@ -114,10 +114,10 @@ class Sphere(Indenter):
 
 @pytree
 class Cone(Indenter):
-    """A cone: profile r/tan(half-angle), its tip at the centre of the grid.
+    """A cone: profile r/tan(half-angle), with its tip at the centre of the grid.
 
-    Under its tip the pressure of a half-space grows as the logarithm of the distance, and in a cell as that of its
-    size (A. E. H. Love, Q. J. Math. 10 (1939) 161).
+    On a half-space the pressure is logarithmically singular at the tip, so that its cell value grows with the logarithm
+    of the inverse cell size (A. E. H. Love, Q. J. Math. 10 (1939) 161).
 
     Args:
         half_angle: between axis and side [rad], above 0 and below pi/2.
@@ -132,7 +132,7 @@ class Cone(Indenter):
 
     @classmethod
     def berkovich(cls, material: Elastic | None = None) -> Self:
-        """The cone that has at each depth h the area of a Berkovich pyramid, 24.494 h^2: 70.3 degrees.
+        """Return the cone with the area function of a Berkovich pyramid, 24.494 h^2 at each depth h: 70.3 degrees.
 
         Source: W. C. Oliver, G. M. Pharr, J. Mater. Res. 7 (1992) 1564.
         """
@@ -150,8 +150,8 @@ class Cone(Indenter):
         )
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """Estimate the radius by Hertz's pressure, corrected for that of a cone, which is higher in the middle."""
-        radius = POINTED * super().half_widths(body, control, times)[0]
+        """Estimate the radius from Hertz's pressure, corrected for that of a cone, which is higher at the centre."""
+        radius = CONE_RADIUS_FACTOR * super().half_widths(body, control, times)[0]
         return radius, radius
 
     def outline(self) -> Outline:
@@ -165,11 +165,11 @@ class Cone(Indenter):
 
 @pytree
 class Cylinder(Indenter):
-    """A punch whose end is a cylinder along y: profile x^2/(2 R) over |y| <= length/2, no contact beyond.
+    """A cylinder along y with flat ends: profile x^2/(2 R) over |y| <= length/2, no contact beyond.
 
     Args:
         radius: R [m] > 0.
-        length: along y [m] > 0; it cuts between cells, so that a derivative with respect to it is zero.
+        length: along y [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
         material: ``Elastic``; None: rigid.
 
     Example:
@@ -200,8 +200,10 @@ class Cylinder(Indenter):
         return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()), length)
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """Estimate the half-width of the line contact, with room for its wider ends; half its length is known."""
-        return ENDS * super().half_widths(body, control, times)[0], float(self.length) / 2.0
+        """Estimate the half-width of the line contact, with a margin for its wider ends, and return half the length with
+        it.
+        """
+        return ROLLER_END_FACTOR * super().half_widths(body, control, times)[0], float(self.length) / 2.0
 
 
 @pytree
@@ -209,7 +211,7 @@ class FlatPunch(Indenter):
     """A flat-ended circular punch: profile 0 within the radius, no contact beyond.
 
     Args:
-        radius: [m] > 0; it cuts between cells, so that a derivative with respect to it is zero.
+        radius: [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
         material: ``Elastic``; None: rigid.
 
     Example:
@@ -228,7 +230,7 @@ class FlatPunch(Indenter):
         return valid & _covers_a_cell("punch radius [m]", self.radius, self.profile(grid), grid)
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """The punch's own radius."""
+        """Return the radius of the punch."""
         return float(self.radius), float(self.radius)
 
     def outline(self) -> Outline:
@@ -237,11 +239,11 @@ class FlatPunch(Indenter):
 
 @pytree
 class HeightField(Indenter):
-    """Measured or made heights in place of a ball; larger heights touch first.
+    """Measured or generated heights in place of a ball; larger heights touch first.
 
-    On a periodic grid the heights go on without end. On any other the indenter ends with its heights, as a block of the
+    On a periodic grid the heights are periodic. On any other grid the indenter ends with its heights, as a block of the
     grid's size: it may touch at the grid's edge, where a ball may not (status 2), and the surface beside it is
-    free. So a field that was cut out of a larger surface needs a periodic grid, or a rim that does not touch.
+    free. So heights cut out of a larger surface need a periodic grid, or a margin that does not touch.
 
     Args:
         heights: (nx, ny) [m], finite, on the grid.
@@ -268,7 +270,7 @@ class HeightField(Indenter):
 
     def outline(self) -> Outline:
         raise ValueError(
-            "Grid.around: a HeightField comes with its own grid; expected Grid(shape=heights.shape, spacing=(dx, dy))"
+            "Grid.around: a HeightField defines its own grid; expected Grid(shape=heights.shape, spacing=(dx, dy))"
         )
 
 
@@ -277,7 +279,7 @@ def _far(grid: Grid) -> Any:
 
 
 def _spans(length: Any, width: Any) -> Verdict:
-    """In plane strain a roller has no end: it is at least as long as the cell is wide."""
+    """Check in plane strain that a roller is at least as long as the cell is wide, since it has no ends there."""
     spans = jnp.asarray(length) >= jnp.asarray(width) * (1.0 - 1e-9)
     if not is_concrete(spans):
         return spans
@@ -289,13 +291,13 @@ def _spans(length: Any, width: Any) -> Verdict:
 
 
 def _covers_a_cell(name: str, value: Any, profile: Array, grid: Grid) -> Verdict:
-    """Some cell's centre lies under the indenter: a smaller one would touch nothing."""
+    """Check that some cell's centre lies under the indenter; a smaller one would touch nothing."""
     touches = jnp.min(profile) < _far(grid)
     if not is_concrete(touches):
         return touches
     cell = max(float(d) for d in grid.spacing)
     checks.require(
         bool(touches),
-        f"{name}: expected to cover a cell's centre, cells are {cell:g} m, got {float(value):g}",
+        f"{name}: expected a size that covers a cell's centre (cells are {cell:g} m), got {float(value):g}",
     )
     return True

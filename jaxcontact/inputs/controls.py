@@ -1,4 +1,4 @@
-"""What is prescribed: the load or the approach, and with friction the tangential load or displacement."""
+"""Prescribed histories: the normal load or the approach and, with friction, the tangential load or displacement."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from jaxcontact._support.pytree import pytree
 
 
 class Control:
-    """A prescribed history: one value held, or one per time."""
+    """A prescribed normal history: a constant value, or one value per time."""
 
     value: Array | float
 
@@ -21,7 +21,7 @@ class Load(Control):
     """Normal load, linear between the times.
 
     Args:
-        value: [N] >= 0 and somewhere positive, a number (held) or (nt,).
+        value: [N] >= 0 and positive at some time, a number (constant) or (nt,); with adhesion of either sign.
 
     Example:
         >>> ramp = jc.Load([0.0, 30.0, 60.0])
@@ -35,17 +35,17 @@ class Approach(Control):
     """Approach of the indenter from first touch, linear between the times.
 
     Args:
-        value: [m], a number (held) or (nt,); below zero there is no contact.
+        value: [m], a number (constant) or (nt,); below zero there is no contact without adhesion.
 
     Example:
-        >>> held = jc.Approach(2.5e-6)
+        >>> constant = jc.Approach(2.5e-6)
     """
 
     value: Array | float
 
 
-def check_control(control: Control, nt: int) -> Verdict:
-    """A Load or Approach, a number or (nt,); a load not negative and somewhere positive."""
+def check_control(control: Control, nt: int, *, adhesive: bool = False) -> Verdict:
+    """Check a Load or Approach, a number or (nt,); a load without adhesion is non-negative and positive at some time."""
     checks.require(
         isinstance(control, Load | Approach), f"control: expected Load or Approach, got {control!r}"
     )
@@ -55,25 +55,27 @@ def check_control(control: Control, nt: int) -> Verdict:
     )
     if not isinstance(control, Load):
         return checks.finite("Approach [m]", control.value)
+    if adhesive:
+        return checks.finite("Load [N]", control.value)
     not_negative = checks.non_negative("Load [N]", control.value)
     return not_negative & checks.somewhere_positive("Load [N]", control.value)
 
 
 class TangentialControl:
-    """A prescribed tangential history: one vector held, or one per time."""
+    """A prescribed tangential history: a constant vector, or one vector per time."""
 
     value: Array
 
 
 @pytree
 class TangentialLoad(TangentialControl):
-    """Tangential load on the indenter, which the body takes as traction; linear between the times.
+    """Tangential load on the indenter, transmitted to the body as traction; linear between the times.
 
     Args:
-        value: (x, y) [N], (2,) (held) or (nt, 2); less than friction can hold.
+        value: (x, y) [N], (2,) (constant) or (nt, 2); less than friction can hold.
 
     Example:
-        >>> there_and_back = jc.TangentialLoad([[0.0, 0.0], [5.0, 0.0], [-5.0, 0.0]])
+        >>> reversed_load = jc.TangentialLoad([[0.0, 0.0], [5.0, 0.0], [-5.0, 0.0]])
     """
 
     value: Array
@@ -81,20 +83,20 @@ class TangentialLoad(TangentialControl):
 
 @pytree
 class TangentialDisplacement(TangentialControl):
-    """Tangential displacement of the indenter from where it first touched, linear between the times.
+    """Tangential displacement of the indenter from its position at first touch, linear between the times.
 
     Args:
-        value: (x, y) [m], (2,) (held) or (nt, 2).
+        value: (x, y) [m], (2,) (constant) or (nt, 2).
 
     Example:
-        >>> held = jc.TangentialDisplacement((1e-7, 0.0))
+        >>> constant = jc.TangentialDisplacement((1e-7, 0.0))
     """
 
     value: Array
 
 
 def check_tangential(control: TangentialControl, nt: int) -> Verdict:
-    """A TangentialLoad or TangentialDisplacement, (2,) or (nt, 2), finite."""
+    """Check a TangentialLoad or TangentialDisplacement: (2,) or (nt, 2), finite."""
     checks.require(
         isinstance(control, TangentialLoad | TangentialDisplacement),
         f"tangential: expected TangentialLoad or TangentialDisplacement, got {control!r}",
@@ -107,7 +109,7 @@ def check_tangential(control: TangentialControl, nt: int) -> Verdict:
 
 
 def check_friction(friction: Any, cells: tuple[int, ...]) -> Verdict:
-    """Check a coefficient of friction: a number or a field of ``cells``, none negative; ValueError for anything else."""
+    """Check a coefficient of friction: a number or a field of shape ``cells``, non-negative; raise ValueError otherwise."""
     shape = np.shape(friction)
     expected = f"a number or shape {tuple(cells)}"
     checks.require(shape in ((), tuple(cells)), f"friction: expected {expected}, got shape {shape}")

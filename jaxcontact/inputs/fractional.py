@@ -1,20 +1,21 @@
-"""Fractional materials: creep as a power of time, and its cut to retardation times for the solver.
+"""Fractional materials: creep as a power of time, and its approximation by retardation times for the solver.
 
 A springpot of quasi-property V [Pa s^alpha] and order 0 < alpha < 1 lies between a spring and a dashpot:
 
     J(t) = t^alpha/(V Gamma(1 + alpha)).
 
-Its retardation times fill the whole axis. With the rate r = exp(w) and with E_alpha of Mittag-Leffler, x = t/tau,
+Its retardation times form a continuous spectrum over the whole time axis. With the rate r = exp(w), the Mittag-Leffler
+function E_alpha and x = t/tau,
 
     t^alpha/Gamma(1 + alpha) = sin(pi alpha)/pi int r^-alpha (1 - exp(-r t)) dw,
     1 - E_alpha(-x^alpha) = 1/(pi alpha) int_0^(pi alpha) (1 - exp(-x r)) dtheta,
     r^alpha = sin(theta)/sin(pi alpha - theta).
 
-The second is the first but for theta = pi alpha/(1 + exp(-alpha w)), in which its rates become those of the first far
-from tau, and its density a smooth bump for every alpha. Over w, step h, the trapezoid rule errs by exp(-pi^2/h), as
-the integrand is analytic for |Im w| < pi/2: so a sum of exponentials represents either law. Rates too fast for the
-times that are asked for act as a spring, and those too slow as a dashpot and one retardation time, which have the
-same first three derivatives at t = 0.
+With the substitution theta = pi alpha/(1 + exp(-alpha w)), the rates of the second integral approach those of the first
+far from tau, and its density is a smooth peak for every alpha. With a step h in w, the error of the trapezoidal rule is
+exp(-pi^2/h), as the integrand is analytic for |Im w| < pi/2: so a sum of exponentials represents either law. Rates too
+fast for the requested times act as a spring, and those too slow as a dashpot and one retardation time that have the same
+first three derivatives at t = 0.
 
 Sources: A. Jaishankar, G. H. McKinley, Power-law rheology in the bulk and at the interface, Proc. R. Soc. A 469
 (2013) 20120284 (the laws); R. Gorenflo, F. Mainardi, Fractional Calculus, in Fractals and Fractional Calculus in
@@ -36,65 +37,65 @@ from jaxcontact._support import checks
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.inputs.materials import NU, Material, Prony
 
-REACH = 80.0  # e-folds of rates summed beyond those that are kept, before a closed form takes over
-FINE = 0.4  # step of the sum for J(t) itself: an error of exp(-pi^2/0.4) = 2e-11
-MOST = 0.999  # greatest alpha that a spectrum of modes is summed for
-NEAR_ONE = (
-    1e-7  # what alpha of a power law is kept below one by in its cut, which changes J(t) by no more a decade
-)
+TAIL = 80.0  # range of the logarithm of rates summed beyond the modes kept; a closed form gives the rest
+FINE_STEP = 0.4  # step of the sum for J(t) itself: an error of exp(-pi^2/0.4) = 2e-11
+LARGEST_ORDER = 0.999  # largest alpha whose spectrum can be summed
+# least 1 - alpha used for the series of a power law; it changes J(t) by as much per decade at most
+NEAR_ONE = 1e-7
 
 
 class Fractional(abc.ABC):
-    """What the fractional laws share: J(t), and their cut to retardation times."""
+    """Base class of the fractional laws: J(t), and its approximation by a Prony series."""
 
     V: Array | float
     alpha: Array | float
     nu: Array | float | None
     bulk_modulus: Array | float | None
 
-    __post_init__ = Material.__post_init__  # a bulk modulus takes the place of a nu that was not given
+    __post_init__ = Material.__post_init__  # a bulk modulus replaces the default nu
 
     @abc.abstractmethod
     def creep(self, t: Array | float) -> Array:
-        """Shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
+        """Return the shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
 
     def shifted(self, factor: Array | float) -> Self:
         """Return the material with all its times multiplied by ``factor`` > 0: J(t; factor) = J(t/factor).
 
-        The quasi-property V becomes V factor^alpha; the modulus stays.
+        The quasi-property V becomes V factor^alpha; the modulus does not change.
         """
         return replace(self, V=self.V * jnp.asarray(factor, float) ** self.alpha)
 
-    _most: ClassVar[float] = MOST  # greatest alpha of a cut
-    _stretch: ClassVar[float] = 0.0  # e-folds by which w may be longer than the logarithm of the rates
+    _largest_order: ClassVar[float] = LARGEST_ORDER  # largest alpha of a series
+    # amount by which the range of w may exceed that of the logarithm of the rates
+    _extra_range: ClassVar[float] = 0.0
 
     @property
     def _spring(self) -> Array | float:
-        """Compliance of a spring in series [1/Pa]."""
+        """The compliance of a spring in series [1/Pa]."""
         return 0.0
 
     @abc.abstractmethod
     def _density(self, w: Array) -> tuple[Array, Array]:
-        """Logarithm of the rate [1/s], and compliance per w [1/Pa], at w of any shape."""
+        """Return the logarithm of the rate [1/s] and the compliance per unit of w [1/Pa], at w of any shape."""
 
     @abc.abstractmethod
-    def _place(self, log_rate: Array) -> Array:
-        """w of a rate."""
+    def _position(self, log_rate: Array) -> Array:
+        """Return the w of a rate, from the logarithm of the rate."""
 
     @abc.abstractmethod
     def _above(self, w: Array, step: Array | float) -> Array:
-        """Compliance of the modes w, w + step, w + 2 step ... [1/Pa]."""
+        """Return the total compliance of the modes at w, w + step, w + 2 step ... [1/Pa]."""
 
     def prony(self, shortest: float, longest: float, tolerance: float = 1e-5) -> Prony:
-        """The material of retardation times that creeps alike between two times, for the solver.
+        """Approximate the material by retardation times that give the same creep between two times, for the solver.
 
-        Its J(t) is within ``tolerance`` of this one's, relatively, for shortest <= t <= longest and
-        0.05 <= alpha <= 0.95; before, it is stiffer than a spring of a share of J(shortest) and softer than
-        J(shortest); after, it flows. It takes about log(1/tolerance)/4 retardation times a decade, and a few.
+        The J(t) of the series is within a relative ``tolerance`` of the fractional law for shortest <= t <= longest and
+        0.05 <= alpha <= 0.95. At shorter times its compliance tends to a positive limit below J(shortest); at longer
+        times the series flows steadily. It takes about log(1/tolerance)/4 retardation times per decade, and a few more.
 
         Args:
-            shortest: the first time that matters [s] > 0, such as the first step of a run.
-            longest: the last time that matters [s].
+            shortest: the shortest time of interest [s] > 0, such as the first step of a run.
+            longest: the longest time of interest [s].
             tolerance: relative error of J(t), 1e-8 to 0.1.
 
         Returns:
@@ -105,29 +106,29 @@ class Fractional(abc.ABC):
 
         Example:
             >>> gel = jc.Springpot(V=1e3, alpha=0.2, nu=0.5)
-            >>> cut = gel.prony(1e-3, 1e3)
-            >>> f"{float(cut.creep(2.0) / gel.creep(2.0)):.4f}"
+            >>> series = gel.prony(1e-3, 1e3)
+            >>> f"{float(series.creep(2.0) / gel.creep(2.0)):.4f}"
             '1.0000'
         """
         self._check(shortest, longest, tolerance)
         return self._summable()._sum(shortest, longest, tolerance)
 
     def _summable(self) -> "Fractional":
-        """The law with an order whose spectrum can be summed."""
+        """Return the law with an order whose spectrum can be summed."""
         return self
 
     def _sum(self, shortest: float, longest: float, tolerance: float) -> Prony:
-        """As ``prony``."""
+        """Return the series of ``prony`` without checks."""
         step = math.pi**2 / math.log(1.0 / tolerance)
         slow = -math.log(longest) - math.log(1.0 / tolerance) / 3.0
         fast = math.log(math.log(1.0 / tolerance) / shortest)
-        n = math.ceil((fast - slow + self._stretch) / step)
-        return self._cut(slow, step, n, math.ceil(REACH / step))
+        n = math.ceil((fast - slow + self._extra_range) / step)
+        return self._series(slow, step, n, math.ceil(TAIL / step))
 
     @functools.partial(jax.jit, static_argnames=("n", "beyond"))
-    def _cut(self, slow: Array | float, step: Array | float, n: int, beyond: int) -> Prony:
-        """n modes from the logarithm of a rate on, and what stands for those beyond them on either side."""
-        first = jax.lax.stop_gradient(self._place(jnp.asarray(slow)))
+    def _series(self, slow: Array | float, step: Array | float, n: int, beyond: int) -> Prony:
+        """Return a series of n modes from the rate exp(slow) on, with terms that represent the modes on either side."""
+        first = jax.lax.stop_gradient(self._position(jnp.asarray(slow)))
         flow, last, rate = self._below(first - step * jnp.arange(1, beyond), step)
         log_rates, density = self._density(first + step * jnp.arange(n + beyond))
         J = step * density
@@ -139,7 +140,7 @@ class Fractional(abc.ABC):
         )  # fmt: skip
 
     def _below(self, w: Array, step: Array | float) -> tuple[Array, Array, Array]:
-        """Fluidity [1/(Pa s)], compliance [1/Pa] and rate [1/s] that stand for the modes at w and all below."""
+        """Return fluidity [1/(Pa s)], compliance [1/Pa] and rate [1/s] that represent the modes at w and all slower ones."""
         log_rates, density = self._density(w)
         unit, ratio = jnp.exp(log_rates[0]), jnp.exp(log_rates - log_rates[0])
         flows = step * density * ratio
@@ -158,13 +159,13 @@ class Fractional(abc.ABC):
         for name in ("G", "V"):
             if hasattr(self, name):
                 checks.positive(name, getattr(self, name))
-        checks.between("alpha", self.alpha, 0.0, self._most)
+        checks.between("alpha", self.alpha, 0.0, self._largest_order)
 
 
 class PowerLaw(Fractional):
-    """The modes of a springpot, alone or with a spring in series."""
+    """Base class of the laws whose spectrum is that of a springpot, alone or with a spring in series."""
 
-    _most: ClassVar[float] = 1.0
+    _largest_order: ClassVar[float] = 1.0
 
     def _summable(self) -> "PowerLaw":
         return replace(self, alpha=jnp.minimum(self.alpha, 1.0 - NEAR_ONE))
@@ -172,7 +173,7 @@ class PowerLaw(Fractional):
     def _density(self, w: Array) -> tuple[Array, Array]:
         return w, jnp.sin(jnp.pi * self.alpha) / (jnp.pi * self.V) * jnp.exp(-self.alpha * w)
 
-    def _place(self, log_rate: Array) -> Array:
+    def _position(self, log_rate: Array) -> Array:
         return log_rate
 
     def _above(self, w: Array, step: Array | float) -> Array:
@@ -181,7 +182,7 @@ class PowerLaw(Fractional):
 
 @pytree
 class Springpot(PowerLaw):
-    """J(t) = t^alpha/(V Gamma(1 + alpha)): a power law.
+    """A springpot, whose creep is a power law: J(t) = t^alpha/(V Gamma(1 + alpha)).
 
     Args:
         V: quasi-property [Pa s^alpha] > 0.
@@ -201,16 +202,16 @@ class Springpot(PowerLaw):
     bulk_modulus: Array | float | None = None
 
     def creep(self, t: Array | float) -> Array:
-        """J(t) [1/Pa], t >= 0 [s] of any shape."""
+        """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
         return power(t, self.alpha) / self.V
 
 
 @pytree
 class FractionalMaxwell(PowerLaw):
-    """J(t) = 1/G + t^alpha/(V Gamma(1 + alpha)): a spring and a springpot in series.
+    """A spring and a springpot in series: J(t) = 1/G + t^alpha/(V Gamma(1 + alpha)).
 
     Args:
-        G: shear modulus at first [Pa] > 0.
+        G: instantaneous shear modulus [Pa] > 0.
         V: quasi-property of the springpot [Pa s^alpha] > 0.
         alpha: its order, 0 < alpha < 1.
         nu: Poisson's ratio, -1 < nu <= 0.5.
@@ -229,7 +230,7 @@ class FractionalMaxwell(PowerLaw):
     bulk_modulus: Array | float | None = None
 
     def creep(self, t: Array | float) -> Array:
-        """J(t) [1/Pa], t >= 0 [s] of any shape."""
+        """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
         return 1.0 / self.G + power(t, self.alpha) / self.V
 
     @property
@@ -239,10 +240,10 @@ class FractionalMaxwell(PowerLaw):
 
 @pytree
 class FractionalKelvinVoigt(Fractional):
-    """J(t) = (1 - E_alpha(-(t/tau)^alpha))/G, tau^alpha = V/G: a spring and a springpot in parallel.
+    """A spring and a springpot in parallel: J(t) = (1 - E_alpha(-(t/tau)^alpha))/G, tau^alpha = V/G.
 
     Args:
-        G: shear modulus in the end [Pa] > 0.
+        G: relaxed shear modulus [Pa] > 0.
         V: quasi-property of the springpot [Pa s^alpha] > 0.
         alpha: its order, 0 < alpha < 1.
         nu: Poisson's ratio, -1 < nu <= 0.5.
@@ -262,18 +263,18 @@ class FractionalKelvinVoigt(Fractional):
 
     @jax.jit
     def creep(self, t: Array | float) -> Array:
-        """J(t) [1/Pa], t >= 0 [s] of any shape, to 1e-9 of it."""
+        """Return J(t) [1/Pa] to a relative 1e-9, t >= 0 [s] of any shape."""
         t = jnp.asarray(t, dtype=float)
-        some = t > 0.0
-        log_t = jnp.log(jnp.where(some, t, 1.0))[..., None]
-        centre = jax.lax.stop_gradient(self._place(-log_t))
-        w = centre + FINE * jnp.arange(-REACH / FINE, REACH / FINE)
+        positive = t > 0.0
+        log_t = jnp.log(jnp.where(positive, t, 1.0))[..., None]
+        centre = jax.lax.stop_gradient(self._position(-log_t))
+        w = centre + FINE_STEP * jnp.arange(-TAIL / FINE_STEP, TAIL / FINE_STEP)
         log_rates, density = self._density(w)
         delayed = -jnp.expm1(-jnp.exp(log_rates + log_t))
-        J = FINE * jnp.sum(density * delayed, -1) + self._above(w[..., -1] + FINE, FINE)
-        return jnp.where(some, J, 0.0)
+        J = FINE_STEP * jnp.sum(density * delayed, -1) + self._above(w[..., -1] + FINE_STEP, FINE_STEP)
+        return jnp.where(positive, J, 0.0)
 
-    _stretch = 6.4  # for alpha up to 0.95
+    _extra_range = 6.4  # for alpha up to 0.95
 
     @property
     def _log_tau(self) -> Array:
@@ -285,20 +286,22 @@ class FractionalKelvinVoigt(Fractional):
         log_rate = (log_sine(log_p) - log_sine(log_q)) / self.alpha - self._log_tau
         return log_rate, self.alpha / self.G * jnp.exp(log_p + log_q)
 
-    def _place(self, log_rate: Array) -> Array:
+    def _position(self, log_rate: Array) -> Array:
         y = jnp.exp(self.alpha * (log_rate + self._log_tau))
         sine, cosine = jnp.sin(jnp.pi * self.alpha), jnp.cos(jnp.pi * self.alpha)
         return jnp.log(jnp.arctan2(sine, 1.0 / y + cosine) / jnp.arctan2(sine, y + cosine)) / self.alpha
 
     def _above(self, w: Array, step: Array | float) -> Array:
-        """The integral of the logistic density from half a step before, and the first term of what it is off by."""
+        """Return the integral of the logistic density from half a step below w, with the first term of its error."""
         width = self.alpha * step
         q = jnp.exp(-softplus(self.alpha * w - width / 2.0))
         return (q + width**2 / 24.0 * q * (1.0 - q) * (2.0 * q - 1.0)) / self.G
 
 
 def power(t: Array | float, alpha: Array | float) -> Array:
-    """t^alpha/Gamma(1 + alpha), t >= 0 of any shape; derivatives too are finite at t = 0."""
+    """Return t^alpha/Gamma(1 + alpha), t >= 0 of any shape; its derivatives are finite at t = 0 as well."""
     t, alpha = jnp.asarray(t, dtype=float), jnp.asarray(alpha, dtype=float)
-    some = t > 0.0
-    return jnp.where(some, jnp.exp(alpha * jnp.log(jnp.where(some, t, 1.0)) - gammaln(1.0 + alpha)), 0.0)
+    positive = t > 0.0
+    return jnp.where(
+        positive, jnp.exp(alpha * jnp.log(jnp.where(positive, t, 1.0)) - gammaln(1.0 + alpha)), 0.0
+    )

@@ -1,8 +1,9 @@
-"""A body: layers, perfectly bonded, on a half-space."""
+"""A body: perfectly bonded layers on a half-space."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -10,7 +11,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.inputs.materials import Material
+from jaxcontact.inputs.materials import Elastic, Material
 
 
 @pytree
@@ -20,7 +21,10 @@ class Layer:
     Args:
         material: any material.
         thickness: h [m] > 0, a number; in ``indent`` also (nt,) over its times, linear between them: a film that
-            grows or wears, alike everywhere (``history.growing`` says what is assumed).
+            grows or wears uniformly (``history.growing`` states the assumptions). In ``indent`` also (nx, ny) on the
+            grid, or (nt, nx, ny), >= 0, for the only layer on an elastic substrate: a film that varies in the plane. It
+            stands on a flat base, so that its surface is higher where it is thicker, and where it is 0 the base is bare
+            (``operators.varying`` has the operator and its error).
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
@@ -32,13 +36,13 @@ class Layer:
 
 @pytree
 class Graded:
-    """A layer whose material varies with depth, cut into equal sublayers with the material of their middle.
+    """A layer whose material varies with depth, divided into equal sublayers with the material at their mid-depth.
 
-    The response converges with the square of the number of sublayers. Derivatives flow to whatever numbers the
-    profile closes over. The film strain of a run is that of the uppermost sublayer.
+    The error of the response decreases with the square of the number of sublayers. Derivatives with respect to all
+    numbers that the profile closes over are available. The film strain of a run is that of the uppermost sublayer.
 
     Args:
-        profile: from a depth below the layer's top [m] to a material, of the same or another class at each.
+        profile: function from the depth below the layer's top [m] to a material, of the same or another class at each.
         thickness: h [m] > 0, a number.
         layers: number of sublayers, static, 1 to 1000.
 
@@ -55,14 +59,14 @@ class Graded:
     layers: int = static(default=16)
 
     def cut(self) -> list[Layer]:
-        """The sublayers, the top one first."""
+        """Return the sublayers, the top one first."""
         each = jnp.asarray(self.thickness, float) / self.layers
         return [Layer(self.profile((i + 0.5) * each), each) for i in range(self.layers)]
 
 
 @pytree
 class LayeredHalfSpace:
-    """Layers, the top one first, on a substrate; no layers make it a half-space.
+    """Layers, the top one first, on a substrate; without layers it is a half-space.
 
     Args:
         layers: a list of ``Layer`` and ``Graded``, empty for a half-space.
@@ -78,21 +82,21 @@ class LayeredHalfSpace:
     substrate: Material
 
     def sublayers(self) -> tuple[Layer, ...]:
-        """The layers, the top one first, with each graded one cut."""
+        """Return the layers, the top one first, with each graded layer divided into sublayers."""
         return tuple(
             part for layer in self.layers for part in (layer.cut() if isinstance(layer, Graded) else [layer])
         )
 
     def with_thicknesses(self, thicknesses: Array) -> Self:
-        """The body with other thicknesses (layers,) [m] of its layers, none of them graded."""
+        """Return the body with other thicknesses (layers,) [m] of its layers, none of which may be graded."""
         pairs = zip(self.sublayers(), thicknesses, strict=True)
         return replace(self, layers=tuple(replace(layer, thickness=h) for layer, h in pairs))
 
 
 def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
-    """The body with its layers as a tuple of ``Layer``, and whether its values are in their ranges.
+    """Return the body with its layers as a tuple of ``Layer``, and whether its values are in their ranges.
 
-    Raises ValueError for what cannot be computed.
+    Raises ValueError for a body that cannot be computed.
     """
     checks.require(
         isinstance(body, LayeredHalfSpace),
@@ -113,18 +117,19 @@ def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
 
 
 def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace, Array | None, Verdict]:
-    """The body as it is at the first of ``count`` times, its thicknesses over them (count, layers), and if they are > 0.
+    """Return the body at the first of ``count`` times, its layers' thicknesses over time, and whether these are > 0.
 
-    None: they stay as they are. Whatever else may be wrong with the body, ``checked_body`` says.
+    The thicknesses are (count, layers), or None if all are constant. Other errors in the body are left to
+    ``checked_body``.
     """
     layers = (
         body.layers if isinstance(body, LayeredHalfSpace) and isinstance(body.layers, list | tuple) else ()
     )
-    moving = [layer for layer in layers if isinstance(layer, Layer) and np.ndim(layer.thickness) == 1]
-    if not moving:
+    varying = [layer for layer in layers if isinstance(layer, Layer) and np.ndim(layer.thickness) == 1]
+    if not varying:
         return body, None, True
     valid: Verdict = True
-    for layer in moving:
+    for layer in varying:
         shape = np.shape(layer.thickness)
         checks.require(
             shape == (count,),
@@ -132,7 +137,7 @@ def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace,
         )
         valid = valid & checks.positive("layer thickness [m]", layer.thickness)
     first = lambda layer: replace(layer, thickness=jnp.asarray(layer.thickness, float)[0])
-    at_first = replace(body, layers=tuple(first(a) if any(a is b for b in moving) else a for a in layers))
+    at_first = replace(body, layers=tuple(first(a) if any(a is b for b in varying) else a for a in layers))
     over_times = [
         jnp.broadcast_to(jnp.asarray(part.thickness, float), (count,))
         for layer in layers
@@ -141,17 +146,73 @@ def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace,
     return at_first, jnp.stack(over_times, 1), valid
 
 
-def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
-    """The body with each layer that grows or wears as thick as it ever is; concrete values only."""
+class ThicknessMap(NamedTuple):
+    """The thickness of a film that varies in the plane [m], (nx, ny) or (nt, nx, ny)."""
+
+    values: Array
+
+    @property
+    def over_times(self) -> bool:
+        return self.values.ndim == 3
+
+    @property
+    def at_first(self) -> Array:
+        """The thickness at the first time, (nx, ny)."""
+        return self.values[0] if self.over_times else self.values
+
+
+def over_the_plane(body: LayeredHalfSpace, shape: tuple[int, ...]) -> LayeredHalfSpace:
+    """Return the body with the thickness of its only layer at all cells of a grid; other bodies as they are."""
     layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
-    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) == 1 for layer in layers):
+    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], Layer):
+        return body
+    if np.ndim(layers[0].thickness) > 0:
+        return body
+    everywhere = jnp.broadcast_to(jnp.asarray(layers[0].thickness, float), shape)
+    return replace(body, layers=(replace(layers[0], thickness=everywhere),))
+
+
+def separate_map(
+    body: LayeredHalfSpace, shape: tuple[int, ...], count: int
+) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:
+    """Return the body with a film of one thickness, the thickness that varies in the plane, and whether it is in range.
+
+    shape: that of the grid; count: the number of times. The one thickness is the largest, without derivative. None: no
+    thickness varies in the plane. Raises ValueError for a thickness that cannot be computed.
+    """
+    given = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    layers = list(given) if isinstance(given, list | tuple) else []
+    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 1 for layer in layers):
+        return body, None, True
+    checks.require(
+        len(layers) == 1 and isinstance(body.substrate, Elastic),
+        "body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got"
+        f" {len(layers)} on {type(body.substrate).__name__}",
+    )
+    (layer,), expected = layers, (tuple(shape), (count, *shape))
+    checks.require(
+        np.shape(layer.thickness) in expected,
+        f"layer thickness [m]: expected a number or shape {' or '.join(map(str, expected))} as the grid and the times, got"
+        f" {np.shape(layer.thickness)}",
+    )
+    valid = checks.non_negative("layer thickness [m]", layer.thickness)
+    values = jnp.asarray(layer.thickness, float)
+    largest = jax.lax.stop_gradient(jnp.max(values))
+    one = jnp.where(largest > 0.0, largest, 1.0)  # without any film its thickness does not matter
+    return replace(body, layers=(replace(layer, thickness=one),)), ThicknessMap(values), valid
+
+
+def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
+    """Return the body with each growing or wearing layer at its largest thickness; concrete values only."""
+    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 0 for layer in layers):
         return body
     at_most = lambda layer: replace(layer, thickness=float(np.max(np.asarray(layer.thickness))))
     return replace(body, layers=tuple(at_most(layer) for layer in layers))
 
 
 def _check_layer(layer: Layer | Graded) -> Verdict:
-    """All but the material."""
+    """Check all of a layer except its material."""
     checks.require(
         isinstance(layer, Layer | Graded),
         f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
@@ -159,13 +220,13 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     shape = np.shape(layer.thickness)
     checks.require(
         len(shape) < 2,
-        f"layer thickness [m]: expected a number, got shape {shape}: a response belongs to one thickness everywhere."
-        " Give the film's mean here and its uneven top as the heights of a HeightField, and bound what is left by runs"
-        " with the least and the largest thickness",
+        f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
+        " indent and rub alone. A body that moves past the indenter, tangential traction and the fields below the surface"
+        " are computed for one thickness everywhere",
     )
     checks.require(
         shape == (),
-        f"layer thickness [m]: expected a number, got shape {shape}; over times it is for a Layer in indent alone",
+        f"layer thickness [m]: expected a number, got shape {shape}; only a Layer in indent accepts one value per time",
     )
     if isinstance(layer, Graded):
         kind = type(layer.profile).__name__
@@ -175,16 +236,20 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
 
 
 def thickest(body: LayeredHalfSpace) -> float:
-    """The largest thickness of a layer at any time [m], 0 without layers."""
+    """Return the largest thickness of any layer at any time [m], 0 without layers."""
     return max((float(np.max(layer.thickness)) for layer in body.layers), default=0.0)
 
 
 def check_material(where: str, material: Material) -> Verdict:
-    """Moduli and viscosities above zero, nu in (-1, 0.5] or a bulk modulus, one number each; a spectrum of one shape."""
-    cut = ": its prony(shortest, longest) is one" if hasattr(material, "prony") else ""
+    """Check the parameters of a material.
+
+    Moduli and viscosities are > 0, and either nu is in (-1, 0.5] or a bulk modulus is given; each is one number. The
+    lists of a spectrum have one shape.
+    """
+    remedy = ": use its prony(shortest, longest)" if hasattr(material, "prony") else ""
     checks.require(
         isinstance(material, Material),
-        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{cut}",
+        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{remedy}",
     )
     kind = type(material).__name__
     nu, K = material.nu, material.bulk_modulus

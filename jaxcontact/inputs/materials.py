@@ -4,17 +4,17 @@ One compliance is used throughout: the shear creep compliance
 
     J(t) = gamma(t) / tau0   [1/Pa],
 
-the shear strain per unit of a shear stress that steps on at t = 0; J = 1/G for an elastic solid.
-The paper writes phi(t) for 1/(2G) in its Eq. (14), so its film has J = 2 phi (its own Table 3 and
-Fig. 10a come out only with that).
+the shear strain per unit of a shear stress applied as a step at t = 0; J = 1/G for an elastic solid.
+The paper writes phi(t) for 1/(2G) in its Eq. (14), so its film has J = 2 phi (only with this factor are its own Table 3
+and Fig. 10a reproduced).
 
-In volume a material is one of two kinds. With a Poisson's ratio nu that is constant, its volume stiffness creeps
-away with its shear stiffness; with a bulk modulus K it is elastic, and
+The volume response is one of two kinds. With a constant Poisson's ratio nu, the volume compliance creeps in proportion
+to the shear compliance; with a bulk modulus K it is elastic, and
 
     nu(s) = (3 K j - 2)/(6 K j + 2),      j = s J(s),
 
-tends to 1/2 as the shear stiffness is lost: a fluid keeps its volume. The models: W. N. Findley, J. S. Lai,
-K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, ch. 5.
+tends to 1/2 as the shear stiffness relaxes to zero: a fluid is incompressible in the limit. The models: W. N. Findley,
+J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, ch. 5.
 """
 
 import abc
@@ -26,13 +26,13 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.inputs.spectrum import Spectrum, relaxation_modes
 
-NU = float("0.3")  # of a material of which neither is given; told by its identity from a 0.3 that is given
+NU = float("0.3")  # the default, distinguished by its identity from a value of 0.3 passed by the user
 
 
 class Material(abc.ABC):
-    """Creep in shear given by ``spectrum``; in volume a constant Poisson's ratio nu, or a bulk modulus in its place.
+    """Base class of materials: shear creep given by ``spectrum``, with a constant Poisson's ratio nu or a bulk modulus.
 
-    Parameters are numbers above zero, but for those of ``may_be_zero`` and the lists, all of one length.
+    Parameters are positive numbers, except those in ``may_be_zero`` and the ``lists``, which have a common length.
     """
 
     nu: Array | float | None
@@ -41,42 +41,43 @@ class Material(abc.ABC):
     lists: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        """A bulk modulus takes the place of a nu that was not given."""
+        """Let a bulk modulus replace a nu that was not given."""
         if self.bulk_modulus is not None and self.nu is NU:
             object.__setattr__(self, "nu", None)
 
     @abc.abstractmethod
     def spectrum(self) -> Spectrum:
-        """The material's canonical form."""
+        """Return the material's canonical form."""
 
     def nu_at(self, compliance: Array) -> Array:
-        """nu where the shear compliance is j [1/Pa], real, or complex at a frequency: nu(s) of the module."""
+        """Return nu where the shear compliance is j [1/Pa], real, or complex at a frequency: nu(s) of the module."""
         if self.bulk_modulus is None:
             return jnp.asarray(self.nu, float)
         stiff = 3.0 * self.bulk_modulus * compliance
         return (stiff - 2.0) / (2.0 * stiff + 2.0)
 
     def creep(self, t: Array | float) -> Array:
-        """Shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
+        """Return the shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
         return self.spectrum().creep(t)
 
     def scaled(self, factor: Array | float) -> Self:
-        """The material ``factor`` times as stiff and as viscous, with the same times and Poisson's ratio.
+        """Return the material with all moduli and viscosities multiplied by ``factor``, with the same times and Poisson's
+        ratio.
 
-        An elastic volume response gets as much stiffer.
+        The bulk modulus of an elastic volume response is multiplied as well.
         """
-        less, kept = ("J0", "J", "fluidity"), ("nu", "tau")
+        compliances, unchanged = ("J0", "J", "fluidity"), ("nu", "tau")
         change = {
-            name: value / factor if name in less else value * factor
+            name: value / factor if name in compliances else value * factor
             for name, value in vars(self).items()
-            if name not in kept and value is not None
+            if name not in unchanged and value is not None
         }
         return replace(self, **change)
 
     def shifted(self, factor: Array | float) -> Self:
         """Return the material with all its times multiplied by ``factor`` > 0: J(t; factor) = J(t/factor).
 
-        Moduli stay and viscosities become ``factor`` times as large. This is time-temperature superposition with the
+        Moduli do not change and viscosities are multiplied by ``factor``. This is time-temperature superposition with the
         shift factor a_T = factor (J. D. Ferry, Viscoelastic Properties of Polymers, 1980, ch. 11).
 
         Example:
@@ -94,14 +95,16 @@ class Material(abc.ABC):
         return replace(self, **change)
 
     def relaxation(self, t: Array | float) -> Array:
-        """Shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
+        """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
         rho, weights = relaxation_modes(spectrum)
         decay = jnp.exp(-jnp.asarray(t, dtype=float)[..., None] * rho)
         return self._elastic_part(spectrum) + decay @ weights
 
     def complex_modulus(self, omega: Array | float) -> Array:
-        """G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a fluid."""
+        """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a
+        fluid.
+        """
         s = 1j * jnp.asarray(omega, dtype=float)
         spectrum = self.spectrum()
         if spectrum.fluidity is not None:
@@ -110,12 +113,14 @@ class Material(abc.ABC):
         return 1.0 / (spectrum.instantaneous + jnp.sum(parts, -1))
 
     def laplace_compliance(self, s: Array | complex) -> Array:
-        """Laplace transform of J(t): J(s) = h(s)/s^2 [s/Pa], s [1/s] real or complex, Re s > 0."""
+        """Return the Laplace transform of J(t): J(s) = h(s)/s^2 [s/Pa], s [1/s] real or complex, Re s > 0."""
         return self.spectrum().transform(s) / jnp.asarray(s) ** 2
 
     @staticmethod
     def _elastic_part(spectrum: Spectrum) -> Array | float:
-        """G at infinite time of a material that cannot flow: the root rho = 0 of h, left out above."""
+        """Return the relaxed modulus G(inf) of a solid: the contribution of the root rho = 0 of h, not in the modes; 0
+        for a fluid.
+        """
         if spectrum.fluidity is not None:
             return 0.0
         return 1.0 / (spectrum.instantaneous + jnp.sum(spectrum.amplitudes))
@@ -123,7 +128,7 @@ class Material(abc.ABC):
 
 @pytree
 class Elastic(Material):
-    """J = 1/G.
+    """An elastic solid: J = 1/G.
 
     Args:
         G: shear modulus [Pa] > 0.
@@ -142,7 +147,7 @@ class Elastic(Material):
 
     @classmethod
     def from_young(cls, E: Array | float, nu: Array | float = 0.3) -> "Elastic":
-        """From Young's modulus E [Pa]: G = E/(2(1 + nu))."""
+        """Return the solid with Young's modulus E [Pa]: G = E/(2(1 + nu))."""
         return cls(G=E / (2.0 * (1.0 + nu)), nu=nu)
 
     def spectrum(self) -> Spectrum:
@@ -151,7 +156,7 @@ class Elastic(Material):
 
 @pytree
 class Maxwell(Material):
-    """J(t) = 1/G + t/eta.
+    """A Maxwell fluid: J(t) = 1/G + t/eta.
 
     Source: the paper, Eq. (11).
 
@@ -181,9 +186,9 @@ class Maxwell(Material):
 
 @pytree
 class KelvinVoigt(Material):
-    """J(t) = (1 - exp(-G t/eta))/G.
+    """A Kelvin-Voigt solid: J(t) = (1 - exp(-G t/eta))/G.
 
-    It is rigid at first: ``relaxation`` is G for t > 0 and leaves out the pulse eta delta(t).
+    Its instantaneous compliance is zero: ``relaxation`` is G for t > 0 and omits the impulse eta delta(t).
 
     Args:
         G: shear modulus [Pa] > 0.
@@ -207,16 +212,16 @@ class KelvinVoigt(Material):
         return Spectrum(jnp.zeros_like(G), jnp.stack([1.0 / G]), jnp.stack([G / eta]))
 
     def relaxation(self, t: Array | float) -> Array:
-        """G(t) = G for t > 0 [Pa]; the pulse eta delta(t) is left out."""
+        """Return G(t) = G for t > 0 [Pa]; the impulse eta delta(t) is omitted."""
         return jnp.asarray(self.G, dtype=float) + jnp.zeros_like(jnp.asarray(t, dtype=float))
 
 
 @pytree
 class StandardLinearSolid(Material):
-    """J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2.
+    """A standard linear solid: J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2.
 
     Args:
-        G1: modulus at first [Pa] > 0.
+        G1: instantaneous modulus [Pa] > 0.
         G2: modulus of the delayed part [Pa] > 0.
         eta2: viscosity of the delayed part [Pa s] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
@@ -224,7 +229,7 @@ class StandardLinearSolid(Material):
 
     Example:
         >>> rubber = jc.StandardLinearSolid(G1=2e6, G2=2e6, eta2=1e6, nu=0.5)
-        >>> f"{rubber.relaxation(1e3) / 1e6:.2f} MPa"             # G1 G2/(G1 + G2) in the end
+        >>> f"{rubber.relaxation(1e3) / 1e6:.2f} MPa"             # the relaxed modulus G1 G2/(G1 + G2)
         '1.00 MPa'
     """
 
@@ -243,14 +248,14 @@ class StandardLinearSolid(Material):
 
 @pytree
 class Burgers(Material):
-    """J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2 + t/eta1.
+    """A Burgers fluid: J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2 + t/eta1.
 
     Source: the paper, Eq. (13); its Eq. (14) gives phi = J/2 of the tribofilm below.
 
     Args:
-        G1: modulus at first [Pa] > 0.
+        G1: instantaneous modulus [Pa] > 0.
         G2: modulus of the delayed part [Pa] > 0.
-        eta1: viscosity of the unlimited flow [Pa s] > 0.
+        eta1: viscosity of the steady-state flow [Pa s] > 0.
         eta2: viscosity of the delayed part [Pa s] > 0.
         nu: Poisson's ratio, -1 < nu <= 0.5.
         bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
@@ -278,19 +283,19 @@ class Burgers(Material):
 
 @pytree
 class Prony(Material):
-    """J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t.
+    """A generalized Kelvin-Voigt material: J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t.
 
     Args:
-        J0: compliance at first [1/Pa] >= 0.
+        J0: instantaneous compliance [1/Pa] >= 0.
         J: delayed compliances [1/Pa] >= 0, (n,).
         tau: their retardation times [s] > 0, (n,); some may be equal.
         nu: Poisson's ratio, -1 < nu <= 0.5.
-        fluidity: rate of the unlimited flow [1/(Pa s)] >= 0.
+        fluidity: inverse of the steady-flow viscosity [1/(Pa s)] >= 0.
         bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
     Example:
         >>> polymer = jc.Prony(J0=1e-9, J=np.array([2e-9, 5e-9]), tau=np.array([1.0, 100.0]))
-        >>> f"{polymer.relaxation(1e6) / 1e6:.0f} MPa"            # 1/(J0 + sum J) in the end
+        >>> f"{polymer.relaxation(1e6) / 1e6:.0f} MPa"            # the relaxed modulus 1/(J0 + sum J)
         '125 MPa'
     """
 

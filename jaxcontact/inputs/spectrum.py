@@ -1,4 +1,4 @@
-"""The canonical form of creep: a compliance as a sum of exponentials, and its relaxation.
+"""The canonical form of a material: its creep compliance as a sum of exponentials, and its relaxation modes.
 
     J(t) = J0 + sum_i J_i (1 - exp(-t/tau_i)) + fluidity t
 
@@ -10,12 +10,13 @@ The relaxation modulus has the transform G(s) = 1/h(s), so that with the roots -
 
     G(t) = sum_k exp(-rho_k t) / h'(-rho_k),      all rho_k real and >= 0, all terms positive
 
-(from J(s) G(s) = 1/s^2). In parallel with a spring c the compliance is again of that form: 1/(s (G(s) + c)) belongs to
+(from J(s) G(s) = 1/s^2). In parallel with a spring c the compliance is again of that form: 1/(s (G(s) + c)) is the
+transform of
 
     J_c(t) = J0/(1 + c J0) + sum_k a_k (1 - exp(-rho_k t)),
 
-with rho_k the relaxation rates of the material with a compliance 1/c in series, and a_k = w_k/c^2 of the weights of
-that relaxation: positive terms only.
+with rho_k the relaxation rates of the material with a compliance 1/c in series, and a_k = w_k/c^2, where w_k are the
+weights of that relaxation: all terms are positive.
 """
 
 import jax
@@ -25,13 +26,14 @@ from jax import Array
 from jaxcontact._support.exponential import mean_decay
 from jaxcontact._support.pytree import pytree
 
-HALVINGS = 100  # of an interval between rates: a root is known to 1e-30 of it
-SLOW = 1e-3  # of the least retardation rate: below it the rate of a flow is computed from its own equation
+BISECTIONS = 100  # a root is found to 1e-30 of the interval between rates
+# fraction of the lowest retardation rate below which the root of a fluid is computed by ``_slowest``
+SLOW = 1e-3
 
 
 @pytree
 class Spectrum:
-    """The canonical form of a material: what the response functions and the march need.
+    """The canonical form of a material, as used by the response functions and the time stepping.
 
     instantaneous: J0 [1/Pa], (); amplitudes: J_i [1/Pa], (n,); rates: 1/tau_i [1/s], (n,);
     fluidity [1/(Pa s)], (), or None for a material that cannot flow (known from its class).
@@ -43,45 +45,45 @@ class Spectrum:
     fluidity: Array | None = None
 
     def creep(self, t: Array | float) -> Array:
-        """J(t) [1/Pa] for t of any shape."""
+        """Return J(t) [1/Pa] for t of any shape."""
         t = jnp.asarray(t, dtype=float)
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
         flow = 0.0 if self.fluidity is None else self.fluidity * t
         return self.instantaneous + delayed + flow
 
     def transform(self, s: Array | complex) -> Array:
-        """h(s) = s^2 J(s) [1/(Pa s)], real or complex s."""
+        """Return h(s) = s^2 J(s) [1/(Pa s)], real or complex s."""
         s = jnp.asarray(s)
         terms = jnp.sum(self.amplitudes * self.rates * s[..., None] / (s[..., None] + self.rates), -1)
         flow = 0.0 if self.fluidity is None else self.fluidity
         return s * self.instantaneous + flow + terms
 
     def mean_creep(self, start: Array, end: Array) -> Array:
-        """Mean of J(t) [1/Pa] over start <= t <= end, times of any shape."""
+        """Return the mean of J(t) [1/Pa] over start <= t <= end, times of any shape."""
         decay = mean_decay(self.rates, start[..., None], end[..., None])
         flow = 0.0 if self.fluidity is None else self.fluidity * (start + end) / 2.0
         return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
 
 
 def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Array, Array]:
-    """Rates rho_k [1/s] of relaxation, ascending, and weights w_k [Pa]: G(t) = G(inf) + sum w_k exp(-rho_k t).
+    """Return the relaxation rates rho_k [1/s], ascending, and weights w_k [Pa]: G(t) = G(inf) + sum w_k exp(-rho_k t).
 
     ``extra`` [1/Pa], any shape, is a compliance added to J0: that of a spring in series with the
-    material. Both have shape ``extra.shape + (m,)`` with m = n + 1 where the material can flow, n where it
-    cannot. The rates of the spectrum ascend; J0 + extra > 0.
+    material. Both results have shape ``extra.shape + (m,)`` with m = n + 1 if the material can flow, n if it
+    cannot. The rates of the spectrum must ascend, and J0 + extra > 0.
 
     With s_0 = 0 before the rho_k of a material that cannot flow, the roots interlace with the rates,
     s_0 <= r_1 <= s_1 <= ... <= s_n, and
 
         w_k = 1/(J0 + extra) prod_{i <= k} (s_k - r_i)/(s_k - s_{i-1}) prod_{i > k} (r_i - s_k)/(s_i - s_k),
 
-    with factors between 0 and 1: a branch that is empty, or has the time of another, has weight zero.
+    with factors between 0 and 1: a branch of zero compliance, or with the retardation time of another, has weight zero.
     """
     extra = jnp.asarray(extra, dtype=float)
     total = (spectrum.instantaneous + extra)[..., None]
     rho = _roots(spectrum, total)
-    still = jnp.zeros((*rho.shape[:-1], 1))
-    roots = rho if spectrum.fluidity is not None else jnp.concatenate([still, rho], -1)
+    zero = jnp.zeros((*rho.shape[:-1], 1))
+    roots = rho if spectrum.fluidity is not None else jnp.concatenate([zero, rho], -1)
     n = spectrum.rates.shape[0]
     weight = jnp.ones_like(roots)
     for i in range(n):
@@ -93,17 +95,17 @@ def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Ar
 
 
 def _roots(spectrum: Spectrum, total: Array) -> Array:
-    """The rho_k by halving the intervals between the rates, where they lie; Newton steps carry the derivatives."""
+    """Return the rho_k by bisection of the intervals between the rates, and Newton steps that carry the derivatives."""
     rates, weights = spectrum.rates, spectrum.amplitudes * spectrum.rates
     if spectrum.fluidity is not None:
         rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
         weights = jnp.append(spectrum.fluidity, weights)
     if rates.shape[0] == 0:
         return jnp.zeros((*total.shape[:-1], 0))
-    held = jax.lax.stop_gradient((rates, weights, total))
-    rho = _halved(*held)
+    constants = jax.lax.stop_gradient((rates, weights, total))
+    rho = _bisected(*constants)
     if spectrum.fluidity is not None:
-        rho = rho.at[..., 0].set(_slowest(*held, rho[..., 0]))
+        rho = rho.at[..., 0].set(_slowest(*constants, rho[..., 0]))
     for _ in range(2):
         rho = _newton(rates, weights, total, rho)
     return rho
@@ -111,13 +113,13 @@ def _roots(spectrum: Spectrum, total: Array) -> Array:
 
 @jax.jit  # traced once for both steps
 def _newton(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
-    """A step towards a zero of ``_characteristic``; none where that is flat."""
+    """Return rho after a Newton step towards a zero of ``_characteristic``; no step where its derivative is zero."""
     value, slope = jax.jvp(lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),))
     return rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
 
 
-def _halved(rates: Array, weights: Array, total: Array) -> Array:
-    """Zeros of total + sum_i weights_i/(r_i - rho), which rises between the r_i; an end where it has none."""
+def _bisected(rates: Array, weights: Array, total: Array) -> Array:
+    """Return the zeros of total + sum_i weights_i/(r_i - rho), which rises between the r_i; an end where there is none."""
     top = rates[-1:] + jnp.sum(weights) / total
     high = jnp.concatenate([jnp.broadcast_to(rates[1:], (*top.shape[:-1], rates.size - 1)), top], -1)
     low = jnp.broadcast_to(rates, high.shape)
@@ -129,18 +131,18 @@ def _halved(rates: Array, weights: Array, total: Array) -> Array:
         below = total + jnp.sum(weights / jnp.where(gap == 0.0, jnp.inf, gap), -1) < 0.0
         return jnp.where(below, middle, low), jnp.where(below, high, middle)
 
-    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (low, high))
+    low, high = jax.lax.fori_loop(0, BISECTIONS, halve, (low, high))
     return (low + high) / 2.0
 
 
 def _slowest(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
     """Refine the lowest root of a material that may flow, (...), where it lies far below the retardation rates.
 
-    The root is proportional to the fluidity w_0, which belongs to the rate r_0 = 0, in
+    The root is proportional to the fluidity w_0, the weight of the rate r_0 = 0, in
 
         rho = w_0/(total + sum_{i > 0} w_i/(r_i - rho)),
 
-    and this keeps its relative accuracy: it is exactly zero without a fluidity. Halving alone leaves 1e-30 of r_1.
+    which preserves its relative accuracy: it is exactly zero without a fluidity. Bisection alone leaves 1e-30 of r_1.
     """
     slow = rho < SLOW * jnp.min(rates[1:], initial=jnp.inf)
     gaps = rates[1:] - jnp.where(slow, rho, 0.0)[..., None]
@@ -149,9 +151,9 @@ def _slowest(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
 
 
 def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
-    """(total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho), in parts of each r_i + rho, of rho (..., m).
+    """Return (total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho)/(r_i + rho), for rho (..., m).
 
-    Multiplied out: nothing is divided by r_i - rho, which is zero for an empty branch.
+    It is expanded so that nothing is divided by r_i - rho, which is zero for a branch of zero compliance.
     """
     size = jax.lax.stop_gradient(rates + rho[..., None])
     size = jnp.where(size == 0.0, 1.0, size)
@@ -163,7 +165,7 @@ def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> A
 
 
 def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, Array]:
-    """Creep of a material in parallel with springs c, J_c(t) = start + sum_k a_k (1 - exp(-rho_k t)).
+    """Return the creep of a material in parallel with springs c, J_c(t) = start + sum_k a_k (1 - exp(-rho_k t)).
 
     Returns start [1/Pa], (...); a [1/Pa], (..., m); rho [1/s], (..., m) for stiffness (...) [Pa].
     """

@@ -1,4 +1,4 @@
-"""Measured surfaces from the files of instruments, through the library SurfaceTopography (the extra ``surfaces``).
+"""Measured surfaces from instrument files, read by the library SurfaceTopography (the extra ``surfaces``).
 
 It reads some forty formats of microscopes, profilers and interferometers: SDF, X3P, GWY, OPD, SUR, DI, PLU and others.
 Source: M. C. Roettger and others, Surf. Topogr.: Metrol. Prop. 10 (2022) 035032.
@@ -14,13 +14,13 @@ from jaxcontact._support import checks
 from jaxcontact._support.pytree import value_in_words
 from jaxcontact.inputs.grid import Grid
 
-SAME = 1e-6  # of a cell, that two sizes count as one
+SAME = 1e-6  # relative difference within which two cell sizes are equal
 
 
 class Surface(NamedTuple):
     """A measured surface.
 
-    heights: (nx, ny) [m], larger ones towards what the surface is pressed on; grid: a ``Grid`` of the file's cells.
+    heights: (nx, ny) [m], larger towards the opposing body; grid: a ``Grid`` of the file's cells.
     """
 
     heights: np.ndarray
@@ -31,21 +31,21 @@ class Surface(NamedTuple):
 
 
 def read_surface(path: str | Path, grid: Grid | None = None) -> Surface:
-    """Heights and cells of an instrument's file, for a ``HeightField``; needs ``jaxcontact[surfaces]``.
+    """Read heights and cells from an instrument's file, for a ``HeightField``; needs ``jaxcontact[surfaces]``.
 
-    Heights are as in the file, in metres: no plane is taken off, and nothing is filled in. The grid is periodic where
-    the file says that its surface is.
+    Heights are as in the file, in metres: no plane is subtracted, and no missing point is filled. The grid is periodic
+    where the file says that its surface is.
 
     Args:
-        path: a file of any format that SurfaceTopography knows; of several channels its first height channel.
-        grid: that of a run, which the file must fit in shape and cells; None: that of the file.
+        path: a file of any format that SurfaceTopography reads; of several channels, the first height channel is used.
+        grid: the grid of a run, which the file must match in shape and cells; None: the grid of the file.
 
     Returns:
-        ``Surface``: (heights, grid); with ``grid`` given, that one.
+        ``Surface``: (heights, grid); with ``grid`` given, that grid.
 
     Raises:
-        ValueError: a file that cannot be read, is no map of heights, has points without a height, does not say
-            its unit or its size, or does not fit the grid.
+        ValueError: a file that cannot be read, is no map of heights, has points without a height, does not give
+            its unit or its size, or does not match the grid.
         ImportError: SurfaceTopography is not installed.
 
     Example:
@@ -67,12 +67,12 @@ def read_surface(path: str | Path, grid: Grid | None = None) -> Surface:
 
 
 def _read(library: Any, path: Path) -> Surface:
-    """The map of heights of a file."""
+    """Return the map of heights of a file."""
     try:
         topography = library.open_topography(str(path)).topography()
     except (OSError, ImportError):
         raise
-    except Exception as error:  # each of its readers has errors of its own
+    except Exception as error:  # each reader of the library raises its own errors
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise ValueError(
             f"{path}: expected a surface that SurfaceTopography reads: {reason.rstrip(': ')};"

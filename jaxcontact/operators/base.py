@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from jax import Array
 
@@ -41,6 +42,14 @@ class Operator(abc.ABC):
     def held_compliance(self) -> Array:
         """Displacement over its own pressure of a cell whose neighbours all stay where they are, ()."""
 
+    def extended(self, shape: tuple[int, ...]) -> Extended:
+        """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one."""
+        return NotImplemented  # by operators that are not convolutions: these know no adhesion
+
+    def cell_compliance(self) -> Array:
+        """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
+        return NotImplemented
+
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         """Of a smaller grid on which a search may begin, within a grid of ``shape``; None: there is none."""
@@ -56,6 +65,16 @@ class Operator(abc.ABC):
     @abc.abstractmethod
     def plus_even(self, share: Array | float) -> Operator:
         """K and a share of its even part."""
+
+
+class Extended(NamedTuple):
+    """An operator on a larger grid of ``shape``, whose first cells are those of the grid, and its inverse; symmetric,
+    positive.
+    """
+
+    operator: Linear
+    inverse: Linear
+    shape: tuple[int, int]
 
 
 class TractionOperator(abc.ABC):

@@ -10,9 +10,11 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Family, Linear, Operator
+from jaxcontact.operators.base import Extended, Family, Linear, Operator
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
+LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
+WRAPPED: spectral.Periodic = (True, True)
 
 
 @pytree
@@ -45,6 +47,28 @@ class Convolution(Operator):
     def held_compliance(self) -> Array:
         return held_compliance(self.circulant)
 
+    def cell_compliance(self) -> Array:
+        """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
+        return _mean_over_waves(self.circulant)
+
+    def extended(self, shape: tuple[int, ...]) -> Extended:
+        """Return the periodic operator on the padded grid and its inverse.
+
+        The kernel at offsets that no two cells have is free: it is filled so that kernel and slope are continuous, which
+        keeps the spectrum positive for half-spaces and most layers (measured: films of 0.001 to 10 times the modulus of
+        their base, and thin ones of 100 times). What is not positive is raised to ``LEAST`` of the largest. On a grid
+        that is periodic along both axes the mean is as soft as the softest of the waves.
+        """
+        padded = spectral.padded_shape(shape, self.periodic)
+        spectrum = self.circulant
+        if not all(self.periodic):
+            kernel = spectral.inverse(self.spectrum.astype(complex), padded, WRAPPED)
+            for axis, wraps in enumerate(self.periodic):
+                kernel = kernel if wraps else _filled(kernel, shape[axis], axis)
+            spectrum = spectral.transform(kernel, WRAPPED).real
+            spectrum = jnp.maximum(spectrum, LEAST * jnp.max(spectrum))
+        return Extended(_Wrapped(spectrum), _Wrapped(1.0 / spectrum), padded)
+
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.window is None else spectral.window_shape(shape, self.periodic)
 
@@ -57,6 +81,16 @@ class Convolution(Operator):
 
     def plus_even(self, share: Array | float) -> Convolution:
         return jax.tree.map(lambda a: (1.0 + share) * a, self)
+
+
+@pytree
+class _Wrapped:
+    """A periodic operator by its spectrum (my/2 + 1, mx), on fields (mx, my)."""
+
+    spectrum: Array
+
+    def __call__(self, field: Array) -> Array:
+        return spectral.convolve(self.spectrum, field, WRAPPED)
 
 
 @pytree
@@ -100,11 +134,32 @@ class Convolutions(Family):
 
 def held_compliance(circulant: Array) -> Array:
     """Of ``Operator``, from the real circulant: its harmonic mean over all waves."""
+    floor = FLOOR * _mean_over_waves(circulant)
+    return 1.0 / _mean_over_waves(1.0 / jnp.maximum(circulant, floor))
+
+
+def _mean_over_waves(circulant: Array) -> Array:
+    """Return the mean of a real spectrum over all waves, ()."""
     weights = (
         jnp.full(circulant.shape[-2], 2.0).at[0].set(1.0)[:, None]
     )  # rows stand for both signs of a wavenumber
-    mean = lambda a: jnp.sum(weights * a) / (jnp.sum(weights) * circulant.shape[-1])
-    return 1.0 / mean(1.0 / jnp.maximum(circulant, FLOOR * mean(circulant)))
+    return jnp.sum(weights * circulant) / (jnp.sum(weights) * circulant.shape[-1])
+
+
+def _filled(kernel: Array, n: int, axis: int) -> Array:
+    """Return a periodic even kernel whose values at offsets of n cells and more continue those below.
+
+    By a parabola, even about the largest offset, with the value at offset n - 1 and the slope of the last two.
+    """
+    m = kernel.shape[axis]
+    at = lambda i: jax.lax.index_in_dim(kernel, i, axis)
+    offsets = jnp.arange(m) - m / 2
+    last = n - 1 - m / 2
+    curvature = (at(n - 1) - at(n - 2)) / (2.0 * (last - 0.5))
+    shape = [1, 1]
+    shape[axis] = m
+    parabola = at(n - 1) + curvature * (offsets**2 - last**2).reshape(shape)
+    return jnp.where((jnp.abs(offsets) < -last).reshape(shape), parabola, kernel)
 
 
 def _members(kernels: Array, window: Convolution | None, periodic: spectral.Periodic) -> Convolution:

@@ -17,34 +17,29 @@ from jaxcontact._support.scale import Scale
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
+from jaxcontact.inputs.materials import Material
 from jaxcontact.operators.convolution import Convolutions
+from jaxcontact.operators.film import Film
 from jaxcontact.response.base import Response, Separable
 from jaxcontact.response.body import response_of
 from jaxcontact.response.influence.coefficients import influence_coefficients
 from jaxcontact.response.influence.images import Images, image_errors
 from jaxcontact.response.influence.periodic import periodic_coefficients, periodic_response
 from jaxcontact.response.influence.strip_coefficients import strip_coefficients
+from jaxcontact.response.limits import BodyLimits, limits_of
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
 
 class Errors(NamedTuple):
-    """Relative errors of the response on a grid: of shared rates, and of images, () each; horizon: the latest
-    time for which they hold [s], ()."""
+    """Relative errors of the response on a grid: of shared rates, of images, and of the series in the thickness of a
+    film that varies in the plane, () each; horizon: the latest time for which they hold [s], ()."""
 
     separation: Array
     images: Array
     horizon: Array
-
-
-@pytree
-class Film:
-    """For the film's shortening: coefficients of the film on a rigid base, times its modulus, over its
-    thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,)."""
-
-    coefficients: Array
-    weights: Array
+    thickness: Array | float = 0.0
 
 
 @pytree
@@ -162,7 +157,7 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
 
 def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     """A film that images can stand for: not more than a million times as stiff as its substrate."""
-    ratio = response_of(body).stiffness_ratio()
+    ratio = limits_of(body).stiffness_ratio()
     if not is_concrete(ratio):
         return ratio <= MOST_STIFF
     checks.require(
@@ -173,9 +168,9 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     return True
 
 
-def scale_of(response: Response, indenter: Indenter, grid: Grid) -> Scale:
+def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
     """dx, and the compliance of a very wide contact; held constant in derivatives."""
-    compliance = response.long_term() + indenter.compliance()
+    compliance = limits.long_term() + indenter.compliance()
     held = jax.lax.stop_gradient
     return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
 
@@ -200,21 +195,26 @@ def assembled(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, expansion: Expansion, nodes: int
 ) -> Kernels:
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
-    response, (separable, images, errors) = response_of(body), expansion
-    scale = scale_of(response, indenter, grid)
-    images = Images(images.depths, images.heights.at[0].add(indenter.compliance()))
-    scaled = Images(images.depths, (images.heights / scale.length).at[0].divide(scale.compliance))
-    family, coefficients = on_grid(grid, scaled)
+    limits, (separable, _, errors) = limits_of(body), expansion
+    scale = scale_of(limits, indenter, grid)
+    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale))
     mix = separable.mix / scale.compliance
-    film, layer = None, response.film()
-    if layer is not None:
-        weights = jnp.append(response.film_creep().instantaneous / scale.compliance, mix[0])
-        film = Film(coefficients[1] * scale.length / layer.thickness, weights)
+    film = None
+    if limits.film is not None:
+        weights = separable.film / scale.compliance
+        film = Film(coefficients[1] * scale.length / limits.film.thickness, weights)
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
         family, separable.rates, mix, film, scale, separable.error, horizon, errors, at_zero, grid, nodes
     )
+
+
+def scaled_images(expansion: Expansion, indenter: Indenter, scale: Scale) -> Images:
+    """Return the images of C_0, with the indenter's compliance, and of the shapes, scaled; depths in m."""
+    images = expansion.images
+    heights = images.heights.at[0].add(indenter.compliance()) / scale.length
+    return Images(images.depths, heights.at[0].divide(scale.compliance))
 
 
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
@@ -226,10 +226,10 @@ def compiled_build(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
 ) -> Kernels:
     """``build`` in two programs: a dear one, the same for all grids, and one for each shape of them."""
-    return _assembled(body, indenter, grid, _expansion(body, nodes=nodes), nodes=nodes)
+    return _assembled(body, indenter, grid, compiled_expansion(body, nodes=nodes), nodes=nodes)
 
 
-_expansion = Program(expansion, ("nodes",), in_haste=True)
+compiled_expansion = Program(expansion, ("nodes",), in_haste=True)
 _assembled = Program(assembled, ("nodes",), in_haste=True)
 
 
@@ -260,19 +260,19 @@ def _image_errors(response: Response, separable: Separable, images: Images) -> A
 
 def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
     """The steps of the staircase one by one."""
-    response, layer = response_of(body), response_of(body).film()
-    scale = scale_of(response, indenter, grid)
-    on_base = response.expand_shapes(response.on_rigid_base()[None])
+    response, limits = response_of(body), limits_of(body)
+    scale = scale_of(limits, indenter, grid)
+    on_base = response.expand_shapes(limits.film_shape(response.wavenumbers())[None])
     unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
     family, _ = on_grid(grid, Images(on_base.depths, unit))
-    film = None if layer is None else on_grid(grid, on_base)[1][0] / layer.thickness
-    return ImageKernels(family, film, scale, _quasi_elastic_error(response))
+    film = None if limits.film is None else on_grid(grid, on_base)[1][0] / limits.film.thickness
+    return ImageKernels(family, film, scale, _quasi_elastic_error(response, limits.surface))
 
 
-def _quasi_elastic_error(response: Response) -> Array:
+def _quasi_elastic_error(response: Response, surface: Material) -> Array:
     """At times spread around the rates of the surface."""
-    response = jax.lax.stop_gradient(response)
-    times, wavenumbers = check_times(response.surface().spectrum().rates)[:, None], response.wavenumbers()
+    response, surface = jax.lax.stop_gradient((response, surface))
+    times, wavenumbers = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
     values = response.quasi_elastic(wavenumbers, times, times)
     return jnp.max(image_errors(response.expand(values).at(wavenumbers), values))
 

@@ -1,4 +1,4 @@
-"""What the paper's sections 4 and 5 conclude of the tribofilm, each claim against a computation of its own."""
+"""The conclusions of the paper's sections 4 and 5 on the tribofilm, each checked by a separate computation."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact.paper import passes, pictures, speed_map, tribofilm
+from jaxcontact.paper import comparison, passes, pictures, speed_map, tribofilm
 from jaxcontact.paper.comparison import Reproduction, Row, described, report
 
 LOADS = (10.0, 60.0, 500.0)
@@ -14,7 +14,7 @@ REFERENCES: dict[str, float] = {}
 
 
 def simulate(n: int) -> dict[str, Any]:
-    """Creep under three loads, the slow passes under two, and the speed maps."""
+    """Simulate creep under three loads, the slow sliding runs under two, and the speed maps."""
     return {
         "creep": {load: tribofilm.creep(True, load, n) for load in LOADS},
         "slow": {name: passes.slide(name, n) for name in ("14a", "14b", "14c", "14d")},
@@ -23,8 +23,8 @@ def simulate(n: int) -> dict[str, Any]:
 
 
 def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]:
-    """Each claim, with the figures behind it."""
-    del references  # the claims are words
+    """Compare each claim with the computed figures."""
+    del references  # the claims have no reference values
     drop = {load: float(1.0 - run.peak[-1] / run.peak[0]) for load, run in found["creep"].items()}
     onset = {load: run.speed_of_change(0.01) * 1e6 for load, run in found["map"].items()}
     time = {name: settling_time(run) for name, run in found["slow"].items()}
@@ -33,7 +33,9 @@ def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]
         rows.append(
             report(f"W = {load:g} N: share of the peak lost in 120 min [-]", drop[load], "indentation")
         )
-        rows.append(report(f"W = {load:g} N: film strain at 120 min [-]", run.strain[-1], "stretched"))
+        rows.append(
+            report(f"W = {load:g} N: film strain at 120 min [-]", run.strain[-1], comparison.STRAINED)
+        )
     rows.append(
         described(
             "time-dependent only below about 1 um/s", all(0.5 < speed < 2.0 for speed in onset.values())
@@ -59,10 +61,10 @@ def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]
     return rows
 
 
-def settling_time(run: passes.Slid) -> float:
-    """The time [s] after which the peak stays within 0.5 % of the steady state's; infinite if it does not come."""
-    off = np.flatnonzero(np.abs(run.peak / run.steady - 1.0) > 5e-3)
-    return float(np.append(run.times, np.inf)[off[-1] + 1]) if off.size else 0.0
+def settling_time(run: passes.SlidingRun) -> float:
+    """Return the time [s] after which the peak stays within 0.5 % of that of the steady state; infinite if it never does."""
+    outside = np.flatnonzero(np.abs(run.peak / run.steady - 1.0) > 5e-3)
+    return float(np.append(run.times, np.inf)[outside[-1] + 1]) if outside.size else 0.0
 
 
 def _falling(values: Any) -> bool:
@@ -70,7 +72,7 @@ def _falling(values: Any) -> bool:
 
 
 def draw(found: dict[str, Any], directory: Path) -> None:
-    """The peak over its first value in time: at rest, and while sliding slowly."""
+    """Draw the peak relative to its first value against time: at rest, and during slow sliding."""
     figure, axes = pictures.panels(2)
     creep = found["creep"]
     for i, (load, run) in enumerate(creep.items()):

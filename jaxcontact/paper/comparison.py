@@ -1,4 +1,4 @@
-"""What a reproduction consists of: a case, its rows, and how they are printed and written."""
+"""The parts of a reproduction: a case, its rows of comparisons, and their printed and stored forms."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,16 +12,18 @@ PAPER = "paper"
 DESCRIBED = "described in the paper"
 BIAS = "the paper's kernel is 0.16 to 0.19 % too stiff for the film"
 GRID = "discretisation at N = 256"
-CELLS = "the edge is found to a few hundredths of a cell"
+CELLS = "the edge is resolved to a few hundredths of a cell"
 COARSE = "a quarter of a cell at 0 s"
 OFF_AXIS = "no cell centre on the axis at even N"
+STRAINED = "linear theory is inaccurate above 0.2"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison. quantity: with its unit in brackets. tolerance: relative; None for yes or no.
+    """A row of a table: one comparison.
 
-    expected None makes it a report: nothing to compare with, it always holds.
+    quantity: with its unit in brackets. tolerance: relative; None for a yes-or-no comparison.
+    expected: None makes the row a report without a reference, which always holds.
     """
 
     quantity: str
@@ -33,7 +35,7 @@ class Row:
 
     @property
     def difference(self) -> float | None:
-        """found/expected - 1; None where there is nothing to divide."""
+        """The relative difference found/expected - 1; None if there is no numerical reference."""
         if self.expected is None or isinstance(self.expected, bool):
             return None
         return float(self.found / self.expected - 1.0)
@@ -49,10 +51,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """One figure of the paper.
+    """The reproduction of one figure of the paper.
 
-    simulate(n) runs it on n x n cells; compare(simulated, references) gives the rows;
-    draw(simulated, directory) draws. The references stand apart, so that a wrong one can be tried.
+    simulate(n) runs it on n x n cells; compare(simulated, references) returns the rows;
+    draw(simulated, directory) writes the pictures. The references are separate, so that tests can substitute wrong ones.
     """
 
     name: str
@@ -65,23 +67,23 @@ class Reproduction:
 
 
 def described(quantity: str, found: Any) -> Row:
-    """A shape that the paper describes: it must be so."""
+    """Return the row of a qualitative statement of the paper, which must hold."""
     return Row(quantity, DESCRIBED, True, bool(found), reason="yes or no")
 
 
 def solved(traces: Any) -> Row:
-    """Every step of every trace converged, inside the grid and fine enough."""
-    fine = all(trace.fine for trace in traces)
-    return Row("every step converged inside the grid", "solver", True, fine, reason="yes or no")
+    """Return the row that requires every step of every trace to have converged, within the grid and with enough cells."""
+    converged = all(trace.converged for trace in traces)
+    return Row("every step converged inside the grid", "solver", True, converged, reason="yes or no")
 
 
 def report(quantity: str, found: Any, reason: str) -> Row:
-    """A figure that stands beside the others, without a reference."""
+    """Return the row of a figure without a reference."""
     return Row(quantity, "-", None, float(found), reason=reason)
 
 
 def as_dict(row: Row) -> dict[str, Any]:
-    """A row for summary.json."""
+    """Return a row as a dictionary for summary.json."""
     return {
         "quantity": row.quantity,
         "source": row.source,
@@ -107,7 +109,7 @@ HEADER = (
 
 
 def table(rows: list[Row]) -> str:
-    """The rows, aligned."""
+    """Return the rows as an aligned table of text."""
     lines = [HEADER, *(_cells(row) for row in rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(HEADER))]
     return "\n".join(
@@ -132,17 +134,17 @@ def _value(value: float | bool | None) -> str:
 
 
 def worst(ratios: Any) -> float:
-    """The one of many ratios that is furthest from 1."""
+    """Return the ratio that deviates most from 1."""
     ratios = np.asarray(ratios)
     return float(ratios[np.argmax(np.abs(ratios - 1.0))])
 
 
 def never_rises(values: Any, slack: float = 1e-9) -> bool:
-    """True if a series only falls, up to ``slack`` of its largest value."""
+    """Return whether a series never increases by more than ``slack`` of its largest value."""
     values = np.asarray(values)
     return bool(np.all(np.diff(values) <= slack * np.max(np.abs(values))))
 
 
 def never_falls(values: Any, slack: float = 1e-9) -> bool:
-    """True if a series only rises, up to ``slack`` of its largest value."""
+    """Return whether a series never decreases by more than ``slack`` of its largest value."""
     return never_rises(-np.asarray(values), slack)

@@ -1,9 +1,9 @@
-"""Fig. 10 and Table 5: relaxation at a held approach, of the film as a half-space (a) and on steel (b to d).
+"""Fig. 10 and Table 5: relaxation at a constant approach, of the film as a half-space (a) and on steel (b to d).
 
-References: at t = 0 Hertz (a) and the axisymmetric Abel solution at the approach held (b to d). In time, on
-the half-space the contact cannot change, so load and pressure follow the relaxation modulus of film and
-ball in series, a Burgers solid again. The contact on the film grows towards the radius sqrt(2 R approach)
-of a film that has relaxed to nothing, 220 um for (b), and is not there yet after two hours.
+References: at t = 0 Hertz (a) and the axisymmetric Abel solution at the given approach (b to d). In time, the contact on
+the half-space is constant, so load and pressure follow the relaxation modulus of film and
+ball in series, again a Burgers material. The contact on the film grows towards the radius sqrt(2 R approach)
+of a completely relaxed film, 220 um for (b), which it does not reach within two hours.
 """
 
 from collections.abc import Mapping
@@ -37,13 +37,13 @@ REFERENCES = {
 
 
 def simulate(n: int) -> dict[str, Trace]:
-    """The four relaxation runs."""
+    """Simulate the four relaxation runs."""
     found = {name: tribofilm.relaxation(True, value, n) for name, value in APPROACHES.items()}
     return {HALF: tribofilm.relaxation(False, 36.1380, n), **found}
 
 
 def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
-    """The half-space, each approach on the film, and what the paper says of all three."""
+    """Compare the half-space, each approach on the film, and the paper's statements on all three."""
     rows = _half_space(found[HALF], references)
     for name in APPROACHES:
         rows += _film(name, found[name], references)
@@ -74,7 +74,7 @@ def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
 
 
 def _relaxation(G1: float, times: np.ndarray) -> np.ndarray:
-    """G(t)/G(0) of the film in series with the steel ball, whose compliance adds to 1/G1 at equal nu."""
+    """Return G(t)/G(0) of the film in series with the steel ball, whose compliance adds to 1/G1 at equal nu."""
     film, added = tribofilm.FILM, tribofilm.BALL_COMPLIANCE / (1.0 - tribofilm.NU)
     series = jc.Burgers(G1=1.0 / (1.0 / G1 + added), G2=film.G2, eta1=film.eta1, eta2=film.eta2, nu=film.nu)
     G = np.asarray(series.relaxation(times))
@@ -93,26 +93,30 @@ def _film(name: str, trace: Trace, references: Mapping[str, float]) -> list[Row]
         described(f"{name}: pressure relaxes all the time", comparison.never_rises(trace.peak)),
         described(f"{name}: contact grows and levels off", _levels_off(trace)),
         described(f"{name}: contact stays below its limit", trace.radius[-1] < 1.001 * _limit(trace)),
-        report(f"{name}: p0 at 7200 s over p0 at 0 s [-]", trace.peak[-1] / trace.peak[0], "held approach"),
-        report(f"{name}: a at 7200 s over a at 0 s [-]", trace.radius[-1] / trace.radius[0], "held approach"),
-        report(f"{name}: film strain at 0 s [-]", trace.strain[0], "linear theory is stretched"),
-        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+        report(
+            f"{name}: p0 at 7200 s over p0 at 0 s [-]", trace.peak[-1] / trace.peak[0], "constant approach"
+        ),
+        report(
+            f"{name}: a at 7200 s over a at 0 s [-]", trace.radius[-1] / trace.radius[0], "constant approach"
+        ),
+        report(f"{name}: film strain at 0 s [-]", trace.strain[0], comparison.STRAINED),
+        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], comparison.STRAINED),
     ]
 
 
 def _limit(trace: Trace) -> float:
-    """sqrt(2 R approach) [m]: the contact on a film that gives no resistance."""
+    """Return sqrt(2 R approach) [m], the contact radius on a film without resistance."""
     return float(np.sqrt(2.0 * tribofilm.RADIUS * trace.approach[-1]))
 
 
 def _levels_off(trace: Trace) -> bool:
-    """The contact never shrinks, and grows less in each quarter of the time than in the one before."""
+    """Return whether the contact never shrinks, and grows less in each quarter of the time than in the one before."""
     growth = np.diff(np.interp(np.linspace(0.0, trace.times[-1], 5), trace.times, trace.radius))
     return comparison.never_falls(trace.radius) and bool(growth[-1] > 0.0 and np.all(np.diff(growth) < 0.0))
 
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
-    """Pressure along x at six times, one panel a run."""
+    """Draw the pressure along x at six times, one panel per run."""
     figure, axes = pictures.panels(4)
     for ax, (name, trace) in zip(axes, found.items(), strict=True):
         pictures.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
@@ -123,7 +127,7 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
 
 CASE = Reproduction(
     "figure_10",
-    "Fig. 10, Table 5: relaxation at a held approach",
+    "Fig. 10, Table 5: relaxation at a constant approach",
     REFERENCES,
     simulate,
     compare,

@@ -1,7 +1,7 @@
-"""Fig. 11: the surface at a held approach, of the film on steel (a) and of the film as a half-space (b).
+"""Fig. 11: the surface at a constant approach, of the film on steel (a) and of the film as a half-space (b).
 
-What is drawn is the displacement of both surfaces together, which under the contact is the ball's own
-shape; the ball's share is about 1 % on the half-space. References: Hertz's displacement inside and outside
+The figure shows the sum of both surfaces' displacements, which in the contact equals the ball's
+shape; the ball contributes about 1 % on the half-space. References: Hertz's displacement inside and outside
 the contact for the half-space, at all times; for the film, at t = 0 and in its limit, the ball's shape.
 """
 
@@ -23,12 +23,12 @@ REFERENCES = {
 
 
 def simulate(n: int) -> dict[str, Trace]:
-    """Two of Fig. 10's runs."""
+    """Simulate two of the runs of Fig. 10."""
     return {FILM: tribofilm.relaxation(True, 2.5468, n), HALF: tribofilm.relaxation(False, 36.1380, n)}
 
 
 def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
-    """The film's surface clings to the ball ever more; the half-space's does not move."""
+    """Compare the film, whose surface conforms to the ball increasingly, and the half-space, whose surface is constant."""
     return [
         *_film(found[FILM], references),
         *_half_space(found[HALF], references),
@@ -46,15 +46,17 @@ def _film(trace: Trace, references: Mapping[str, float]) -> list[Row]:
     centre = references[name] * worst(middle * 1e6 / references[name])
     return [
         Row(name, EXACT, references[name], centre, 0.0005, comparison.GRID),
-        described(f"{FILM}: ever more conformal (mean gap within 220 um falls)", comparison.never_rises(gap)),
+        described(
+            f"{FILM}: increasingly conformal (mean gap within 220 um falls)", comparison.never_rises(gap)
+        ),
         report(f"{FILM}: mean gap within 220 um at 0 s [nm]", gap[0] * 1e9, "zero is conformal"),
         report(f"{FILM}: mean gap within 220 um at 7200 s [nm]", gap[-1] * 1e9, "zero is conformal"),
-        report(f"{FILM}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+        report(f"{FILM}: film strain at 7200 s [-]", trace.strain[-1], comparison.STRAINED),
     ]
 
 
 def _mean_gap(trace: Trace, radius: float) -> np.ndarray:
-    """Mean over |x| < radius of ball minus surface [m], (nt,)."""
+    """Return the mean over |x| < radius of the distance between ball and surface [m], (nt,)."""
     inside = trace.distance < radius
     ball = trace.distance**2 / (2.0 * tribofilm.RADIUS) - trace.approach[:, None]
     return np.mean((ball + trace.displacement)[:, inside], axis=1)
@@ -68,7 +70,7 @@ def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
     return [
         Row(name, EXACT, references[name], float(trace.load[0]), 0.001, comparison.GRID),
         Row(
-            f"{HALF}: displacement along x over Hertz's, worst of all places and times",
+            f"{HALF}: displacement along x over Hertz's, worst of all positions and times",
             EXACT,
             1.0,
             worst((trace.displacement / surface).ravel()),
@@ -76,12 +78,12 @@ def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
             comparison.GRID,
         ),
         described(f"{HALF}: surface unchanged (moves by less than 0.01 % of the approach)", moved < 1e-4),
-        report(f"{HALF}: largest move over the approach [-]", moved, "zero is unchanged"),
+        report(f"{HALF}: largest change over the approach [-]", moved, "zero is unchanged"),
     ]
 
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
-    """The surface along x at six times, down is into the body, with the ball at its held approach."""
+    """Draw the surface along x at six times, downwards into the body, with the ball at its constant approach."""
     figure, axes = pictures.panels(2)
     for ax, (name, trace) in zip(axes, found.items(), strict=True):
         pictures.over_time(ax, trace, -trace.displacement * 1e6, tribofilm.SHOWN)
@@ -93,5 +95,11 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
 
 
 CASE = Reproduction(
-    "figure_11", "Fig. 11: surface at a held approach", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
+    "figure_11",
+    "Fig. 11: surface at a constant approach",
+    REFERENCES,
+    simulate,
+    compare,
+    draw,
+    tribofilm.REMARKS,
 )

@@ -1,8 +1,8 @@
 """Fig. 15: sliding over the film at 0.40 (a, b), 12.9 (c, d) and 1611 um/s (e, f), under 1 N and 60 N.
 
-With Table 6 these are its fourteen rows. At W = 1 N and 0.40 um/s the paper's pixel of 19.3 um leaves the contact
-four cells across; beside it stands the same run on a pixel of 1.611 um ("15a, fine"). At the end every
-run has reached the steady state. e and f: the same at 1, 5 and 10 s.
+Together with Figs. 13 and 14 these are the fourteen rows of Table 6. At W = 1 N and 0.40 um/s the contact is only four of
+the paper's pixels of 19.3 um across; the same run on a pixel of 1.611 um is added ("15a, fine"). At the end every
+run has reached the steady state; e and f are also the same at 1, 5 and 10 s.
 """
 
 from collections.abc import Mapping
@@ -12,20 +12,20 @@ import numpy as np
 
 from jaxcontact.paper import passes, pictures, tribofilm
 from jaxcontact.paper.comparison import DESCRIBED, Reproduction, Row, described, report, worst
-from jaxcontact.paper.passes import Slid
+from jaxcontact.paper.passes import SlidingRun
 
 NAMES = ("15a", "15a, fine", "15b", "15c", "15d", "15e", "15f")
 FAST = ("15e", "15f")
 REFERENCES = {"15d: p0 at 0 s [GPa]": 1.16724}
 
 
-def simulate(n: int) -> dict[str, Slid]:
-    """All seven runs, 2000 steps in e and f."""
+def simulate(n: int) -> dict[str, SlidingRun]:
+    """Simulate all seven runs, with 2000 steps in e and f."""
     return {name: passes.slide(name, n) for name in NAMES}
 
 
-def compare(found: dict[str, Slid], references: Mapping[str, float]) -> list[Row]:
-    """First and last peak, and what the paper says of e and f."""
+def compare(found: dict[str, SlidingRun], references: Mapping[str, float]) -> list[Row]:
+    """Compare the first and the last peak, and the paper's statements on e and f."""
     rows = [passes.first_peak("15d", found["15d"], references["15d: p0 at 0 s [GPa]"])]
     rows += [passes.settled(name, found[name], 0.005) for name in NAMES]
     for name in FAST:
@@ -43,8 +43,8 @@ def compare(found: dict[str, Slid], references: Mapping[str, float]) -> list[Row
     return [*rows, passes.unsolved(NAMES, found)]
 
 
-def draw(found: dict[str, Slid], directory: Path) -> None:
-    """Pressure along x at six times, a panel a run."""
+def draw(found: dict[str, SlidingRun], directory: Path) -> None:
+    """Draw the pressure along x at six times, one panel per run."""
     figure, axes = pictures.panels(7)
     for ax, (name, run) in zip(axes, found.items(), strict=True):
         steps = np.unique(np.round(len(run.times[1:]) * np.array([0.0, 0.1, 0.5, 1.0])).astype(int))

@@ -1,8 +1,8 @@
 """Fig. 4 and Table 2: a rigid ball on an elastic layer, as thick as the Hertz radius, of five stiffnesses.
 
-Reference: O'Sullivan and King's problem by the axisymmetric Abel solution (``reference.abel``), ratios to
-Hertz on the substrate alone. The paper's domain, 2 a0 x 2 a0, is taken as half-widths: the softest layer's
-contact reaches 1.447 a0.
+Reference: O'Sullivan and King's problem by the axisymmetric Abel solution (``reference.abel``), as ratios to
+Hertz on the substrate alone. The paper's domain, 2 a0 x 2 a0, is interpreted as half-widths, since the contact on the
+softest layer extends to 1.447 a0.
 """
 
 from collections.abc import Mapping
@@ -46,7 +46,7 @@ REFERENCES = {
 
 
 def simulate(n: int) -> dict[float, Trace]:
-    """The five contacts."""
+    """Simulate the five contacts."""
     ball, grid = jc.Sphere(radius=RADIUS), jc.Grid.square(n=n, width=4.0 * A0)
     found = {}
     for ratio in RATIOS:
@@ -57,7 +57,7 @@ def simulate(n: int) -> dict[float, Trace]:
 
 
 def compare(found: dict[float, Trace], references: Mapping[str, float]) -> list[Row]:
-    """Table 2 on a layer as stiff as its substrate, then each layer against the Abel solution."""
+    """Compare Table 2 with a layer as stiff as its substrate, then each layer with the Abel solution."""
     same = found[1.0]
     rows = [
         _row("a0 [um]", PAPER, references, same.radius[0] * 1e6, TOLERANCES[0], REASONS[0]),
@@ -77,7 +77,7 @@ def _row(name, source, references, value, tolerance, reason) -> Row:
 
 
 def draw(found: dict[float, Trace], directory: Path) -> None:
-    """Pressure over p0 against x/a0, as in the paper's Fig. 4."""
+    """Draw the pressure over p0 against x/a0, as in the paper's Fig. 4."""
     figure, (axes,) = pictures.panels(1)
     for i, (ratio, trace) in enumerate(found.items()):
         colour = pictures.colour(i, len(found))

@@ -1,8 +1,8 @@
-"""Fig. 6 and Table 3: a rigid ball on a Maxwell layer so thick that it is a half-space, or thin as nothing.
+"""Fig. 6 and Table 3: a rigid ball on a Maxwell layer so thick that it is a half-space, or of negligible thickness.
 
-Table 3's material stands for 1/(2G), as the film's does (see ``tribofilm``): J = 2 phi, so G and eta are
-half of what is printed. Its a_v0 = 131.5206 um, which is 2^(1/3) times the Hertz radius on steel, comes out
-only so.
+Table 3 gives 1/(2G) of the material, as Table 4 does for the film (see ``tribofilm``): J = 2 phi, so G and eta are
+half of the printed values. Only so is its a_v0 = 131.5206 um, which is 2^(1/3) times the Hertz radius on steel,
+reproduced.
 
 References: Lee and Radok's half-space under a step load (the contact radius grows as (1 + t/tau)^(1/3), the
 approach as its square), and Hertz on steel.
@@ -22,7 +22,7 @@ from jaxcontact.reference import lee_radok
 
 NU, RADIUS, LOAD, TAU, POINTS = 0.3, 3.5e-3, 100.0, 1.0, 41
 G = 80.77e9 / 2.0
-A0, AV0 = 104.388e-6, 131.5206e-6  # printed; here they only size the grids
+A0, AV0 = 104.388e-6, 131.5206e-6  # printed values, used only for the width of the grids
 THICK, THIN = 1e4, 1e-5  # h/a0
 TIMES = np.linspace(0.0, 2.0 * TAU, POINTS)
 REFERENCES = {
@@ -36,14 +36,14 @@ STEPPING = "41 points, second order in the step"
 
 
 class Layers(NamedTuple):
-    """The contact on the thick layer and on the thin one."""
+    """The contacts on the thick layer and on the thin one."""
 
     thick: Trace
     thin: Trace
 
 
 def simulate(n: int) -> Layers:
-    """Both thicknesses over 2 tau."""
+    """Simulate both thicknesses over 2 tau."""
     final = 3.0 ** (1.0 / 3.0) * AV0
     return Layers(_run(THICK, 2.3 * final, n), _run(THIN, 2.6 * A0, n))
 
@@ -55,7 +55,7 @@ def _run(ratio: float, width: float, n: int) -> Trace:
 
 
 def compare(found: Layers, references: Mapping[str, float]) -> list[Row]:
-    """Table 3 at t = 0, then the growth (a) and the absence of it (b)."""
+    """Compare with Table 3 at t = 0, then check the growth on the thick layer (a) and its absence on the thin one (b)."""
     return [*_thick(found.thick, references), *_thin(found.thin, references), comparison.solved(found)]
 
 
@@ -79,7 +79,7 @@ def _thick(trace: Trace, references: Mapping[str, float]) -> list[Row]:
 
 
 def _lee_radok(trace: Trace, first: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
-    """Largest pressure over time (nt,) and pressure along the middle row at the last time (n,) [Pa]."""
+    """Return the largest pressure over time (nt,) and the pressure along the middle row at the last time (n,) [Pa]."""
 
     def radius(t):
         return first * (1.0 + np.asarray(t) / tau) ** (1.0 / 3.0)
@@ -110,7 +110,7 @@ def _thin(trace: Trace, references: Mapping[str, float]) -> list[Row]:
 
 
 def draw(found: Layers, directory: Path) -> None:
-    """Pressure along x at five times, with Lee and Radok's at the last one."""
+    """Draw the pressure along x at five times, with Lee and Radok's at the last one."""
     figure, axes = pictures.panels(2)
     steps = np.linspace(0, POINTS - 1, 5).astype(int)
     for ax, trace in zip(axes, found, strict=True):

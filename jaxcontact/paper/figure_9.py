@@ -1,8 +1,8 @@
-"""Fig. 9: creep under a held load, of the film as a half-space (a) and of the film on steel (b to d).
+"""Fig. 9: creep under a constant load, of the film as a half-space (a) and of the film on steel (b to d).
 
 References: at t = 0 Hertz (a) and the axisymmetric Abel solution (b to d, ``reference.abel``), and the
-approaches that the paper goes on to hold in Table 5; in time Lee and Radok for the half-space, and for 60 N
-on the film an independent march. The shapes are those that the paper describes.
+approaches that the paper then uses in Table 5; in time Lee and Radok for the half-space, and for 60 N
+on the film an independent time-marching solution. The shapes are those that the paper describes.
 """
 
 from collections.abc import Mapping
@@ -37,17 +37,17 @@ REFERENCES = {
     "(d) 500 N: a at 0 s [um]": 320.1,
 }
 MARCH = "independent march"
-EDGE = 0.8  # a spike lies beyond this share of the contact radius
+EDGE = 0.8  # fraction of the contact radius beyond which a maximum counts as a spike at the edge
 
 
 def simulate(n: int) -> dict[str, Trace]:
-    """The four creep runs."""
+    """Simulate the four creep runs."""
     found = {name: tribofilm.creep(True, load, n) for name, load in LOADS.items()}
     return {HALF: tribofilm.creep(False, 60.0, n), **found}
 
 
 def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
-    """The half-space, each load on the film, and what the paper says of all three."""
+    """Compare the half-space, each load on the film, and the paper's statements on all three."""
     rows = _half_space(found[HALF], references)
     for name in LOADS:
         rows += _film(name, found[name], references)
@@ -86,7 +86,7 @@ def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
         described(f"{HALF}: contact grows all the time", comparison.never_falls(trace.radius)),
         described(f"{HALF}: spikes grow at the edge", at_edge and excess > 0.0),
         report(
-            f"{HALF}: spike at 7200 s over the pressure in the middle",
+            f"{HALF}: spike at 7200 s over the pressure at the centre",
             1.0 + excess,
             "as resolved by this grid",
         ),
@@ -94,7 +94,9 @@ def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
 
 
 def _spike(trace: Trace) -> tuple[bool, float]:
-    """Whether the highest pressure at the last time is near the edge, and how far it exceeds the middle's."""
+    """Return whether the highest pressure at the last time is near the edge, and its relative excess over that at the
+    centre.
+    """
     last = trace.pressure[-1]
     top = int(np.argmax(last))
     return bool(trace.distance[top] > EDGE * trace.radius[-1]), float(last[top] / last[len(last) // 2] - 1.0)
@@ -112,13 +114,13 @@ def _film(name: str, trace: Trace, references: Mapping[str, float]) -> list[Row]
         described(f"{name}: pressure falls all the time", comparison.never_rises(trace.peak)),
         described(f"{name}: contact grows all the time", comparison.never_falls(trace.radius)),
         described(f"{name}: no spikes at the edge", all(map(_domed, trace.pressure))),
-        report(f"{name}: film strain at 0 s [-]", trace.strain[0], "linear theory is stretched"),
-        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], "linear theory is stretched"),
+        report(f"{name}: film strain at 0 s [-]", trace.strain[0], comparison.STRAINED),
+        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], comparison.STRAINED),
     ]
 
 
 def _domed(pressure: np.ndarray) -> bool:
-    """The pressure along x falls from the middle outwards."""
+    """Return whether the pressure along x decreases from the centre outwards."""
     return comparison.never_rises(pressure[len(pressure) // 2 :], slack=1e-6)
 
 
@@ -133,7 +135,7 @@ def _march(trace: Trace, references: Mapping[str, float]) -> list[Row]:
 
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
-    """Pressure along x at six times, one panel a run."""
+    """Draw the pressure along x at six times, one panel per run."""
     figure, axes = pictures.panels(4)
     for ax, (name, trace) in zip(axes, found.items(), strict=True):
         pictures.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
@@ -143,5 +145,5 @@ def draw(found: dict[str, Trace], directory: Path) -> None:
 
 
 CASE = Reproduction(
-    "figure_9", "Fig. 9: creep under a held load", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
+    "figure_9", "Fig. 9: creep under a constant load", REFERENCES, simulate, compare, draw, tribofilm.REMARKS
 )

@@ -1,10 +1,11 @@
-"""Table 6: the fourteen runs of sliding, one pixel a step as in the paper, and one on a finer grid.
+"""Table 6: the fourteen sliding runs, with one pixel per step as in the paper, and one run on a finer grid.
 
-The speed is taken as pixel over step, which is the table's (1611 um/s in rows 15e and f, where it prints
+The speed is taken as pixel over step, as in the table (1611 um/s in rows 15e and f, where it prints
 1661: only 1611 is one pixel in 5 ms). At W = 60 N and 0.0336 um/s the contact outgrows the paper's window, so that
-row has 320 cells of the same size a side. Where the contact on the film is at most 64 cells across, the window is
-smaller than the paper's, with cells of the same size: the peaks of three of these runs were compared and differ by less
-than 3e-5 from those on 256 cells a side. On a half-space what leaves the window is missed: see ``dropped`` in the tables.
+row has 320 cells of the same size per side. Where the contact on the film is at most 64 cells across, the window is
+smaller than the paper's, with cells of the same size: the peaks of three of these runs differ by less
+than 3e-5 from those with 256 cells per side. On a half-space the history that left the window is missing: see
+``dropped`` in the tables.
 """
 
 import warnings
@@ -15,14 +16,18 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import DESCRIBED, EXACT, Row, report
 
-STEADY = "slide_steady, the limit itself"
+STEADY = "slide_steady, the steady state itself"
 
 
 class Pass(NamedTuple):
-    """film on steel or half-space; control; pixel [um]; duration and step [s]; cells a side over 256."""
+    """The parameters of a sliding run.
+
+    film: on steel if true, else as a half-space; control; pixel [um]; duration and step [s]; widen: cells per side over
+    256.
+    """
 
     film: bool
     control: Any
@@ -33,7 +38,7 @@ class Pass(NamedTuple):
 
     @property
     def speed(self) -> float:
-        """[m/s]: a pixel a step."""
+        """The speed [m/s] of one pixel per step."""
         return self.pixel * 1e-6 / self.step
 
 
@@ -57,8 +62,11 @@ PASSES = {
 }
 
 
-class Slid(NamedTuple):
-    """Along the middle row: x (n,) [m], pressure (nt, n) [Pa]; the rest (nt,), steady is the limit's peak [Pa]."""
+class SlidingRun(NamedTuple):
+    """A sliding run along the middle row of cells: x (n,) [m], pressure (nt, n) [Pa]; the other fields are (nt,).
+
+    steady is the peak of the steady state [Pa].
+    """
 
     times: np.ndarray
     x: np.ndarray
@@ -76,29 +84,29 @@ class Slid(NamedTuple):
     steady: float
 
     @property
-    def fine(self) -> bool:
-        """Every step converged, inside the grid and fine enough."""
+    def converged(self) -> bool:
+        """True if every step converged, within the grid and with enough cells."""
         return bool(np.all(self.status == 0))
 
     def edges(self, step: int) -> tuple[float, float]:
-        """Rear and front of the contact along the middle row [m]."""
+        """Return the rear and the front edge of the contact along the middle row [m]."""
         touching = self.x[self.pressure[step] > 0.0]
         return float(touching[0]), float(touching[-1])
 
 
 def middle_row(outcome: Any) -> Any:
-    """The pressure along x beside the axis, and the largest anywhere."""
+    """Return the pressure along x on the row nearest to the axis, and the largest pressure."""
     return outcome.pressure[:, outcome.pressure.shape[1] // 2], jnp.max(outcome.pressure)
 
 
 @lru_cache(maxsize=16)
-def slide(name: str, n: int) -> Slid:
-    """One row of Table 6, on n cells for the paper's 256."""
+def slide(name: str, n: int) -> SlidingRun:
+    """Simulate one row of Table 6, on n cells for the paper's 256."""
     row = PASSES[name]
     body = tribofilm.ON_STEEL if row.film else tribofilm.HALF_SPACE
     grid = jc.Grid.square(round(n * row.widen), 256 * row.widen * row.pixel * 1e-6)
     times = jnp.arange(round(row.duration / row.step) + 1) * row.step
-    kernels = jc.kernels(body, tribofilm.BALL, grid, nodes=1)  # good to 4e-8 for this film
+    kernels = jc.kernels(body, tribofilm.BALL, grid, nodes=1)  # a relative error of 4e-8 for this film
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run = jc.slide(
@@ -110,7 +118,7 @@ def slide(name: str, n: int) -> Slid:
             found = jc.slide_steady(body, tribofilm.BALL, row.control, velocity=row.speed, grid=grid)
             steady = float(jnp.max(found.pressure))
     profile, peak = (np.asarray(a) for a in run.saved)
-    return Slid(
+    return SlidingRun(
         times=np.asarray(times),
         x=np.asarray(grid.axes()[0]),
         pressure=profile,
@@ -129,38 +137,43 @@ def slide(name: str, n: int) -> Slid:
 
 
 def title(name: str) -> str:
-    """What a panel shows."""
+    """Return the title of a panel."""
     row = PASSES[name]
     what = f"W = {row.control.value:g} N" if isinstance(row.control, jc.Load) else "approach 36.138 µm"
     return f"({name[2:]}) {'film' if row.film else 'half-space'}, {what}, {row.speed * 1e6:.4g} µm/s"
 
 
-def reports(name: str, found: Slid) -> list[Row]:
-    """The figures of a run that have nothing to be compared with."""
+def reports(name: str, found: SlidingRun) -> list[Row]:
+    """Return the rows of a run that have no reference."""
     change = float(found.peak[-1] / found.peak[0] - 1.0)
     return [
         report(f"{name}: p0 at the end over p0 at 0 s, less 1 [-]", change, "-"),
         report(f"{name}: shift of the pressure centre over a [-]", found.centre[-1] / found.radius[-1], "-"),
         report(f"{name}: friction coefficient at the end [-]", found.friction[-1], "hysteresis alone"),
-        report(f"{name}: largest film strain [-]", np.max(found.strain), "linear theory is stretched"),
+        report(f"{name}: largest film strain [-]", np.max(found.strain), comparison.STRAINED),
     ]
 
 
-def settled(name: str, found: Slid, tolerance: float) -> Row:
-    """The last peak against the steady state."""
+def settled(name: str, found: SlidingRun, tolerance: float) -> Row:
+    """Return the row that compares the last peak with the steady state."""
     quantity = f"{name}: p0 at the end [GPa]"
     return Row(
-        quantity, STEADY, found.steady / 1e9, float(found.peak[-1]) / 1e9, tolerance, "what is not yet steady"
+        quantity,
+        STEADY,
+        found.steady / 1e9,
+        float(found.peak[-1]) / 1e9,
+        tolerance,
+        "the remaining transient",
     )
 
 
-def first_peak(name: str, found: Slid, expected: float) -> Row:
-    """The first peak against the axisymmetric solution."""
-    pixels = "the pixel that the paper took, no cell on the axis"
+def first_peak(name: str, found: SlidingRun, expected: float) -> Row:
+    """Return the row that compares the first peak with the axisymmetric solution."""
+    pixels = "the paper's pixel size, no cell centre on the axis"
     return Row(f"{name}: p0 at 0 s [GPa]", EXACT, expected, float(found.peak[0]) / 1e9, 0.005, pixels)
 
 
 def unsolved(names: Any, found: Any) -> Row:
-    """Steps that did not converge or ran into the edge, over all runs."""
+    """Return the row that requires that in no run a step failed to converge or reached the edge of the grid."""
     bad = sum(int(np.sum((found[name].status == 1) | (found[name].status == 2))) for name in names)
     return Row("steps not converged or at the grid's edge", DESCRIBED, True, bad == 0, reason="yes or no")

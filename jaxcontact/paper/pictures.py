@@ -1,6 +1,6 @@
-"""The pictures of the reproductions: small helpers over matplotlib figures, no global state.
+"""Helpers for the pictures of the reproductions: matplotlib figures without global state.
 
-Colours run along viridis, as in ``plotting``: the colour-blind read it as well. Its palest end is left out.
+Colours run along viridis, as in ``plotting``, which colour-blind readers can distinguish; its palest end is omitted.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ PALEST = 0.88
 
 
 def panels(count: int, columns: int = 2) -> tuple[Figure, list[Any]]:
-    """A figure with ``count`` panels and their axes."""
+    """Return a figure with ``count`` panels, and their axes."""
     columns = min(columns, count)
     rows = -(-count // columns)
     figure = Figure(figsize=(SIZE[0] * columns, SIZE[1] * rows), layout="constrained")
@@ -26,18 +26,18 @@ def panels(count: int, columns: int = 2) -> tuple[Figure, list[Any]]:
 
 
 def colour(i: int, count: int) -> Any:
-    """The i-th of ``count`` colours, dark to light."""
+    """Return the i-th of ``count`` colours, dark to light."""
     return colormaps["viridis"](PALEST * i / max(count - 1, 1))
 
 
 def profiles(axes: Any, x: Any, curves: Sequence[Any], labels: Sequence[str]) -> None:
-    """Curves over x, dark to light in order."""
+    """Plot curves over x, dark to light in order."""
     for i, (curve, label) in enumerate(zip(curves, labels, strict=True)):
         axes.plot(x, curve, color=colour(i, len(curves)), linewidth=1.5, label=label)
 
 
 def finish(axes: Any, x: str, y: str, title: str, legend: bool = True) -> None:
-    """Labels, title, a light grid, and a legend outside the curves."""
+    """Add labels, a title, a light grid, and a legend outside the curves."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title, fontsize=10)
@@ -48,12 +48,12 @@ def finish(axes: Any, x: str, y: str, title: str, legend: bool = True) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a PNG."""
+    """Write the figure as PNG."""
     write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format="png"))
 
 
 def over_time(axes: Any, trace: Any, curves: Any, steps: Sequence[int]) -> None:
-    """Curves (nt, n) over x [um] at the chosen steps, each labelled with its time."""
+    """Plot curves (nt, n) over x [um] at the chosen steps, each labelled with its time."""
     size, unit = (60.0, "min") if trace.times[-1] > 60.0 else (1.0, "s")
     labels = [f"{trace.times[i] / size:.3g} {unit}" for i in steps]
     profiles(axes, trace.x * 1e6, [curves[i] for i in steps], labels)

@@ -1,4 +1,4 @@
-"""One run, reduced to what figures need: the middle row of the fields, and scalars over time."""
+"""An indentation run reduced to the data that figures need: the middle row of the fields, and scalars over time."""
 
 import warnings
 from typing import Any, NamedTuple
@@ -29,17 +29,17 @@ class Trace(NamedTuple):
 
     @property
     def distance(self) -> np.ndarray:
-        """r (n,) [m] of the middle row's cells from the axis."""
+        """The distance r (n,) [m] of the middle row's cells from the axis."""
         return np.hypot(self.x, self.y)
 
     @property
-    def fine(self) -> bool:
-        """Every step converged, inside the grid and fine enough."""
+    def converged(self) -> bool:
+        """True if every step converged, within the grid and with enough cells."""
         return bool(np.all(self.status == 0))
 
 
 def press(body: Any, ball: Any, control: Any, times: Any, grid: jc.Grid) -> Trace:
-    """``jc.indent`` with the fields reduced; the film's strain is reported in the table, not warned of."""
+    """Run ``jc.indent`` and reduce the fields; the film strain is reported in the table instead of a warning."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="film strain")
         history = jc.indent(body, ball, control, times, grid=grid)
@@ -61,6 +61,6 @@ def press(body: Any, ball: Any, control: Any, times: Any, grid: jc.Grid) -> Trac
 
 
 def pressure_at(trace: Trace, step: int, r: float) -> float:
-    """Pressure [Pa] at distance r [m] from the axis, linear along the middle row."""
+    """Return the pressure [Pa] at distance r [m] from the axis, interpolated linearly along the middle row."""
     half = trace.x > 0.0
     return float(np.interp(r, trace.distance[half], trace.pressure[step][half]))

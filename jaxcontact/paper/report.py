@@ -1,4 +1,4 @@
-"""The report of the reproductions: one HTML file, with its pictures inside, of all that a directory holds."""
+"""The report of the reproductions: a single HTML file, with embedded pictures, of all cases in a directory."""
 
 import base64
 import json
@@ -30,7 +30,7 @@ COLUMNS = (
     "quantity",
     "reference",
     "expected",
-    "ours",
+    "computed",
     "difference",
     "tolerance",
     "verdict",
@@ -39,7 +39,7 @@ COLUMNS = (
 
 
 def write(directory: Path) -> Path:
-    """Write directory/report.html from every NAME/summary.json and picture below it; its path."""
+    """Write directory/report.html from every NAME/summary.json and picture below it, and return its path."""
     cases = [read(path.parent) for path in summaries(directory)]
     cases.sort(key=lambda case: [int(part) for part in re.findall(r"\d+", case["case"])])
     path = directory / PAGE
@@ -48,11 +48,11 @@ def write(directory: Path) -> Path:
 
 
 def summaries(directory: Path) -> list[Path]:
-    """Return the files that the report of a directory is made from."""
+    """Return the files from which the report of a directory is made."""
     return sorted(directory.glob("*/summary.json"))
 
 
-def is_of_a_case(summary: Path) -> bool:
+def is_case_summary(summary: Path) -> bool:
     """Return whether a file is the summary of a reproduced case, and not that of another run."""
     try:
         found = json.loads(summary.read_text(encoding="utf-8"))
@@ -62,14 +62,14 @@ def is_of_a_case(summary: Path) -> bool:
 
 
 def read(folder: Path) -> dict[str, Any]:
-    """The summary of one case, with its pictures as data addresses."""
+    """Return the summary of one case, with its pictures as data URLs."""
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     images = [base64.b64encode(path.read_bytes()).decode("ascii") for path in sorted(folder.glob("*.png"))]
     return summary | {"images": [f"data:image/png;base64,{image}" for image in images]}
 
 
 def page(cases: list[dict[str, Any]]) -> str:
-    """The whole page."""
+    """Return the HTML page."""
     rows = [row for case in cases for row in case["rows"] if row["expected"] is not None]
     held, seconds = sum(row["holds"] for row in rows), sum(case["duration [s]"] for case in cases)
     verdict = "All" if held == len(rows) else f'<span class="no">{held}</span> of'
@@ -77,13 +77,13 @@ def page(cases: list[dict[str, Any]]) -> str:
         [
             "<h1>The paper, figure by figure</h1>",
             f"<p>{verdict} {len(rows)} comparisons hold. {len(cases)} cases, {seconds:.0f} s in all.</p>",
-            f"<p>Everything is computed anew with jaxcontact {__version__} and compared with {PAPER}, and with"
-            " solutions that share no code with it. The paper's figures are curves without data, so where it"
-            " prints no number the reference is an exact solution, or the shape that it describes.</p>",
+            f"<p>All results are computed with jaxcontact {__version__} and compared with {PAPER}, and with"
+            " independent solutions that share no code with it. The paper's figures are curves without data, so where"
+            " it prints no number the reference is an exact solution, or the shape that it describes.</p>",
             _overview(cases),
             *map(_section, cases),
-            "<footer><p>Made by <code>jaxcontact reproduce</code>. Difference is ours over expected, less one;"
-            " a row without an expected value is a report and holds always.</p></footer>",
+            "<footer><p>Made by <code>jaxcontact reproduce</code>. The difference is computed/expected - 1;"
+            " a row without an expected value is given for information only.</p></footer>",
         ]
     )
     return (
@@ -93,7 +93,7 @@ def page(cases: list[dict[str, Any]]) -> str:
 
 
 def _overview(cases: list[dict[str, Any]]) -> str:
-    """One line for each case."""
+    """Return a table with one line for each case."""
     lines = []
     for case in cases:
         compared = [row for row in case["rows"] if row["expected"] is not None]
@@ -112,7 +112,7 @@ def _overview(cases: list[dict[str, Any]]) -> str:
 
 
 def _section(case: dict[str, Any]) -> str:
-    """Pictures, comparisons and remarks of one case."""
+    """Return pictures, comparisons and remarks of one case."""
     title = escape(case["title"])
     images = [f'<img src="{image}" alt="{title}">' for image in case["images"]]
     remarks = [f'<p class="remark">{escape(remark)}</p>' for remark in case["remarks"]]
@@ -148,7 +148,7 @@ def _verdict(holds: bool) -> str:
 
 
 def _table(head: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
-    """Rows of cells that are HTML already; numbers to the right."""
+    """Return a table of cells that are already HTML, with numbers aligned to the right."""
     number = re.compile(r"[-+]?[\d.]+(e[-+]\d+)?( %| s)?$")
     rows = [
         "<tr>"

@@ -1,6 +1,6 @@
-"""``jaxcontact reproduce [NAME ...] -o DIR``: run the cases, print and write what came out.
+"""The command ``jaxcontact reproduce [NAME ...] -o DIR``: run the cases, print and write the results.
 
-The exit status is 0 if every row of every case holds, 1 if one does not, 2 for what cannot be run.
+The exit status is 0 if every row of every case holds, 1 if one does not, 2 if a case cannot be run.
 """
 
 import json
@@ -54,35 +54,37 @@ def main(
 ) -> int:
     """Run the named cases, or all; each writes directory/NAME/summary.json and its picture.
 
-    directory/report.html is written anew from all the cases that the directory then holds.
+    directory/report.html is rewritten from all the cases in the directory.
     """
     known = {case.name: case for case in cases}
     unknown = [name for name in names if name not in known]
     if unknown:
-        return _refuse(f"unknown case {unknown[0]!r}; expected one of {', '.join(known)}")
+        return _reject(f"unknown case {unknown[0]!r}; expected one of {', '.join(known)}")
     chosen = [known[name] for name in names] or list(cases)
     for case in chosen:
         summary = Path(directory) / case.name / "summary.json"
         if summary.exists() and not force:
-            return _refuse(f"{summary} is there already; choose another directory, or use --force")
+            return _reject(f"{summary} already exists; choose another directory, or use --force")
     for summary in report.summaries(Path(directory)):
-        if not report.is_of_a_case(summary):
-            return _refuse(f"{summary} is not of a reproduction; choose another directory for its report")
+        if not report.is_case_summary(summary):
+            return _reject(
+                f"{summary} is not the summary of a reproduction; choose another directory for its report"
+            )
     page = Path(directory) / report.PAGE
     if page.exists() and not report.summaries(Path(directory)) and not force:
-        return _refuse(f"{page} is there already; choose another directory, or use --force")
+        return _reject(f"{page} already exists; choose another directory, or use --force")
     holds = [run(case, Path(directory), n) for case in chosen]
     print(f"\n{report.write(Path(directory))}")
     return 0 if all(holds) else 1
 
 
-def _refuse(reason: str) -> int:
+def _reject(reason: str) -> int:
     print(f"jaxcontact reproduce: {reason}", file=sys.stderr)
     return 2
 
 
 def run(case: Reproduction, directory: Path, n: int = N) -> bool:
-    """One case, whole; True if every row holds."""
+    """Run one case and write its results; return True if every row holds."""
     began = time.perf_counter()
     with working(f"{case.name}: compiling and running"):
         simulated = case.simulate(n)

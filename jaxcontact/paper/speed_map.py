@@ -1,8 +1,8 @@
 """The speed map of the tribofilm: its steady state from 1e-9 to 1 m/s under four loads.
 
-Not a figure of the paper, which extrapolates to the speeds of engines from runs of up to 1.6 mm/s. Here each speed is
-computed in its limit. The paper's conclusion is that the film's contact depends on time only below about
-1 um/s: tested by the speed at which the peak pressure is 1 % below that of the glassy film.
+This is not a figure of the paper, which extrapolates to engine speeds from runs of up to 1.6 mm/s. Here the steady state
+is computed at each speed. The paper's conclusion that the film's contact depends on time only below about
+1 um/s is tested by the speed at which the peak pressure is 1 % below that of the glassy film.
 """
 
 import warnings
@@ -15,12 +15,12 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import pictures, tribofilm
+from jaxcontact.paper import comparison, pictures, tribofilm
 from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report
 
 LOADS = (1.0, 10.0, 60.0, 500.0)  # [N]
 SPEEDS = np.append(10.0 ** np.arange(-9.0, -5.0, 0.25), 10.0 ** np.arange(-5.0, 0.5))  # [m/s]
-WIDTHS = 7.0  # of the grid in contact radii at t = 0
+WIDTHS = 7.0  # width of the grid in contact radii at t = 0
 REFERENCES = {
     "W = 10 N: p0 of the glassy film [GPa]": 0.63079,
     "W = 60 N: p0 of the glassy film [GPa]": 1.16724,
@@ -29,7 +29,9 @@ REFERENCES = {
 
 
 class Sweep(NamedTuple):
-    """One load over ``SPEEDS``: peak [Pa], radius [m], friction, strain, shift of the centre over a, status."""
+    """The results for one load over ``SPEEDS``: peak [Pa], radius [m], friction, strain, shift of the centre over a,
+    status.
+    """
 
     peak: np.ndarray
     radius: np.ndarray
@@ -39,14 +41,14 @@ class Sweep(NamedTuple):
     status: np.ndarray
 
     def speed_of_change(self, share: float) -> float:
-        """The speed [m/s] at which the peak is this share below that of the highest speed."""
+        """Return the speed [m/s] at which the peak is this share below that of the highest speed."""
         below = 1.0 - self.peak / self.peak[-1]
         return float(10.0 ** np.interp(-share, -below, np.log10(SPEEDS)))
 
 
 @lru_cache(maxsize=8)
 def sweep(load: float, n: int) -> Sweep:
-    """The steady states under one load."""
+    """Compute the steady states under one load."""
     body, ball = tribofilm.ON_STEEL, tribofilm.BALL
     radius = ball.estimated_radius(body, jc.Load(load), np.zeros(1))
     grid = jc.Grid.square(n, WIDTHS * radius)
@@ -65,12 +67,12 @@ def sweep(load: float, n: int) -> Sweep:
 
 
 def simulate(n: int) -> dict[str, Sweep]:
-    """All loads."""
+    """Compute the steady states under all loads."""
     return {f"W = {load:g} N": sweep(load, n) for load in LOADS}
 
 
 def compare(found: dict[str, Sweep], references: Mapping[str, float]) -> list[Row]:
-    """The glassy end against the axisymmetric solution, and the speeds at which the film begins to matter."""
+    """Compare the glassy limit with the axisymmetric solution, and report the speeds at which creep becomes significant."""
     rows = []
     for name, run in found.items():
         key = f"{name}: p0 of the glassy film [GPa]"
@@ -85,7 +87,9 @@ def compare(found: dict[str, Sweep], references: Mapping[str, float]) -> list[Ro
             report(f"{name}: 5 % lower [um/s]", run.speed_of_change(0.05) * 1e6, "-"),
             report(f"{name}: largest friction coefficient [-]", np.max(run.friction), "hysteresis alone"),
             report(f"{name}: at [um/s]", SPEEDS[np.argmax(run.friction)] * 1e6, "-"),
-            report(f"{name}: film strain there [-]", run.strain[np.argmax(run.friction)], "stretched"),
+            report(
+                f"{name}: film strain there [-]", run.strain[np.argmax(run.friction)], comparison.STRAINED
+            ),
             report(f"{name}: film strain at 1 m/s [-]", run.strain[-1], "-"),
         ]
     solved = all(np.all(run.status == 0) for run in found.values())
@@ -93,7 +97,7 @@ def compare(found: dict[str, Sweep], references: Mapping[str, float]) -> list[Ro
 
 
 def draw(found: dict[str, Sweep], directory: Path) -> None:
-    """Peak, shift of the pressure, friction and film strain over the speed."""
+    """Draw peak, shift of the pressure, friction and film strain against the speed."""
     figure, axes = pictures.panels(4)
     labels = list(found)
     panels = (

@@ -1,9 +1,9 @@
-"""The paper's Table 4: a steel ball on a creeping tribofilm on steel.
+"""The paper's Table 4: a steel ball on a viscoelastic tribofilm on steel.
 
-Why J = 2 phi. The paper's Eq. (14) fits phi(t) = 1/1.5 + (1 - exp(-0.02778 t/241.8))/0.02778 + t/6297.2
-[1/GPa, t in s] and puts it, after Johnson, in the place of 1/(2G). A shear creep compliance takes the place
-of 1/G, so J = 2 phi: every modulus and viscosity of Eq. (14) is halved here. Only so do the paper's own
-figures come out: the approach of the film as a half-space under 60 N is 36.130 um with J = 2 phi (it prints
+The choice J = 2 phi: the paper's Eq. (14) fits phi(t) = 1/1.5 + (1 - exp(-0.02778 t/241.8))/0.02778 + t/6297.2
+[1/GPa, t in s] and substitutes it, after Johnson, for 1/(2G). A shear creep compliance replaces
+1/G, so J = 2 phi: every modulus and viscosity of Eq. (14) is halved here. Only then are the paper's own
+figures reproduced: the approach of the film as a half-space under 60 N is 36.130 um with J = 2 phi (the paper prints
 36.1380) and 22.90 um with J = phi.
 """
 
@@ -27,25 +27,26 @@ HALF_SPACE = jc.LayeredHalfSpace([], substrate=FILM)
 DURATION = 7200.0  # [s]
 STEPS = 120
 TIMES = DURATION * (jnp.arange(STEPS + 1) / STEPS) ** 2  # dense where the film creeps and relaxes fastest
-SHOWN = (0, 15, 30, 60, 90, 120)  # 0, 1.9, 7.5, 30, 67.5 and 120 min
+SHOWN = (0, 15, 30, 60, 90, 120)  # steps at 0, 1.9, 7.5, 30, 67.5 and 120 min
 
 REMARKS = (
-    "Film strain above 0.2 stretches the linear theory: these figures are the model's, hardly the film's.",
-    "Poisson's ratio is constant, so the film's volume creeps along with its shape: its compliance under a"
+    "Linear theory is inaccurate at film strains above 0.2: such figures are results of the model, not predictions for"
+    " the film.",
+    "Poisson's ratio is constant, so the film creeps in volume as well as in shear: its compliance under a"
     " wide contact grows 33-fold in 7200 s. With an elastic bulk modulus (1.625 GPa) it would grow 1.6-fold,"
-    " and at 60 N the approach would end at 2.571 um and p0 at 1.15 GPa, in place of 3.352 um and 0.668 GPa.",
+    " and at 60 N the final approach would be 2.571 um and p0 1.15 GPa, instead of 3.352 um and 0.668 GPa.",
 )
 
 
 @lru_cache(maxsize=8)
 def creep(film_on_steel: bool, load: float, n: int) -> Trace:
-    """A load [N] held for 7200 s, on the film on steel or on the film as a half-space."""
+    """Simulate a constant load [N] for 7200 s, on the film on steel or on the film as a half-space."""
     return _run(film_on_steel, jc.Load(load), n)
 
 
 @lru_cache(maxsize=8)
 def relaxation(film_on_steel: bool, approach: float, n: int) -> Trace:
-    """An approach [um] held for 7200 s, on the film on steel or on the film as a half-space."""
+    """Simulate a constant approach [um] for 7200 s, on the film on steel or on the film as a half-space."""
     return _run(film_on_steel, jc.Approach(approach * 1e-6), n)
 
 

@@ -1,1 +1,1 @@
-"""Closed forms and one-dimensional spectral solutions: oracles that share no code with the solver."""
+"""Closed forms and one-dimensional spectral solutions: independent references that share no code with the solver."""

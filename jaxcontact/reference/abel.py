@@ -5,15 +5,15 @@ With p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt and alpha N = A (1 + H), the conta
     g(t) + (1/pi) int_-a^a g(s) k(t - s) ds = (2/(pi A)) (delta - t^2/R),  k(x) = int_0^inf H cos(alpha x) dalpha,
 
 for a paraboloid of radius R, g(a) = 0; W = 2 pi int_0^a g. A is the compliance at infinite wavenumber (layer and
-indenter), so that H vanishes like exp(-2 alpha h). g is a series of even Legendre polynomials of t/a; their
-cosine transforms are spherical Bessel functions, so k is never formed and the edge layers of a thin film are
-resolved by the polynomials' own clustering. Source of the response: Wang et al., Tribology Letters 2025, Appendix A, in
-compact form; a creeping layer by the correspondence principle, its modulus a function of the Laplace variable.
+indenter), so that H decays like exp(-2 alpha h). g is a series of even Legendre polynomials of t/a; their
+cosine transforms are spherical Bessel functions, so k is never formed, and the edge layers of a thin film are
+resolved by the clustering of the polynomials' zeros. Source of the response: Wang et al., Tribology Letters 2025,
+Appendix A, in compact form; for a viscoelastic layer the correspondence principle makes its modulus a function of the
+Laplace variable.
 
-Measured: approach 1e-9 and radius and peak pressure 1e-5 (60 modes against 100, film of h/a = 1e-3 on steel);
-the tables of O'Sullivan and King to 1e-8; punch creep to 1e-8; the growing contact, 40 steps to 2000 s:
-6e-5 in
-the radius, 2e-5 in the approach (a film of 10 to 50 um, against 80 steps and an independent march).
+Measured errors: approach 1e-9, radius and peak pressure 1e-5 (60 modes against 100, film of h/a = 1e-3 on steel);
+the tables of O'Sullivan and King are reproduced to 1e-8, punch creep to 1e-8; the growing contact, 40 steps to 2000 s,
+to 6e-5 in the radius and 2e-5 in the approach (a film of 10 to 50 um, against 80 steps and an independent march).
 
 A `Layered` body here is a tuple of plain numbers. Lengths in m, moduli in Pa, loads in N, times in s.
 """
@@ -28,13 +28,12 @@ from jaxcontact.reference.layered_solid import surface_response
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 CUTOFF = 15.0  # alpha h beyond which H < exp(-30) (2 alpha h)^2 = 1e-10
-LONGEST = 1e-6  # alpha h of all layers below which a stack is its half-space
-TALBOT = 24  # nodes: 1e-12 for smooth monotone functions of time
+LONGEST = 1e-6  # alpha times the thickness of all layers below which a stack is equivalent to its half-space
+TALBOT = 24  # number of nodes, for an error of 1e-12 for smooth monotone functions of time
 
 
 class Layered(NamedTuple):
-    """Layer of shear modulus G [Pa], nu, thickness [m] on a substrate; an elastic indenter's (1 - nu)/G
-    [1/Pa]."""
+    """A layer of shear modulus G [Pa], nu and thickness [m] on a substrate; an elastic indenter's (1 - nu)/G [1/Pa]."""
 
     layer_modulus: complex
     layer_nu: float
@@ -44,13 +43,15 @@ class Layered(NamedTuple):
     indenter_compliance: float = 0.0
 
     def with_modulus(self, modulus):
-        """The same with another modulus of the layer."""
+        """Return the body with another modulus of the layer."""
         return self._replace(layer_modulus=modulus)
 
 
 class Pile(NamedTuple):
-    """Layers on a half-space: shear moduli [Pa] and nu from the top down, (layers + 1,), thicknesses [m],
-    (layers,); an elastic indenter's (1 - nu)/G [1/Pa]."""
+    """Layers on a half-space, and an elastic indenter's (1 - nu)/G [1/Pa].
+
+    Shear moduli [Pa] and nu are given from the top down, (layers + 1,), thicknesses [m] as (layers,).
+    """
 
     moduli: np.ndarray
     poissons: np.ndarray
@@ -59,7 +60,7 @@ class Pile(NamedTuple):
 
     @property
     def thickness(self):
-        """That of the top layer, which decides where short waves end."""
+        """The thickness of the top layer, which determines the limit of short waves."""
         return self.thicknesses[0]
 
     @property
@@ -71,13 +72,12 @@ class Pile(NamedTuple):
         return self.poissons[0]
 
     def with_modulus(self, modulus):
-        """The same with other moduli of all solids, (layers + 1,)."""
+        """Return the body with other moduli of all solids, (layers + 1,)."""
         return self._replace(moduli=modulus)
 
 
 class Contact(NamedTuple):
-    """Load [N], approach [m], radius [m] and the coefficients of g [Pa m] in even Legendre polynomials of
-    t/a."""
+    """Load [N], approach [m], radius [m] and the coefficients of g [Pa m] in even Legendre polynomials of t/a."""
 
     load: float
     approach: float
@@ -86,10 +86,11 @@ class Contact(NamedTuple):
 
 
 def scaled_response(alpha, body):
-    """alpha N(alpha) [1/Pa] of the layered half-space, in compact form; complex moduli allowed.
+    """Return alpha N(alpha) [1/Pa] of the layered half-space, in compact form; complex moduli are allowed.
 
-    With k and lambda next to one, as for a stiff layer, their differences from one are taken by themselves.
-    A stack's is that of all interface conditions, held where layers are a millionth of a wave.
+    For k and lambda close to one, as for a stiff layer, their differences from one are computed directly. For a stack,
+    the response is found from all interface conditions, with alpha times the total thickness bounded below by
+    ``LONGEST``.
     """
     if isinstance(body, Pile):
         alpha = np.maximum(alpha, LONGEST / np.sum(body.thicknesses))
@@ -98,40 +99,42 @@ def scaled_response(alpha, body):
         return response if np.iscomplexobj(body.moduli) else response.real
     Gc, nuc, h, Gs, nus, _ = body
     G, kc, ks, x = Gc / Gs, 3.0 - 4.0 * nuc, 3.0 - 4.0 * nus, alpha * h
-    theta, gone = np.exp(-2.0 * x), -np.expm1(-2.0 * x)
-    less_k, less_lam = (1.0 + kc) / (G + kc), (1.0 + kc) / (1.0 + G * ks)
-    k, lam = 1.0 - less_k, 1.0 - less_lam
-    D = (gone + less_lam * theta) * (gone + less_k * theta) - 4.0 * k * x**2 * theta
-    N = gone * (1.0 + theta) + (less_lam + lam * less_k) * theta**2 + 4.0 * x * k * theta
+    theta, one_less_theta = np.exp(-2.0 * x), -np.expm1(-2.0 * x)
+    one_less_k, one_less_lam = (1.0 + kc) / (G + kc), (1.0 + kc) / (1.0 + G * ks)
+    k, lam = 1.0 - one_less_k, 1.0 - one_less_lam
+    D = (one_less_theta + one_less_lam * theta) * (
+        one_less_theta + one_less_k * theta
+    ) - 4.0 * k * x**2 * theta
+    N = one_less_theta * (1.0 + theta) + (one_less_lam + lam * one_less_k) * theta**2 + 4.0 * x * k * theta
     return (1.0 - nuc) / Gc * N / D
 
 
 def surface_compliance(body):
-    """A [1/Pa] at infinite wavenumber: that of the layer's material and of the indenter."""
+    """Return A [1/Pa], the compliance at infinite wavenumber of the layer's material and of the indenter."""
     return (1.0 - body.layer_nu) / body.layer_modulus + body.indenter_compliance
 
 
 def _panels(end, width):
-    """Composite Gauss nodes and weights on [0, end]."""
+    """Return composite Gauss nodes and weights on [0, end]."""
     return _gauss(np.linspace(0.0, end, int(np.ceil(end / width)) + 1))
 
 
 def _waves(end, width):
-    """The same with panels that shrink towards zero: a stiff layer bends under waves far longer than all else."""
+    """Return nodes and weights on panels graded towards zero, for the very long bending waves of a stiff layer."""
     ends = np.linspace(0.0, end, int(np.ceil(end / width)) + 1)
     return _gauss(np.concatenate([[0.0], np.geomspace(1e-10 * ends[1], ends[1], 40), ends[2:]]))
 
 
 def _gauss(ends):
-    """Gauss nodes and weights between neighbouring ends."""
+    """Return Gauss nodes and weights between adjacent end points."""
     half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
     return (mid[:, None] + half[:, None] * NODES).ravel(), (half[:, None] * WEIGHTS).ravel()
 
 
 def _transforms(x, modes):
-    """int_-1^1 P_2m(s) cos(x s) ds = 2 (-1)^m j_2m(x), shape (len(x), modes).
+    """Return int_-1^1 P_2m(s) cos(x s) ds = 2 (-1)^m j_2m(x), shape (len(x), modes).
 
-    Upward recurrence where it is stable (x above the order), scipy below.
+    Upward recurrence is used where it is stable (x above the order), scipy below.
     """
     j = np.empty((len(x), 2 * modes))
     low = x < 2 * modes
@@ -146,19 +149,19 @@ def _transforms(x, modes):
 
 @lru_cache(maxsize=4)
 def _basis(octave, modes):
-    """Nodes x = alpha a, weights and transforms that serve every a/h up to 2^(octave/4)."""
+    """Return nodes x = alpha a, weights and transforms for every a/h up to 2^(octave/4)."""
     ratio = 2.0 ** (octave / 4)
     x, w = _waves(CUTOFF * ratio, min(2.0 * np.pi, 0.5 * ratio))
     return x, w, _transforms(x, modes)
 
 
 def _masses(modes):
-    """int_-1^1 P_2m^2."""
+    """Return int_-1^1 P_2m^2."""
     return 2.0 / (4.0 * np.arange(modes) + 1.0)
 
 
 def _solve(a, body, columns):
-    """Coefficients of g for right-hand sides given as Legendre moments; A (1 + H) is applied to g."""
+    """Return the coefficients of g for right-hand sides given as Legendre moments; A (1 + H) is applied to g."""
     modes = len(columns)
     x, w, F = _basis(int(np.ceil(4 * np.log2(a / body.thickness))), modes)
     A = surface_compliance(body)
@@ -168,7 +171,7 @@ def _solve(a, body, columns):
 
 
 def _sides(a, modes):
-    """Moments of (2/pi) and (2/pi) t^2 against P_2m(t/a)."""
+    """Return the moments of (2/pi) and (2/pi) t^2 with respect to P_2m(t/a)."""
     sides = np.zeros((modes, 2))
     sides[0, 0] = sides[0, 1] = 2.0 / np.pi
     sides[0, 1] *= a**2 / 3.0
@@ -177,15 +180,29 @@ def _sides(a, modes):
 
 
 def solve_radius(contact_radius, body, radius, modes=60):
-    """Contact of a paraboloid of radius R [m] that touches over `contact_radius` [m]."""
+    """Return the contact of a paraboloid of radius R [m] with contact radius `contact_radius` [m]."""
     flat, curved = _solve(contact_radius, body, _sides(contact_radius, modes)).T
     approach = curved.sum() / flat.sum() / radius
     g = approach * flat - curved / radius
     return Contact(2.0 * np.pi * contact_radius * g[0], approach, contact_radius, g)
 
 
+def adhesive_contact(contact_radius, body, radius, work, modes=100):
+    """Contact of a paraboloid of radius R [m] over `contact_radius` [m] with adhesion of short range, `work` [J/m^2].
+
+    At the edge g(a) = -sqrt(4 a w/(pi A)), whose square is the energy release rate of the edge as a crack; A is that
+    of short waves, as an edge sees the surface alone. On a half-space that is the theory of Johnson, Kendall and
+    Roberts.
+    """
+    flat, curved = _solve(contact_radius, body, _sides(contact_radius, modes)).T
+    edge = -np.sqrt(4.0 * contact_radius * work / (np.pi * surface_compliance(body)))
+    approach = (edge + curved.sum() / radius) / flat.sum()
+    g = approach * flat - curved / radius
+    return Contact(2.0 * np.pi * contact_radius * g[0], approach, contact_radius, g)
+
+
 def _guess(load, body, radius):
-    """Hertz's radius for the compliance at the wavenumber 2/a, by fixed-point iteration."""
+    """Return Hertz's radius for the compliance at the wavenumber 2/a, by fixed-point iteration."""
     a = 2.0 * body.thickness
     for _ in range(40):
         A = scaled_response(2.0 / a, body) + body.indenter_compliance
@@ -194,8 +211,9 @@ def _guess(load, body, radius):
 
 
 def solve_load(load, body, radius, modes=60):
-    """Contact of a paraboloid of radius R [m] under `load` [N]: secant method in the logarithm of its
-    radius."""
+    """Return the contact of a paraboloid of radius R [m] under `load` [N], by the secant method in the logarithm of its
+    radius.
+    """
     x0 = np.log(_guess(load, body, radius))
     x1, f0 = x0 + 1e-2, np.log(solve_radius(np.exp(x0), body, radius, modes).load / load)
     for _ in range(30):
@@ -208,7 +226,7 @@ def solve_load(load, body, radius, modes=60):
 
 
 def pressure(r, contact):
-    """p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt [Pa], with v = sqrt(t^2 - r^2) as variable; zero outside."""
+    """Return p(r) = int_r^a -g'(t)/sqrt(t^2 - r^2) dt [Pa], zero outside; the variable is v = sqrt(t^2 - r^2)."""
     r, a = np.atleast_1d(np.asarray(r, float)), contact.radius
     full = np.zeros(2 * len(contact.coefficients) - 1)
     full[::2] = contact.coefficients
@@ -220,13 +238,13 @@ def pressure(r, contact):
 
 
 def punch_compliance(punch_radius, body, modes=60):
-    """delta / W [m/N] of a flat punch; complex for a complex layer modulus."""
+    """Return delta/W [m/N] of a flat punch; complex for a complex layer modulus."""
     flat = _solve(punch_radius, body, _sides(punch_radius, modes)[:, :1])[0, 0]
     return 1.0 / (2.0 * np.pi * punch_radius * flat)
 
 
 def talbot(transform, t):
-    """f(t) of a Laplace transform of the complex s, by the modified Talbot contour."""
+    """Return f(t) from its Laplace transform of the complex s, by the modified Talbot contour."""
     theta = (2.0 * np.arange(TALBOT // 2) + 1.0) * np.pi / TALBOT
     u = 0.6407 * theta
     z = TALBOT * (0.5017 * theta / np.tan(u) - 0.6122 + 0.2645j * theta)
@@ -236,7 +254,7 @@ def talbot(transform, t):
 
 
 def punch_creep(t, punch_radius, body, modulus, modes=60):
-    """delta(t)/W [m/N] of a flat punch under a step load; `modulus` is the layer's g(s) = 1/(s J(s)) [Pa]."""
+    """Return delta(t)/W [m/N] of a flat punch under a step load; `modulus` is the layer's g(s) = 1/(s J(s)) [Pa]."""
 
     def transform(s):
         return punch_compliance(punch_radius, body.with_modulus(modulus(s)), modes) / s
@@ -245,8 +263,7 @@ def punch_creep(t, punch_radius, body, modulus, modes=60):
 
 
 def _tables(body, modulus, alpha, step, steps):
-    """Compliances (constant part, excess over it at alpha): at times n step, and their means over each
-    step."""
+    """Return compliances (constant part, and excess over it at alpha) at times n step, and their means over each step."""
 
     def at(g):
         layer = body.with_modulus(g)
@@ -261,8 +278,9 @@ def _tables(body, modulus, alpha, step, steps):
 
 
 class _Trial(NamedTuple):
-    """What one instant needs: wavenumbers, weights, today's compliance, what the past adds, where it is
-    known."""
+    """Data of one instant: wavenumbers, weights, current compliance, and the contribution of the past, in waves and at
+    nodes.
+    """
 
     alpha: np.ndarray
     weights: np.ndarray
@@ -275,7 +293,7 @@ class _Trial(NamedTuple):
 
 
 def _instant(a, trial, radius):
-    """Contact of radius a with the past's displacement taken from the gap."""
+    """Return the contact of radius a, with the displacement due to the past subtracted from the gap."""
     F = _transforms(trial.alpha * a, trial.modes)
     A, excess = trial.compliance[0], trial.compliance[1:]
     matrix = np.diag(_masses(trial.modes) * A) + (F.T * (a * trial.weights * excess / np.pi)) @ F
@@ -289,7 +307,7 @@ def _instant(a, trial, radius):
 
 
 def _find(start, trial, radius, load):
-    """Radius that carries the load, by the secant method in log a."""
+    """Return the contact whose radius carries the load, by the secant method in log a."""
     x0, x1 = np.log(start), np.log(start) + 1e-3
     f0 = np.log(_instant(np.exp(x0), trial, radius).load / load)
     for _ in range(30):
@@ -302,7 +320,7 @@ def _find(start, trial, radius, load):
 
 
 def _on_nodes(contact, nodes):
-    """g at the nodes, zero outside its contact."""
+    """Return g at the nodes, zero outside its contact."""
     full = np.zeros(2 * len(contact.coefficients) - 1)
     full[::2] = contact.coefficients
     s = nodes / contact.radius
@@ -310,16 +328,15 @@ def _on_nodes(contact, nodes):
 
 
 def _weights(n, values, means):
-    """Compliance that multiplies g of each instant 0..n, for g linear in time between instants."""
+    """Return the compliances that multiply g of each instant 0..n, for g linear in time between instants."""
     return [values[n] - means[n - 1]] + [means[n - j] - means[n - j - 1] for j in range(1, n)] + [means[0]]
 
 
 def march_step_load(load, duration, steps, body, modulus, radius, modes=30):
-    """Contacts at equal steps of [0, duration] under a step load, contact growing.
+    """Return contacts at equal time steps over [0, duration] under a step load, for a growing contact.
 
-    The layer creeps by the exact correspondence principle at constant nu: modulus(s) = g(s) = 1/(s J(s))
-    [Pa];
-    the past enters as a Duhamel integral of Talbot inversions, g linear in time between instants. The layer
+    The layer creeps by the exact correspondence principle at constant nu: modulus(s) = g(s) = 1/(s J(s)) [Pa];
+    the past enters as a Duhamel integral of Talbot inversions, with g linear in time between instants. The layer
     modulus of `body` is not used.
     """
     slow = body.with_modulus(1.0 / talbot(lambda s: 1.0 / (s * modulus(s)), duration))

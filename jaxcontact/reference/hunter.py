@@ -25,8 +25,10 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
 
 @dataclass(frozen=True)
 class LineContact:
-    """A solution. half_width a [m]; load per length P' [N/m]; apex x0 [m]: the cylinder's axis from the
-    middle of the contact; friction: horizontal force over load, positive; coefficients c0, c1, c2; zeta.
+    """The solution of a line contact.
+
+    half_width a [m]; load per length P' [N/m]; apex x0 [m]: position of the cylinder's axis from the centre of the
+    contact; friction: horizontal force over load, positive; coefficients c0, c1, c2; zeta.
     """
 
     half_width: float
@@ -37,7 +39,7 @@ class LineContact:
     zeta: float
 
     def pressure(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """p(x) [Pa], x (n,) [m] from the middle of the contact, the body moving in +x."""
+        """Return p(x) [Pa], x (n,) [m] from the centre of the contact, with the body moving in +x."""
         s = np.clip(np.asarray(x, float) / self.half_width, -1.0, 1.0)
         end = np.arccos(-s)[:, None]
         angle = end * (NODES + 1.0) / 2.0
@@ -50,7 +52,7 @@ class LineContact:
 def of_half_width(
     a: float, speed: float, radius: float, J0: float, J1: float, tau: float, nu: float
 ) -> LineContact:
-    """The contact of half-width a [m] at a speed > 0 [m/s]; J0, J1 [1/Pa], tau [s]."""
+    """Return the contact of half-width a [m] at a speed > 0 [m/s]; J0, J1 [1/Pa], tau [s]."""
     relaxation = tau * J0 / (J0 + J1)
     beta = radius * (1.0 - nu) * (J0 + J1)
     zeta, z = a / (relaxation * speed), a / (tau * speed)
@@ -66,7 +68,7 @@ def of_half_width(
 def of_load(
     load: float, speed: float, radius: float, J0: float, J1: float, tau: float, nu: float
 ) -> LineContact:
-    """The contact under a load per length [N/m]; its half-width lies between those of the elastic limits."""
+    """Return the contact under a load per length [N/m]; its half-width lies between those of the elastic limits."""
     width = lambda J: float(np.sqrt(2.0 * load * radius * (1.0 - nu) * J / np.pi))
     contact = lambda a: of_half_width(a, speed, radius, J0, J1, tau, nu)
     a = brentq(lambda a: contact(a).load - load, 0.999 * width(J0), 1.001 * width(J0 + J1), xtol=1e-14)

@@ -1,40 +1,38 @@
-"""A rigid sphere (or punch) on a viscoelastic half-space whose contact never shrinks: Lee and Radok's
-solution.
+"""Lee and Radok's solution for a rigid sphere or punch on a viscoelastic half-space, for a non-decreasing contact.
 
-`creep` is J(t) [1/Pa] and `relaxation` G(t) [Pa], numpy callables of t >= 0 [s]; Poisson's ratio nu is
-constant.
-Lengths in m, loads in N. Sources: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438.
+`creep` is J(t) [1/Pa] and `relaxation` G(t) [Pa], numpy callables of t >= 0 [s]; Poisson's ratio nu is constant.
+Lengths in m, loads in N. Source: E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438.
 An elastic indenter adds its compliance A_ind = (1 - nu)/G to (1 - nu) J(t) in every formula for the radius.
 """
 
 import numpy as np
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
-HALVINGS = 24  # panels graded towards the present, where a fast relaxation shows
+HALVINGS = 24  # number of panels graded towards the present time, to resolve a fast relaxation
 BISECTIONS = 90
 
 
 def _graded(n=HALVINGS):
-    """Nodes and weights on [0, 1], panels halving towards 1."""
+    """Return nodes and weights on [0, 1] for panels that halve towards 1."""
     ends = np.concatenate([1.0 - 0.5 ** np.arange(n + 1), [1.0]])
     half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
     return (mid[:, None] + half[:, None] * NODES).ravel(), (half[:, None] * WEIGHTS).ravel()
 
 
 def step_radius(t, creep, load, radius, nu, indenter_compliance=0.0):
-    """a(t) = [3 R W ((1 - nu) J(t) + A_ind) / 8]^(1/3) [m] under a load W applied at t = 0."""
+    """Return a(t) = [3 R W ((1 - nu) J(t) + A_ind) / 8]^(1/3) [m] under a load W applied at t = 0."""
     return np.cbrt(0.375 * radius * load * ((1.0 - nu) * creep(np.asarray(t, float)) + indenter_compliance))
 
 
 def step_approach(t, creep, load, radius, nu, indenter_compliance=0.0):
-    """delta = a(t)^2 / R [m] under a step load."""
+    """Return delta = a(t)^2 / R [m] under a step load."""
     return step_radius(t, creep, load, radius, nu, indenter_compliance) ** 2 / radius
 
 
 def history_radius(t, creep, times, loads, radius, nu, indenter_compliance=0.0):
-    """a(t) [m] of a non-decreasing, piecewise linear load: a^3 = (3R/8) int [(1 - nu) J(t - tau) + A_ind] dW.
+    """Return a(t) [m] for a non-decreasing, piecewise linear load: a^3 = (3R/8) int [(1 - nu) J(t - tau) + A_ind] dW.
 
-    `loads[0]` steps on at `times[0]`; two equal times are a jump. After the last time the load is held.
+    `loads[0]` is a step at `times[0]`; two equal times are a jump. After the last time the load is constant.
     """
     if np.any(np.diff(np.asarray(loads)) < 0):
         raise ValueError("Lee and Radok's solution needs a load that never decreases")
@@ -50,12 +48,12 @@ def history_radius(t, creep, times, loads, radius, nu, indenter_compliance=0.0):
 
 
 def _jump(t, creep, start, step, nu, extra):
-    """Share of a load step at `start` in the integral."""
+    """Return the contribution of a load step at `start` to the integral."""
     return np.where(t >= start, step * ((1.0 - nu) * creep(np.maximum(t - start, 0.0)) + extra), 0.0)
 
 
 def _ramp(t, creep, start, end, step, nu, extra):
-    """Share of a load rising by `step` between `start` and `end`, by graded Gauss quadrature."""
+    """Return the contribution of a load that increases by `step` between `start` and `end`, by graded Gauss quadrature."""
     last = np.clip(t, start, end)
     x, w = _graded()
     tau = start + (last - start)[..., None] * x
@@ -64,7 +62,7 @@ def _ramp(t, creep, start, end, step, nu, extra):
 
 
 def _arrival(contact_radius, target, t):
-    """Time in [0, t] at which the non-decreasing a(tau) reaches `target`, by bisection."""
+    """Return the time in [0, t] at which the non-decreasing a(tau) reaches `target`, by bisection."""
     low, high = np.zeros_like(target), np.full_like(target, t)
     for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
@@ -74,10 +72,9 @@ def _arrival(contact_radius, target, t):
 
 
 def pressure(r, t, relaxation, contact_radius, radius, nu):
-    """p(r, t) = 4/(pi (1 - nu) R) int G(t - tau) d sqrt(a(tau)^2 - r^2)_+ [Pa] under a rigid sphere.
+    """Return p(r, t) = 4/(pi (1 - nu) R) int G(t - tau) d sqrt(a(tau)^2 - r^2)_+ [Pa] under a rigid sphere.
 
-    `contact_radius` is the non-decreasing a(tau). The integration variable is y = sqrt(a^2 - r^2) itself,
-    which
+    `contact_radius` is the non-decreasing a(tau). The integration variable is y = sqrt(a^2 - r^2) itself, which
     removes the square-root singularity at the first arrival; the step at t = 0 gives G(t) y(0+).
     """
     r = np.atleast_1d(np.asarray(r, float))
@@ -90,17 +87,18 @@ def pressure(r, t, relaxation, contact_radius, radius, nu):
 
 
 def held_load(t, relaxation, approach, radius, nu):
-    """W(t) = 8 sqrt(R) delta^(3/2) G(t) / (3 (1 - nu)) [N] at an approach held from t = 0: a constant
-    contact."""
+    """Return W(t) = 8 sqrt(R) delta^(3/2) G(t) / (3 (1 - nu)) [N] at a constant approach from t = 0, with constant
+    contact.
+    """
     return 8.0 * np.sqrt(radius) * approach**1.5 * relaxation(np.asarray(t, float)) / (3.0 * (1.0 - nu))
 
 
 def held_pressure(r, t, relaxation, approach, radius, nu):
-    """p = 4 G(t) sqrt(R delta - r^2) / (pi (1 - nu) R) [Pa] at an approach held from t = 0."""
+    """Return p = 4 G(t) sqrt(R delta - r^2) / (pi (1 - nu) R) [Pa] at a constant approach from t = 0."""
     root = np.sqrt(np.maximum(radius * approach - np.asarray(r) ** 2, 0.0))
     return 4.0 * relaxation(t) * root / (np.pi * (1.0 - nu) * radius)
 
 
 def punch_approach(t, creep, load, punch_radius, nu):
-    """delta = (1 - nu) W J(t) / (4 a) [m] of a rigid flat punch of radius a under a step load."""
+    """Return delta = (1 - nu) W J(t) / (4 a) [m] of a rigid flat punch of radius a under a step load."""
     return (1.0 - nu) * load * creep(np.asarray(t, float)) / (4.0 * punch_radius)

@@ -1,4 +1,4 @@
-"""The paper's own way from a response function to influence coefficients (its Eqs. 7-10, Table 1).
+"""The paper's conversion of a response function to influence coefficients (its Eqs. 7-10, Table 1).
 
 The continuous transform of the coefficients is the response N times the transform of a unit cell,
 
@@ -9,9 +9,10 @@ sampled on chi times more cells than the grid has (same dx), summed over aliases
     C^(m_i, n_j) = 1/(dx dy) sum_{rx, ry = -AL}^{AL} C~(m_i - 2 pi rx/dx, n_j - 2 pi ry/dy),
 
 with the mean of N over the cell around the origin, by 64-point Gauss quadrature, in place of its
-infinite value there; then transformed back, the real part of the middle taken. The sum has to be cut
-at AL, and the domain of chi cells repeats itself: with chi = 16, AL = 2 the central coefficient is 0.2 to
-2 % off and the far field 4 %. A reference for the fast way, not used by it.
+infinite value there; then transformed back, taking the real part of the central part. The sum must be truncated
+at AL, and the domain of chi cells is periodic: with chi = 16, AL = 2 the error is 0.2 to
+2 % in the central coefficient and 4 % in the far field. This is a reference for the solver's faster method, which does
+not use it.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,7 @@ from collections.abc import Callable
 import numpy as np
 
 Response = Callable[[np.ndarray], np.ndarray]
-"""alpha (any shape) [rad/m] -> alpha N [1/Pa]."""
+"""A function of alpha (any shape) [rad/m] that returns alpha N [1/Pa]."""
 
 
 def coefficients(
@@ -30,9 +31,9 @@ def coefficients(
     chi: int = 16,
     aliases: int = 2,
 ) -> np.ndarray:
-    """Influence coefficients [m/Pa] at offsets (i, j) >= 0, (nx, ny).
+    """Return the influence coefficients [m/Pa] at offsets (i, j) >= 0, (nx, ny).
 
-    chi: extension factor, a power of 2 (the paper: 16); aliases: AL (the paper does not give it).
+    chi: extension factor, a power of 2 (the paper: 16); aliases: AL (not given in the paper).
     """
     (nx, ny), (dx, dy) = shape, spacing
     m = 2.0 * np.pi * np.fft.fftfreq(chi * nx, dx)
@@ -50,7 +51,7 @@ def coefficients(
 def _cell_transform(
     respond: Response, m: np.ndarray, n: np.ndarray, spacing: tuple[float, float]
 ) -> np.ndarray:
-    """N Y, with the origin left at zero."""
+    """Return N Y, with zero at the origin."""
     alpha = np.hypot(m, n)
     at_origin = alpha == 0.0
     safe = np.where(at_origin, 1.0, alpha)
@@ -64,7 +65,7 @@ def _cell_transform(
 
 
 def _origin(respond: Response, dm: float, dn: float) -> float:
-    """Mean of N over |m| < dm/2, |n| < dn/2 by 8 x 8 Gauss points."""
+    """Return the mean of N over |m| < dm/2, |n| < dn/2 by 8 x 8 Gauss points."""
     points, weights = np.polynomial.legendre.leggauss(8)
     m, n = np.meshgrid(points * dm / 2.0, points * dn / 2.0, indexing="ij")
     alpha = np.hypot(m, n)

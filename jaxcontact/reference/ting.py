@@ -1,9 +1,7 @@
-"""A rigid sphere driven to a depth delta(t) with one maximum into a viscoelastic half-space: Ting's solution.
+"""Ting's solution for a rigid sphere on a viscoelastic half-space at a prescribed depth delta(t) with one maximum.
 
-`relaxation` is G(t) [Pa], `depth` delta(t) [m] from delta(0) = 0 and `rate` its derivative [m/s], numpy
-callables;
-`peak_time` [s] is where the depth turns. Poisson's ratio nu is constant. Source: T. C. T. Ting, J. Appl.
-Mech. 33
+`relaxation` is G(t) [Pa], `depth` delta(t) [m] from delta(0) = 0 and `rate` its derivative [m/s], numpy callables;
+`peak_time` [s] is the time of the largest depth. Poisson's ratio nu is constant. Source: T. C. T. Ting, J. Appl. Mech. 33
 (1966) 845.
 """
 
@@ -15,8 +13,9 @@ HALVINGS = 16
 
 
 def _integral(function, start, end, focus):
-    """Integral over [start, end], panels halving towards `focus` ("start" or "end") where the integrand is
-    rough."""
+    """Return the integral over [start, end] on panels that halve towards `focus` ("start" or "end"), where it is not
+    smooth.
+    """
     ends = np.concatenate([1.0 - 0.5 ** np.arange(HALVINGS + 1), [1.0]])
     ends = start + (end - start) * (ends if focus == "end" else 1.0 - ends[::-1])
     half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
@@ -24,7 +23,7 @@ def _integral(function, start, end, focus):
 
 
 def _memory(start, t, relaxation, rate, peak_time):
-    """int_start^t G(t - tau) delta'(tau) dtau [Pa m], split at the turn, where the rate may jump."""
+    """Return int_start^t G(t - tau) delta'(tau) dtau [Pa m], split at the peak time, where the rate may jump."""
 
     def integrand(tau):
         return relaxation(t - tau) * rate(tau)
@@ -34,10 +33,9 @@ def _memory(start, t, relaxation, rate, peak_time):
 
 
 def matching_time(t, relaxation, rate, peak_time):
-    """t1(t) [s]: the time of loading when the contact had today's radius: int_t1^t G(t - tau) delta' dtau =
-    0.
+    """Return t1(t) [s], the time of loading with the same contact radius: int_t1^t G(t - tau) delta' dtau = 0.
 
-    t itself while loading; 0 once the contact is lost.
+    It is t itself during loading, and 0 once contact is lost.
     """
     if t <= peak_time:
         return t
@@ -47,15 +45,14 @@ def matching_time(t, relaxation, rate, peak_time):
 
 
 def contact_radius(t, relaxation, depth, rate, peak_time, radius):
-    """a(t) = sqrt(R delta(t1(t))) [m]."""
+    """Return a(t) = sqrt(R delta(t1(t))) [m]."""
     return np.sqrt(radius * depth(matching_time(t, relaxation, rate, peak_time)))
 
 
 def load(t, relaxation, depth, rate, peak_time, radius, nu):
-    """W = 8 sqrt(R)/(3 (1 - nu)) int_0^t1(t) G(t - tau) d(delta^(3/2)) [N], in loading (t1 = t) and
-    unloading.
+    """Return W = 8 sqrt(R)/(3 (1 - nu)) int_0^t1(t) G(t - tau) d(delta^(3/2)) [N], for loading (t1 = t) and unloading.
 
-    The variable sqrt(tau) removes the square root of a depth that starts linearly.
+    The variable sqrt(tau) removes the square-root singularity of a depth that starts linearly.
     """
     last = matching_time(t, relaxation, rate, peak_time)
 

@@ -1,1 +1,1 @@
-"""Response functions: displacement of the surface per pressure, by wavenumber and time."""
+"""Response functions: surface displacement per unit pressure, as a function of wavenumber and time."""

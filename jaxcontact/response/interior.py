@@ -1,12 +1,13 @@
-"""What reaches a depth: traction and displacement inside a stack under tractions on its surface, by wavenumber.
+"""Transfer functions to a depth: traction and displacement inside a stack under surface tractions, by wavenumber.
 
-The plane at depth z cuts the body in two. The layers above it pass on, with A, B, C of ``response.layer`` and the
-compliance S of all that lies below each of them (``response.stack``),
+The plane at depth z divides the body in two. With A, B, C of ``response.layer`` and the compliance S of all that lies
+below each layer (``response.stack``), the layers above the plane transmit
 
     t_below = j (j + C S)^-1 B^T t_above,      alpha u = S t,
 
 layer by layer from the surface to the plane. In the plane of the wavevector these are 2 x 2 over (in-plane, normal)
-with t_r = i tau, u_r = i U, across it they are numbers. At a depth within a half-space the half-space itself is cut.
+with t_r = i tau, u_r = i U; in the transverse direction they are scalars. For a depth within the substrate, the
+half-space itself is divided at that depth.
 """
 
 from typing import NamedTuple
@@ -19,14 +20,14 @@ from jaxcontact.response.layer import TwoPort, two_port
 from jaxcontact.response.stack import SurfaceCompliance, covered, solids, surface_compliance
 from jaxcontact.response.volume import nu_at_first
 
-Five = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
+Entries = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
 
 
 class Transfer(NamedTuple):
-    """From tractions on the surface to what is at a depth; entries (out, in), r in the plane, z normal, s across.
+    """Transfer functions from surface tractions to a depth; entries (out, in), r in the plane, z normal, s transverse.
 
-    t_rr, t_rz, t_zr, t_zz, t_ss: to tractions; u_rr, ...: to alpha times displacement [1/Pa]; e_rr, e_rz, e_ss: the
-    same times the modulus at the depth, of which stresses in the plane are made.
+    t_rr, t_rz, t_zr, t_zz, t_ss: to tractions; u_rr, ...: to alpha times displacement [1/Pa]; e_rr, e_rz, e_ss: u times
+    the shear modulus at the depth, from which the in-plane stresses are formed.
     """
 
     t_rr: Array
@@ -45,12 +46,12 @@ class Transfer(NamedTuple):
 
 
 def depths_of_interfaces(body: LayeredHalfSpace) -> Array:
-    """[m], (layers,)."""
+    """Return the depths of the interfaces [m], (layers,)."""
     return jnp.cumsum(jnp.asarray([layer.thickness for layer in body.layers], float))
 
 
 def poisson_at(body: LayeredHalfSpace, z: Array) -> Array:
-    """Poisson's ratio at a depth z [m]; at an interface that below it."""
+    """Return Poisson's ratio at a depth z [m]; at an interface, that of the solid below."""
     return _poissons(body)[_solid_at(body, z)]
 
 
@@ -63,33 +64,34 @@ def _poissons(body: LayeredHalfSpace) -> Array:
 
 
 def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array, compliances: Array) -> Transfer:
-    """At wavenumbers alpha >= 0 [rad/m], for the depth z [m], (), with shear compliances of the solids [1/Pa].
+    """Return the transfer functions at wavenumbers alpha >= 0 [rad/m] to the depth z [m], ().
 
-    compliances: real or complex, (layers + 1, ...), which broadcast with the wavenumbers behind the first axis.
+    compliances: shear compliances of the solids [1/Pa], real or complex, (layers + 1, ...), which broadcast with the
+    wavenumbers behind the first axis.
     """
     j, alpha = compliances, wavenumber
     bottom = depths_of_interfaces(body)
     top = jnp.append(0.0, bottom)
     above = jnp.clip(z - top, 0.0, jnp.append(bottom, jnp.inf) - top)
-    deep = lambda a: jnp.reshape(a, (-1, *[1] * (j.ndim - 1)))
-    nu, below = deep(_poissons(body)), deep(jnp.diff(top) - above[:-1])
+    per_solid = lambda a: jnp.reshape(a, (-1, *[1] * (j.ndim - 1)))
+    nu, below = per_solid(_poissons(body)), per_solid(jnp.diff(top) - above[:-1])
     ports = [two_port(alpha * above[i], nu[i]) for i in range(len(j))]
-    compliance = [surface_compliance(j, nu, below, alpha)]  # of what lies below the plane,
-    for port, own in zip(ports[::-1], j[::-1], strict=True):  # and of what lies below each layer above it
+    compliance = [surface_compliance(j, nu, below, alpha)]  # of the solids below the plane
+    for port, own in zip(ports[::-1], j[::-1], strict=True):  # of the solids below each layer above the plane
         compliance.insert(0, covered(compliance[0], own, port))
-    one, no = jnp.ones_like(compliance[0].normal), jnp.zeros_like(compliance[0].normal)
-    t: Five = (one, no, no, one, one)
+    one, zero = jnp.ones_like(compliance[0].normal), jnp.zeros_like(compliance[0].normal)
+    t: Entries = (one, zero, zero, one, one)
     for port, own, foundation in zip(ports, j, compliance[1:], strict=True):
-        t = _passed(port, own, foundation, t)
+        t = _transmitted(port, own, foundation, t)
     L, K, N, T = compliance[-1]
     rr, rz, zr, zz, ss = t
     u = L * rr + K * zr, L * rz + K * zz, K * rr + N * zr, K * rz + N * zz, T * ss
-    soft = j[_solid_at(body, z)]
-    return Transfer(*t, *u, u[0] / soft, u[1] / soft, u[4] / soft)
+    local = j[_solid_at(body, z)]
+    return Transfer(*t, *u, u[0] / local, u[1] / local, u[4] / local)
 
 
-def _passed(port: TwoPort, j: Array, below: SurfaceCompliance, t: Five) -> Five:
-    """Tractions under a layer from those on it, both (rr, rz, zr, zz, ss)."""
+def _transmitted(port: TwoPort, j: Array, below: SurfaceCompliance, t: Entries) -> Entries:
+    """Return the tractions below a layer from those on top of it, both (rr, rz, zr, zz, ss)."""
     (B11, B12, B21, B22), (C11, C12, C22) = port.B, port.C
     L, K, N, T = below
     D11, D12 = j + C11 * L + C12 * K, C11 * K + C12 * N

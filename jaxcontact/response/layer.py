@@ -1,7 +1,7 @@
-"""One layer between two surfaces, wavenumber by wavenumber.
+"""A single layer as a two-port between its two surfaces, for each wavenumber.
 
-With the layer's top loaded by tractions t and its bottom moved by u_b, the top moves by u and the layer
-presses on what lies below with t_b,
+With the layer's top loaded by tractions t and its bottom displaced by u_b, the top is displaced by u and the layer
+exerts on its foundation the tractions t_b,
 
     alpha u = A j t + B alpha u_b,      t_b = B^T t - C alpha u_b / j,        j = 1/G,
 
@@ -23,8 +23,8 @@ kappa = 3 - 4 nu, D = kappa (1 + theta^2) + (kappa^2 + 1 + 4 x^2) theta, E = 1 -
     2 D e^x B / (kappa + 1) = [[(kappa + 1)(1 + theta) - 2 x E, (kappa - 1) E + 2 x (1 + theta)],
                                [(kappa - 1) E - 2 x (1 + theta), (kappa + 1)(1 + theta) + 2 x E]]
 
-with f3 = 1 - theta^2 - 4 x theta and f4 = E^2 - 4 x^2 theta (``differences``). Across it A = C = tanh x and
-B = 1/cosh x. Nothing overflows, and no diagonal entry loses digits at any thickness. Source: the matrix
+with f3 = 1 - theta^2 - 4 x theta and f4 = E^2 - 4 x^2 theta (``differences``). In the transverse direction A = C = tanh x
+and B = 1/cosh x. Nothing overflows, and no diagonal entry suffers from cancellation at any thickness. Source: the matrix
 exponential of the equations of equilibrium of one layer, rearranged; derived here.
 """
 
@@ -39,7 +39,7 @@ SINH = [1.0 / math.factorial(2 * n + 3) for n in range(9)]
 
 
 class TwoPort(NamedTuple):
-    """A and C as (11, 12, 22) and B as (11, 12, 21, 22); tanh and sech: A = C and B across; no units."""
+    """A and C as (11, 12, 22) and B as (11, 12, 21, 22), dimensionless; tanh and sech: the transverse A = C and B."""
 
     A: tuple[Array, Array, Array]
     B: tuple[Array, Array, Array, Array]
@@ -50,7 +50,7 @@ class TwoPort(NamedTuple):
 
 
 def two_port(x: Array, nu: Array | float) -> TwoPort:
-    """A, B and C of a layer of x = alpha h >= 0, entries of the shape of x; nu real or complex."""
+    """Return A, B and C of a layer of x = alpha h >= 0, with entries of the shape of x; nu real or complex."""
     kappa = 3.0 - 4.0 * nu
     theta = jnp.exp(-2.0 * x)
     E, E2, both = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x), 1.0 + theta
@@ -58,21 +58,21 @@ def two_port(x: Array, nu: Array | float) -> TwoPort:
     xt, xxt = 4.0 * x * theta, 8.0 * x**2 * theta
     D = kappa * (1.0 + theta**2) + (kappa**2 + 1.0) * theta + 0.5 * xxt
     C = (kappa + 1.0) / D
-    B, mixed, bent = 0.5 * jnp.exp(-x) * C, (kappa - 1.0) * E, (kappa - 1.0) * E**2
-    along, down = 2.0 * x * E, 2.0 * x * both
+    B, kE, kE2 = 0.5 * jnp.exp(-x) * C, (kappa - 1.0) * E, (kappa - 1.0) * E**2
+    xE, xboth = 2.0 * x * E, 2.0 * x * both
     return TwoPort(
         A=(
             0.25 * C * (kappa * E2 + xt),
-            0.25 * (kappa * bent - xxt) / D,
+            0.25 * (kappa * kE2 - xxt) / D,
             0.25 * C * ((kappa - 1.0) * E2 + f3),
         ),
         B=(
-            B * ((kappa + 1.0) * both - along),
-            B * (mixed + down),
-            B * (mixed - down),
-            B * ((kappa + 1.0) * both + along),
+            B * ((kappa + 1.0) * both - xE),
+            B * (kE + xboth),
+            B * (kE - xboth),
+            B * ((kappa + 1.0) * both + xE),
         ),
-        C=(C * (E2 + xt), (bent + xxt) / D, C * f3),
+        C=(C * (E2 + xt), (kE2 + xxt) / D, C * f3),
         det_C=4.0 * f4 / D,
         tanh=E / both,
         sech=2.0 * jnp.exp(-x) / both,
@@ -80,12 +80,12 @@ def two_port(x: Array, nu: Array | float) -> TwoPort:
 
 
 def uniaxial(nu: Array | float) -> Array | float:
-    """A layer's compliance in uniaxial strain over J h: (1 - 2 nu)/(2 (1 - nu))."""
+    """Return a layer's compliance in uniaxial strain over J h: (1 - 2 nu)/(2 (1 - nu))."""
     return (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
 
 
 def differences(x: Array) -> tuple[Array, Array]:
-    """f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, to round-off at all x."""
+    """Return f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, to round-off at all x."""
     small = x < SERIES_BELOW
     low, high = jnp.where(small, x, 0.0), jnp.where(small, SERIES_BELOW, x)
     theta = jnp.exp(-2.0 * low)
@@ -98,7 +98,7 @@ def differences(x: Array) -> tuple[Array, Array]:
 
 
 def _sinh_excess(y: Array) -> Array:
-    """sinh(y) - y for 0 <= y < 1.4, by its series."""
+    """Return sinh(y) - y for 0 <= y < 1.4, by its series."""
     squared, series = y**2, jnp.full_like(y, SINH[-1])
     for coefficient in SINH[-2::-1]:
         series = series * squared + coefficient

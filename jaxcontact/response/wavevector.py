@@ -11,10 +11,11 @@ from jaxcontact.response.stack import SurfaceCompliance, all_steps
 
 
 def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | float = 0.0) -> Array:
-    """Displacement (x, y, z) of the surface per amplitude of a traction wave (x, y, z) that steps on at t = 0.
+    """Return the displacement (x, y, z) of the surface per amplitude of a traction wave (x, y, z) applied as a step at t
+    = 0.
 
     With alpha^2 = kx^2 + ky^2, c = kx/alpha, s = ky/alpha and the four functions L (in the plane of the
-    wavevector), T (across), N (normal) and K (coupling) of ``response.stack``, each of (alpha, t),
+    wavevector), T (transverse), N (normal) and K (coupling) of ``response.stack``, each of (alpha, t),
 
             | L c^2 + T s^2    (L - T) c s      i K c |
         u = | (L - T) c s      L s^2 + T c^2    i K s | t
@@ -24,14 +25,14 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
     -t, t_z the pressure. The matrix is Hermitian (reciprocity). For a half-space alpha (L, K, N, T) = J (1 - nu,
     1/2 - nu, 1 - nu, 1).
 
-    Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Appendix A, whose nine functions
-    these are once its misprints are mended: Eq. (1) must read sigma_xz = -q_x (the functions are for a traction
-    +q_x on the body); B-bar(2),m in R3 to R6 must be B(2),m; theta is exp(-2 alpha h), with nu_1, nu_2 those of
-    coating and substrate. As printed they overflow for thick layers and lose all digits for thin ones: what is
-    computed here is the recursion of ``response.stack``, to 4e-14 at all times.
+    Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Appendix A, whose nine functions agree
+    with these after correction of its misprints: Eq. (1) must read sigma_xz = -q_x (the functions are for a traction +q_x
+    on the body); B-bar(2),m in R3 to R6 must be B(2),m; theta is exp(-2 alpha h), with nu_1, nu_2 those of coating and
+    substrate. As printed they overflow for thick layers and lose all digits for thin ones; this function uses the
+    recursion of ``response.stack``, accurate to 4e-14 at all times.
 
-    At wavevector zero, where a half-space moves without limit and the direction is lost, the diagonal is
-    ``inf`` and the rest 0, its mean over all directions, with zero derivative.
+    At wavevector zero, where the displacement of a half-space is unbounded and the direction is undefined, the diagonal
+    is ``inf`` and the rest 0, the mean over all directions, with zero derivative.
 
     Args:
         body: a ``LayeredHalfSpace``.
@@ -39,7 +40,7 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
         t: time [s], >= 0; broadcasts with them.
 
     Returns:
-        (..., 3, 3) complex [m/Pa], displacement first; nan where jit or vmap brought a value outside its range.
+        (..., 3, 3) complex [m/Pa], displacement first; nan where a value traced by jit or vmap is outside its range.
 
     Raises:
         ValueError: a body that cannot be computed, a wavevector that is not finite or a negative t.
@@ -47,7 +48,7 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
         >>> response = jc.frequency_response(glass, 1e6, 0.0)
-        >>> response.shape, f"{response[1, 1].real * 1e6:.4e}"     # 1/G across the wavevector
+        >>> response.shape, f"{response[1, 1].real * 1e6:.4e}"     # 1/G in the transverse direction
         ((3, 3), '3.3333e-11')
     """
     body, valid = checked_body(body)
@@ -59,16 +60,16 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
 
 @jax.jit
 def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
-    nowhere = (kx == 0.0) & (ky == 0.0)
-    kx = jnp.where(nowhere, 1.0, kx)
+    at_zero = (kx == 0.0) & (ky == 0.0)
+    kx = jnp.where(at_zero, 1.0, kx)
     alpha = jnp.hypot(kx, ky)
     response = _matrix(all_steps(body, alpha, t), kx / alpha, ky / alpha) / alpha[..., None, None]
     unbounded = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
-    return jnp.where(nowhere[..., None, None], unbounded, response)
+    return jnp.where(at_zero[..., None, None], unbounded, response)
 
 
 def _matrix(compliance: SurfaceCompliance, c: Array, s: Array) -> Array:
-    """alpha times the matrix of ``frequency_response``, (..., 3, 3)."""
+    """Return alpha times the matrix of ``frequency_response``, (..., 3, 3)."""
     L, K, N, T = compliance
     rows = [
         [L * c**2 + T * s**2, (L - T) * c * s, 1j * K * c],

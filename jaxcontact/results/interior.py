@@ -20,8 +20,8 @@ from jaxcontact.results.summaries import interior_summary
 class InteriorFields:
     """Stresses and displacements below the surface, SI units.
 
-    depths (nz,) [m]; stress (nz, 3, 3, nx, ny) [Pa], tension positive, x, y, z by row and column; displacement
-    (nz, 3, nx, ny) [m], z into the body.
+    depths (nz,) [m]; stress (nz, 3, 3, nx, ny) [Pa], tension positive, with rows and columns in the order x, y, z;
+    displacement (nz, 3, nx, ny) [m], z into the body.
     """
 
     view: ClassVar[str] = "interior"
@@ -32,14 +32,14 @@ class InteriorFields:
 
     @property
     def von_mises(self) -> Array:
-        """sqrt(3/2 s : s) of the stress deviator s [Pa], (nz, nx, ny)."""
+        """The von Mises stress, sqrt(3/2 s : s) of the stress deviator s [Pa], (nz, nx, ny)."""
         mean = jnp.trace(self.stress, axis1=1, axis2=2) / 3.0
         deviator = self.stress - mean[:, None, None] * jnp.eye(3)[:, :, None, None]
         return jnp.sqrt(1.5 * jnp.sum(deviator**2, (1, 2)))
 
     @property
     def peak(self) -> tuple[Array, Array]:
-        """The largest von Mises stress [Pa] and where it is, (3,) [m]."""
+        """The largest von Mises stress [Pa] and its position (x, y, z), (3,) [m]."""
         field = self.von_mises
         k, i, j = jnp.unravel_index(jnp.argmax(field), field.shape)
         x, y = self.grid.axes()
@@ -47,9 +47,11 @@ class InteriorFields:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The warnings on these fields, in words: whether a value was out of range, which jit or vmap hides."""
+        """The warnings on these fields, in words: an input value, unchecked inside jit or vmap, was out of range."""
         if not is_concrete(self) or not hasattr(self.stress, "__array__"):
-            raise ValueError("notes: expected fields with numbers, got some traced by jit, vmap or grad")
+            raise ValueError(
+                "notes: expected fields with known values, got fields traced by jit, vmap or grad"
+            )
         message = Status.OUT_OF_RANGE.message
         return (Note(message, brief(message)),) if np.isnan(np.sum(np.asarray(self.stress))) else ()
 
@@ -62,11 +64,11 @@ class InteriorFields:
 
     def to_xarray(self) -> Any:
         """Return the fields and the von Mises stress as an ``xarray.Dataset``; needs ``jaxcontact[io]``."""
-        told = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
-        return dataset(arrays_of(self) | derived_of(self), told)
+        attributes = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
+        return dataset(arrays_of(self) | derived_of(self), attributes)
 
     def plot(self) -> Any:
-        """A figure of the von Mises stress: a vertical cut along x through its peak, and its course over the depth."""
+        """Return a figure of the von Mises stress: a vertical section along x through its maximum, and its depth profile."""
         from jaxcontact.results import figures
 
         return figures.figure_of(self)

@@ -9,31 +9,37 @@ import numpy as np
 from jaxcontact._support.fields import FIELDS, INSIDE, TIME, VECTOR, Field, fields_of
 from jaxcontact._support.status import Status
 
-# the grid is stored by its axes, the diagnostics by their names; what a function saved may be of any shape
+# the grid is stored as its axes and the diagnostics by name; the values of a save function may have any shape
 NOT_STORED = ("grid", "saved", "diagnostics")
 
 
 def status_names() -> list[str]:
-    """The names of the statuses 0, 1, ..."""
+    """Return the names of the statuses 0, 1, ..."""
     return [status.name for status in Status]
 
 
 def stored_fields(cls: type) -> list[str]:
-    """The names of those fields of a kind of result that go into files."""
+    """Return the names of the fields of a result class that are written to files."""
     return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
 
 
+def optional_fields(cls: type) -> set[str]:
+    """Return the names of the fields of a kind of result that may be None."""
+    return {field.name for field in dataclasses.fields(cls) if field.default is None}
+
+
 def arrays_of(result: Any) -> dict[str, np.ndarray]:
-    """The stored fields of a result, and its axes x and y [m]."""
+    """Return the stored fields of a result, and its axes x and y [m]."""
     x, y = result.grid.axes()
-    fields = {name: np.asarray(getattr(result, name)) for name in stored_fields(type(result))}
+    given = {name: getattr(result, name) for name in stored_fields(type(result))}
+    fields = {name: np.asarray(value) for name, value in given.items() if value is not None}
     return {"x": np.asarray(x), "y": np.asarray(y)} | fields
 
 
 def derived_of(result: Any) -> dict[str, np.ndarray]:
-    """Return the quantities of a result that follow from its fields: the properties that ``FIELDS`` or ``INSIDE`` names.
+    """Return the derived quantities of a result: the properties that ``FIELDS`` or ``INSIDE`` names.
 
-    A history with the map of its last time alone has no peak pressure over time.
+    A history that keeps only the last pressure map has no peak pressure over time.
     """
     cls, found = type(result), {}
     for name in fields_of(stored_fields(cls)):
@@ -43,13 +49,13 @@ def derived_of(result: Any) -> dict[str, np.ndarray]:
 
 
 def numbers_of(result: Any) -> dict[str, np.ndarray]:
-    """Return those of ``derived_of`` that are numbers, over time or alone, and not maps."""
+    """Return those of ``derived_of`` that are scalars or time series, not maps."""
     known = fields_of(stored_fields(type(result)))
     return {name: values for name, values in derived_of(result).items() if not known[name].is_map}
 
 
 def attributes(name: str, field: Field) -> dict[str, Any]:
-    """Return unit and meaning of a field; of the status also the meaning of its values, as in the CF conventions."""
+    """Return the unit and the meaning of a field; for the status, also the meaning of its values (CF conventions)."""
     attributes: dict[str, Any] = {"units": field.symbol, "long_name": field.meaning}
     if name == "status":
         values = {
@@ -65,7 +71,7 @@ def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, 
 
 
 def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
-    """An ``xarray.Dataset`` of stored fields, each with its dimensions, unit and meaning; notes: its attributes."""
+    """Return an ``xarray.Dataset`` of stored fields with dimensions, units and meanings; ``notes`` are its attributes."""
     xarray = extra("xarray")
 
     axes = {axis: _axis(axis, arrays[axis], "m", f"{axis} of the cell centres") for axis in "xy"}
@@ -90,7 +96,7 @@ def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
 
 
 def table(arrays: dict[str, np.ndarray]) -> Any:
-    """A ``pandas.DataFrame`` over time of the stored fields that have a number, or one for x and y, at each time."""
+    """Return a ``pandas.DataFrame`` over time of the stored fields that are scalars, or vectors (x, y), at each time."""
     pandas = extra("pandas")
 
     columns = {}
@@ -104,8 +110,10 @@ def table(arrays: dict[str, np.ndarray]) -> Any:
 
 
 def extra(name: str, group: str = "io") -> Any:
-    """A library of one of the extras."""
+    """Import and return a library that belongs to an optional extra."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise ImportError(f"this needs {name}; install it with: pip install 'jaxcontact[{group}]'") from error
+        raise ImportError(
+            f"{name} is required; install it with: pip install 'jaxcontact[{group}]'"
+        ) from error

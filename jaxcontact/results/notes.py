@@ -1,8 +1,8 @@
-"""Notes: what a user should know of a result beside its numbers, in words.
+"""Notes on a result, in words: warnings about its accuracy and validity.
 
-The compiled core stores numbers alone (the fields of a result and its ``Diagnostics``), which pass through jit, vmap, grad
+The compiled core stores only numbers (the fields of a result and its ``Diagnostics``), which pass through jit, vmap, grad
 and ``lax.map`` like any others. The words are formed from them when ``result.notes`` is read, so that a result computed
-inside a transformation tells as much as one of a plain call, which issues the same words as warnings.
+inside a transformation has the same notes as one of a plain call, which issues them as warnings.
 """
 
 import warnings
@@ -19,10 +19,17 @@ STRAIN_LIMIT = 0.2
 SEPARATION_LIMIT = 1e-3
 IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
+SERIES_LIMIT = 1e-3
+STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
+FEW_COHESIVE = 3  # cells across the zone of attraction
+TRAPPING = 0.18  # at a compliance of a cell x strength^2/work of 5
 
 
 class Note(str):
-    """A note in words. kind: the words common to all notes on the same matter; severity: the largest is the worst."""
+    """A note in words.
+
+    kind: the words common to all notes on the same matter; severity: a number that is largest for the worst note.
+    """
 
     kind: str
     severity: float
@@ -38,55 +45,68 @@ class Note(str):
 
 @pytree
 class Diagnostics:
-    """The numbers that notes depend on and that are no fields of a result, () each.
+    """The numbers other than fields that notes depend on, () each.
 
     separation_error: relative error of the decay rates shared by all wavenumbers; image_error: relative error of the
-    response on the grid; single_contact: whether the indenter makes one contact, so that few cells across it are worth
-    a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened.
+    response on the grid; single_contact: whether the indenter makes a single contact, so that too few cells across it
+    deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film
+    whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
+    the largest slope between two cells, stiff_film: whether it is stiffer than its base.
     """
 
     separation_error: Any = np.float64(0.0)
     image_error: Any = np.float64(0.0)
     single_contact: Any = np.bool_(False)
     widenings: Any = np.int64(0)
+    thickness_error: Any = np.float64(0.0)
+    thickness_slope: Any = np.float64(0.0)
+    stiff_film: Any = np.bool_(False)
 
 
 class _Run(NamedTuple):
-    """The numbers of one run that notes depend on: status, film_strain, contact_area, times (nt,); others ()."""
+    """The numbers of one run that notes depend on: status, film_strain, contact_area, times, jumps, cohesive_cells
+    (nt,); others ().
+    """
 
     status: np.ndarray
     film_strain: np.ndarray
     contact_area: np.ndarray
     times: np.ndarray
+    jumps: np.ndarray
+    cohesive_cells: np.ndarray
     cell_area: np.ndarray
     width: np.ndarray
     separation_error: np.ndarray
     image_error: np.ndarray
     single_contact: np.ndarray
     widenings: np.ndarray
+    thickness_error: np.ndarray
+    thickness_slope: np.ndarray
+    stiff_film: np.ndarray
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
-    """Return the notes on a result; for many runs in one (``jax.vmap``), one of each kind, the worst, with a count.
+    """Return the notes on a result; for a batch of runs (``jax.vmap``), the worst note of each kind, with a count of
+    runs.
 
     Raises ValueError where the numbers are not known (inside jit, vmap or grad).
     """
     if not has_numbers(result):
         raise ValueError(
-            "notes: expected a result with numbers, got one traced by jit, vmap or grad; return it and read them outside"
+            "notes: expected a result with known values, got one traced by jit, vmap or grad; read them outside of it"
         )
     plane_strain = result.grid.plane_strain
     found = {index: list(_notes(run, plane_strain)) for index, run in _runs(result)}
-    return tuple(found[()]) if () in found else tuple(_gathered(found))
+    return tuple(found[()]) if () in found else tuple(_worst_of_each_kind(found))
 
 
 def has_numbers(result: Any) -> bool:
-    """Whether the numbers of a result are known: neither traced nor its structure alone."""
+    """Return whether the values of a result are known: it is neither traced nor a structure without arrays."""
     return is_concrete(result) and hasattr(result.status, "__array__")
 
 
 def announce(result: Any, stacklevel: int) -> None:
-    """Issue the notes on a result as warnings; silent while the result is traced by jit, vmap or grad.
+    """Issue the notes on a result as warnings; do nothing while the result is traced by jit, vmap or grad.
 
     stacklevel: that of ``warnings.warn``, counted from the caller.
     """
@@ -95,29 +115,31 @@ def announce(result: Any, stacklevel: int) -> None:
 
 
 def kind_of(note: str) -> str:
-    """Return the kind of a note; a warning of another origin is its own kind."""
+    """Return the kind of a note; the kind of any other warning is its own text."""
     return note.kind if isinstance(note, Note) else note
 
 
 def in_one_line(note: str) -> str:
-    """Return a note, or another warning, without line breaks."""
+    """Return a note or any other warning without line breaks."""
     return note if isinstance(note, Note) else " ".join(str(note).split())
 
 
 def counts_in_words(kinds: Iterable[Iterable[str]], total: int, unit: str) -> list[str]:
-    """Return lines "35 of 36 cases: film strain above 0.2", the most frequent first; kinds: those of each case."""
+    """Return lines such as "35 of 36 cases: film strain above 0.2", the most frequent first; kinds: those of each case."""
     counts = Counter(kind for each in kinds for kind in dict.fromkeys(each))
     return [f"{count} of {total} {unit}: {kind}" for kind, count in counts.most_common()]
 
 
 def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
-    """The runs in a result, each with its index along the axes that vmap has put in front."""
+    """Yield the runs in a result, each with its index along the leading axes added by vmap."""
     over_time = hasattr(result, "times")
     batch = np.shape(result.status)[:-1] if over_time else np.shape(result.status)
     steps = np.shape(result.status)[len(batch) :]
-    told = result.diagnostics
-    series = (result.status, result.film_strain, result.contact_area, result.times if over_time else 0.0)
-    single = (result.grid.cell_area, result.grid.width[0], *vars(told).values())
+    diagnostics = result.diagnostics
+    adhesion = getattr(result, "jumps", 0), getattr(result, "cohesive_cells", np.inf)
+    times = result.times if over_time else 0.0
+    series = (result.status, result.film_strain, result.contact_area, times, *adhesion)
+    single = (result.grid.cell_area, result.grid.width[0], *vars(diagnostics).values())
     whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
     whole += [np.broadcast_to(np.asarray(a), batch) for a in single]
     for index in np.ndindex(batch):
@@ -125,23 +147,25 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
         yield index, _Run(*picked, *(a[index] for a in whole[len(series) :]))
 
 
-def _gathered(found: dict[tuple[int, ...], list[Note]]) -> Iterator[Note]:
-    """One note of each kind: the worst, with the number of runs that have one and the index of its own."""
+def _worst_of_each_kind(found: dict[tuple[int, ...], list[Note]]) -> Iterator[Note]:
+    """Yield the worst note of each kind, with the number of runs that have such a note and the index of its own run."""
     for kind in dict.fromkeys(note.kind for notes in found.values() for note in notes):
-        having = [(note, index) for index, notes in found.items() for note in notes if note.kind == kind]
-        worst, index = max(having, key=lambda one: one[0].severity)
+        matching = [(note, index) for index, notes in found.items() for note in notes if note.kind == kind]
+        worst, index = max(matching, key=lambda one: one[0].severity)
         run = index[0] if len(index) == 1 else index
         yield Note(
-            f"{len(having)} of {len(found)} runs, most in run {run}: {worst}", kind, float(len(having))
+            f"{len(matching)} of {len(found)} runs, worst in run {run}: {worst}", kind, float(len(matching))
         )
 
 
 def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
-    """The notes on one run."""
+    """Yield the notes on one run."""
     yield from _of_status(run)
     yield from _of_strain(run)
     yield from _of_errors(run)
-    if run.single_contact:  # else its patches are each of their own size
+    yield from _of_thickness(run)
+    yield from _of_adhesion(run)
+    if run.single_contact:  # a rough contact has patches of all sizes
         yield from _of_cells(run, plane_strain)
     if run.widenings:
         text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
@@ -162,8 +186,7 @@ def _of_strain(run: _Run) -> Iterator[Note]:
     step = int(np.argmax(strain))
     if strain[step] > STRAIN_LIMIT:
         yield Note(
-            f"film strain reaches {strain[step]:.2g}{_at(run, step)}: above {STRAIN_LIMIT} the linear theory is"
-            " stretched",
+            f"film strain reaches {strain[step]:.2g}{_at(run, step)}: above {STRAIN_LIMIT} linear theory is inaccurate",
             f"film strain above {STRAIN_LIMIT}",
             float(strain[step]),
         )
@@ -173,40 +196,78 @@ def _of_errors(run: _Run) -> Iterator[Note]:
     separation, images = float(run.separation_error), float(run.image_error)
     if separation > SEPARATION_LIMIT:
         yield Note(
-            f"shared decay rates are off by up to {separation:.1g}: pass kernels with more nodes",
-            f"shared decay rates off by more than {SEPARATION_LIMIT:g}",
+            f"the shared decay rates have a relative error of up to {separation:.1g}: pass kernels with more nodes",
+            f"error of the shared decay rates above {SEPARATION_LIMIT:g}",
             separation,
         )
     if images > IMAGE_LIMIT:
         yield Note(
-            f"the response on the grid is off by up to {images:.1g}: its images reach too little",
-            f"response on the grid off by more than {IMAGE_LIMIT:g}",
+            f"the response on the grid has a relative error of up to {images:.1g}: its fit by images is inaccurate",
+            f"error of the response on the grid above {IMAGE_LIMIT:g}",
             images,
         )
 
 
+def _of_thickness(run: _Run) -> Iterator[Note]:
+    """A film whose thickness varies in the plane."""
+    error, slope = float(run.thickness_error), float(run.thickness_slope)
+    limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
+    if slope > limit:
+        yield Note(
+            f"the film's thickness varies with a slope of {slope:.2g}: above {limit} the displacement of a {film} film is"
+            " off by more than 1 to 2 %",
+            f"slope of the film's thickness above {limit}",
+            slope,
+        )
+    if error > SERIES_LIMIT:
+        yield Note(
+            f"the series in the film's thickness is off by up to {error:.1g}: the thickness varies over too wide a range of"
+            " cells",
+            f"series in the film's thickness off by more than {SERIES_LIMIT:g}",
+            error,
+        )
+
+
+def _of_adhesion(run: _Run) -> Iterator[Note]:
+    """Return notes on jumps, and on a grid that does not resolve the attraction at the edge of contact."""
+    steps = np.flatnonzero(np.diff(run.jumps, prepend=0) > 0)
+    if steps.size:
+        first = _at(run, int(steps[0])).replace(", at", ", first at")
+        text = f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives do not see the jump move"
+        yield Note(text, "the contact jumps", float(steps.size))
+    cells = float(np.min(run.cohesive_cells))
+    if cells < FEW_COHESIVE:
+        worse = ", and the edge may stick to rows of cells" if cells < TRAPPING else ""
+        yield Note(
+            f"{cells:.2g} cells across the zone of attraction at the edge of contact: below {FEW_COHESIVE} pull-off depends"
+            f" on the grid{worse}",
+            f"fewer than {FEW_COHESIVE} cells across the zone of attraction",
+            -cells,
+        )
+
+
 def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
-    """Few cells across the smallest contact that there is."""
+    """Yield a note if the smallest contact of the run has few cells across it."""
     area = np.where(run.contact_area > 0.0, run.contact_area, np.inf)
     step = int(np.argmin(area))
     cells = area[step] / float(run.cell_area)
     across = cells if plane_strain else 2.0 * np.sqrt(cells / np.pi)
     if across < FEW_CELLS:
         yield Note(
-            f"only {across:.1f} cells across the smallest contact{_at(run, step)}: below {FEW_CELLS} it is coarse",
+            f"only {across:.1f} cells across the smallest contact{_at(run, step)}: fewer than {FEW_CELLS} are too coarse",
             f"fewer than {FEW_CELLS} cells across the contact",
             -float(across),
         )
 
 
 def message_of(code: float) -> str:
-    """Return the message of a status; a file of a later version may have one that is not known here."""
+    """Return the message of a status; a file written by a later version may contain a status unknown here."""
     known = code in set(Status)
     return Status(int(code)).message if known else f"status {code:g}, unknown to this version"
 
 
 def brief(message: str) -> str:
-    """Return what the message of a status says before it goes on to reasons and remedies."""
+    """Return the first part of a status message, without reasons and remedies."""
     return message.partition(":")[0]
 
 
@@ -216,5 +277,5 @@ def _at(run: _Run, step: int) -> str:
 
 
 def _step(run: _Run, step: int) -> str:
-    time = float(run.times[step])  # nan where a value was out of range
+    time = float(run.times[step])  # nan if an input value was out of range
     return f"step {step + 1} of {run.status.size}" + (f" (t = {time:g} s)" if np.isfinite(time) else "")

@@ -1,7 +1,7 @@
-"""The common look of all pictures, and how time is shown.
+"""The common style of all pictures, and the representation of time.
 
-``style.mplstyle`` says what lines, legends and frames look like; ``matplotlib.style.use("jaxcontact.style")`` gives it to
-any picture. Colours are those of viridis, which a colour-blind eye tells apart and a grey print keeps in order.
+The file ``style.mplstyle`` defines lines, legends and frames; ``matplotlib.style.use("jaxcontact.style")`` applies it to
+any picture. Colours are those of viridis, which remain distinct for colour-blind readers and ordered in greyscale.
 """
 
 import functools
@@ -17,37 +17,38 @@ from matplotlib.colors import LogNorm, Normalize
 
 COLOURS = "viridis"
 STYLE = "jaxcontact.style"
-EARLY = 0.1  # of the duration: where more than half of the times lie in it, decades are what they show
+# fraction of the duration; if it holds more than half of the times, the axis of time is logarithmic
+EARLY = 0.1
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """What makes whole figures, in the common style."""
+    """Decorate a function that makes whole figures so that it draws in the common style."""
 
     @functools.wraps(draw)
-    def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
         with matplotlib_style.context(STYLE):
             return draw(*args, **kwargs)
 
-    return drawn
+    return wrapper
 
 
 def shows_decades(times: Any) -> bool:
-    """Whether times [s] are spread over decades: from 0 or later on, and most of them early."""
+    """Return whether times [s] span decades: none is negative, and most of them are early."""
     times = np.asarray(times, dtype=float)
     early = np.mean((times > 0.0) & (times <= EARLY * times[-1]))
     return bool(times[0] >= 0.0 and times.size > 3 and early > 0.5)
 
 
 def first_after_zero(times: Any) -> float:
-    """The first time [s] above zero, where a logarithm begins."""
+    """Return the first time [s] above zero, where a logarithmic axis begins."""
     times = np.asarray(times, dtype=float)
     return float(np.min(times[times > 0.0]))
 
 
 def colours_of_time(times: Any) -> ScalarMappable:
-    """The sequential colours of times [s], logarithmic where these show decades."""
+    """Return a sequential colour map of times [s], logarithmic where they span decades."""
     times = np.asarray(times, dtype=float)
     low, high = float(times[0]), float(times[-1])
     if shows_decades(times):
@@ -58,7 +59,7 @@ def colours_of_time(times: Any) -> ScalarMappable:
 
 
 def time_axis(ax: Axes, times: Any) -> None:
-    """The horizontal axis as time [s]: where times show decades logarithmic, linear from zero to the first one after it."""
+    """Make the horizontal axis one of time [s], logarithmic (linear below the first time above 0) if times span decades."""
     ax.set_xlabel("time [s]")
     if shows_decades(times):
         ax.set_xscale("symlog", linthresh=first_after_zero(times), linscale=0.5)

@@ -1,7 +1,6 @@
-"""Pictures of a contact history: Axes in, Axes out; whole figures at the end.
+"""Pictures of results: functions that draw into given Axes, and functions that return whole figures.
 
-This, ``picture_style`` and ``figures`` and ``rough_figures``, which draw by it, alone import matplotlib (and the pictures
-of ``cases``).
+Only this module, ``picture_style``, ``figures``, ``rough_figures`` and the pictures of ``paper`` import matplotlib.
 Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a figure that is the
 last value of a cell.
 """
@@ -18,27 +17,28 @@ from jaxcontact._support.prefixes import fitting_prefix
 from jaxcontact.results.picture_style import COLOURS, colours_of_time, styled, time_axis
 
 MOST_LINES, MOST_ARROWS = 40, 24
-HELD = 1e-6  # change over the value below which it is noise
+CONSTANT = 1e-6  # relative change below which a quantity counts as constant
 
 
 def scale_of(values: Any, unit: str) -> tuple[float, str]:
-    """Return the factor and the name of the multiple of an SI unit in which the largest value is 1 to 1000."""
+    """Return the factor and the symbol of the multiple of an SI unit in which the largest value lies between 1 and 1000."""
     finite = np.abs(np.asarray(values, dtype=float))
     factor, prefix = fitting_prefix(float(np.max(finite)) if finite.size else 0.0)
     return factor, prefix + unit
 
 
 def pick(count: int) -> np.ndarray:
-    """Indices of about ``MOST_LINES`` of ``count`` lines at most, in equal steps, first and last among them.
+    """Return the indices of at most about ``MOST_LINES`` of ``count`` lines, evenly spaced, including the first and the
+    last.
 
-    Unequal steps would look like an event between two times.
+    Uneven spacing would look like an event between two times.
     """
     step = -(-count // MOST_LINES)
     return np.unique(np.append(np.arange(0, count, step), count - 1))
 
 
 def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
-    """Lines (nt, nx) over x, coloured by time [s], with a colour bar."""
+    """Draw lines (nt, nx) over x, coloured by time [s], with a colour bar."""
     times = np.asarray(times, dtype=float)
     colours = colours_of_time(times)
     low, high = colours.norm.vmin, colours.norm.vmax
@@ -50,7 +50,7 @@ def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
 
 
 def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
-    """Pressure [Pa] along x [m] at each of the times [s]; pressure (nt, nx). As the paper's Fig. 9."""
+    """Draw the pressure [Pa] along x [m] at each of the times [s], as in the paper's Fig. 9; pressure (nt, nx)."""
     (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, "Pa"), scale_of(x, "m")
     time_lines(ax, np.asarray(x) / x_unit, np.asarray(pressure) / p_unit, times)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]")
@@ -60,7 +60,7 @@ def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
 
 
 def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple[float, float]:
-    """The limits of x that hold all contact with a margin, symmetric about zero."""
+    """Return limits of x, symmetric about zero, that enclose all contact with a margin."""
     touched = np.any(np.asarray(pressure) > 0.0, axis=0)
     reach = float(np.max(np.abs(x[touched]))) * margin if np.any(touched) else float(np.max(np.abs(x)))
     reach = max(reach, 2.0 * float(x[1] - x[0]))
@@ -68,10 +68,11 @@ def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple
 
 
 def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Axes:
-    """Surface height -u along x at each of the times [s], and the undeformed indenter dashed.
+    """Draw the surface height -u along x at each of the times [s], with the undeformed indenter dashed, as in the paper's
+    Fig. 11.
 
-    x, profile (nx,), displacement (nt, nx) [m]; approach (nt,) [m]. As the paper's Fig. 11; u is that of both
-    surfaces, so that surface and outline coincide in contact.
+    x, profile (nx,), displacement u (nt, nx) [m]; approach (nt,) [m]. The displacement is that of both surfaces, so that
+    surface and outline coincide in contact.
     """
     (z_unit, z_name), (x_unit, x_name) = scale_of(displacement, "m"), scale_of(x, "m")
     x, surface = np.asarray(x) / x_unit, -np.asarray(displacement) / z_unit
@@ -88,7 +89,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
 
 
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
-    """A map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
+    """Draw a map of pressure (nx, ny) [Pa] over x and y [m], with a colour bar up to ``highest`` [Pa]."""
     highest = np.max(pressure) if highest is None else highest
     (p_unit, p_name), (x_unit, x_name) = scale_of(highest, "Pa"), scale_of(x, "m")
     x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
@@ -100,23 +101,21 @@ def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highe
 
 
 def against_time(ax: Axes, times: Any, values: Any, name: str, unit: str) -> Axes:
-    """One figure of the history against time [s]."""
+    """Plot a scalar quantity of the history against time [s]."""
     values, (factor, symbol) = np.asarray(values), scale_of(values, unit)
     ax.plot(times, values / factor, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
     ax.set_ylabel(f"{name} [{symbol}]")
     time_axis(ax, times)
     ax.ticklabel_format(axis="y", useOffset=False)
     low, high = float(np.min(values)) / factor, float(np.max(values)) / factor
-    if high - low <= HELD * max(
-        abs(low), abs(high)
-    ):  # nothing changes: no noise blown up to the whole height
+    if high - low <= CONSTANT * max(abs(low), abs(high)):  # do not magnify round-off to the full height
         ax.set_ylim(0.9 * low, 1.1 * high) if high > 0.0 else ax.set_ylim(-1.0, 1.0)
     return ax
 
 
 @styled
 def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
-    """Pressure profiles over time."""
+    """A figure of pressure profiles over time."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     pressure_profiles(figure.add_subplot(), x, pressure, times)
     return figure
@@ -124,7 +123,7 @@ def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
 
 @styled
 def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times: Any) -> Figure:
-    """Surface deformation over time."""
+    """A figure of the surface deformation over time."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     surface_deformation(figure.add_subplot(), x, profile, displacement, approach, times)
     return figure
@@ -132,7 +131,7 @@ def surface_figure(x: Any, profile: Any, displacement: Any, approach: Any, times
 
 @styled
 def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
-    """Pressure maps (nx, ny) [Pa] side by side, in the same colours."""
+    """A figure of pressure maps (nx, ny) [Pa] side by side with a common colour scale."""
     highest = max(float(np.max(field)) for field in fields)
     figure = Figure(figsize=(4.6 * len(fields), 3.9), layout="constrained")
     for ax, field, title in zip(np.atleast_1d(figure.subplots(1, len(fields))), fields, titles, strict=True):
@@ -140,71 +139,74 @@ def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
     return figure
 
 
-class _Course(NamedTuple):
+class _TimeSeries(NamedTuple):
     name: str
     values: Any
     unit: str
 
 
-def _courses(history: Any) -> tuple[list[_Course], str]:
-    """Approach, load and contact radius, and the friction of what slides, those that change if any do, and a line on the
-    others."""
-    courses = [
-        _Course("approach", history.approach, "m"),
-        _Course("load", history.load, "N"),
-        _Course("contact radius", history.contact_radius, "m"),
+def _time_series(history: Any) -> tuple[list[_TimeSeries], str]:
+    """Return the time series to plot, and a line of text on those that are constant.
+
+    The series are approach, load and contact radius, and for sliding and shear the friction quantities. If any series
+    varies, only those that vary are returned.
+    """
+    series = [
+        _TimeSeries("approach", history.approach, "m"),
+        _TimeSeries("load", history.load, "N"),
+        _TimeSeries("contact radius", history.contact_radius, "m"),
     ]
     if hasattr(history, "tangential_force"):
-        courses.append(_Course("force against the motion", history.tangential_force, "N"))
+        series.append(_TimeSeries("force against the motion", history.tangential_force, "N"))
     if hasattr(history, "dissipated"):
-        courses.append(_Course("tangential load", _along_the_largest(history)[1], "N"))
-        courses.append(_Course("lost to friction", history.dissipated, "J"))
-    changes = [bool(np.ptp(course.values) > HELD * np.max(np.abs(course.values))) for course in courses]
+        series.append(_TimeSeries("tangential load", _along_the_largest(history)[1], "N"))
+        series.append(_TimeSeries("dissipated by friction", history.dissipated, "J"))
+    changes = [bool(np.ptp(one.values) > CONSTANT * np.max(np.abs(one.values))) for one in series]
     if not any(changes):
-        return courses, ""
-    held = [course for course, change in zip(courses, changes, strict=True) if not change]
-    units = [scale_of(course.values, course.unit) for course in held]
+        return series, ""
+    constant = [one for one, change in zip(series, changes, strict=True) if not change]
+    units = [scale_of(one.values, one.unit) for one in constant]
     texts = [
-        f"{course.name} {float(np.max(course.values)) / unit:.4g} {symbol}"
-        for course, (unit, symbol) in zip(held, units, strict=True)
+        f"{one.name} {float(np.max(one.values)) / unit:.4g} {symbol}"
+        for one, (unit, symbol) in zip(constant, units, strict=True)
     ]
-    return [course for course, change in zip(courses, changes, strict=True) if change], ", ".join(texts)
+    return [one for one, change in zip(series, changes, strict=True) if change], ", ".join(texts)
 
 
 @styled
 def history_figure(history: Any) -> Figure:
-    """Approach, load and contact radius against time: a panel for each that changes, the others in the title."""
-    courses, held = _courses(history)
-    figure = Figure(figsize=(3.6 * len(courses), 3.4), layout="constrained")
-    for ax, course in zip(np.atleast_1d(figure.subplots(1, len(courses))), courses, strict=True):
-        against_time(ax, history.times, course.values, course.name, course.unit)
-    figure.suptitle(held, fontsize="medium")
+    """Time series of approach, load and contact radius: one panel for each that varies, the constant ones in the title."""
+    series, constant = _time_series(history)
+    figure = Figure(figsize=(3.6 * len(series), 3.4), layout="constrained")
+    for ax, one in zip(np.atleast_1d(figure.subplots(1, len(series))), series, strict=True):
+        against_time(ax, history.times, one.values, one.name, one.unit)
+    figure.suptitle(constant, fontsize="medium")
     return figure
 
 
 @styled
 def overview(history: Any) -> Figure:
-    """Pressure profiles over the panels of ``history_figure``.
+    """Pressure profiles above the panels of ``history_figure``.
 
-    Without the fields of all times (``save="last"``) there is one profile, that of the last.
+    With ``save="last"`` there is only the profile of the last time.
     """
-    courses, held = _courses(history)
+    series, constant = _time_series(history)
     figure = Figure(figsize=(10.0, 6.4), layout="constrained")
-    panels = figure.add_gridspec(2, len(courses), height_ratios=(1.3, 1.0))
+    panels = figure.add_gridspec(2, len(series), height_ratios=(1.3, 1.0))
     pressure, times = np.asarray(history.pressure), np.asarray(history.times)
     if pressure.ndim == 2:
         pressure, times = pressure[None], times[-1:]
     middle = pressure.shape[2] // 2
     pressure_profiles(figure.add_subplot(panels[0, :]), history.grid.axes()[0], pressure[:, :, middle], times)
-    for i, course in enumerate(courses):
+    for i, one in enumerate(series):
         ax = figure.add_subplot(panels[1, i])
-        against_time(ax, history.times, course.values, course.name, course.unit)
-    figure.suptitle(held, fontsize="medium")
+        against_time(ax, history.times, one.values, one.name, one.unit)
+    figure.suptitle(constant, fontsize="medium")
     return figure
 
 
 def stick_and_slip(ax: Axes, result: Any) -> Axes:
-    """A map of where the contact sticks and slips, of a history at the last time, with arrows of the slip of the body."""
+    """Draw a map of the stick and slip zones (at the last time of a history), with arrows of the slip of the body."""
     x, y = (np.asarray(axis) for axis in result.grid.axes())
     unit, name = scale_of(x, "m")
     last = lambda field, ndim: np.asarray(field)[-1] if np.ndim(field) > ndim else np.asarray(field)
@@ -225,7 +227,9 @@ def stick_and_slip(ax: Axes, result: Any) -> Axes:
 
 
 def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
-    """Pressure and tangential tractions, of a history at the last time, along x on the row of cells nearest to y = 0."""
+    """Draw pressure and tangential tractions (at the last time of a history) along x, on the row of cells nearest to y =
+    0.
+    """
     x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
     pressure = np.asarray(result.pressure)[..., middle].reshape(-1, x.size)[-1]
     traction = np.asarray(result.traction)[..., middle].reshape(-1, 2, x.size)[-1]
@@ -240,27 +244,27 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
 
 
 def _along_the_largest(history: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Tangential displacement and load along the direction in which the load was largest, (nt,) each."""
-    load, place = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
+    """Return tangential displacement and load along the direction of the largest tangential load, (nt,) each."""
+    load, displacement = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
     largest = load[np.argmax(np.sum(load**2, 1))]
-    along = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
-    return place @ along, load @ along
+    direction = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
+    return displacement @ direction, load @ direction
 
 
 def tangential_loop(ax: Axes, history: Any) -> Axes:
-    """Tangential load against displacement, along the direction in which the load was largest."""
-    place, load = _along_the_largest(history)
-    (f_unit, f_name), (x_unit, x_name) = scale_of(load, "N"), scale_of(place, "m")
-    ax.plot(place / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
+    """Plot tangential load against displacement, along the direction of the largest tangential load."""
+    displacement, load = _along_the_largest(history)
+    (f_unit, f_name), (x_unit, x_name) = scale_of(load, "N"), scale_of(displacement, "m")
+    ax.plot(displacement / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
     ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
     return ax
 
 
-def way_of(ax: Axes, velocity: Any) -> Axes:
-    """An arrow in the corner of a map along the velocity (2,) of the indenter over the body; none at rest."""
-    way = np.asarray(velocity, dtype=float)
-    if np.any(way != 0.0):
-        step = 0.07 * way / np.sqrt(np.sum(way**2))
+def velocity_arrow(ax: Axes, velocity: Any) -> Axes:
+    """Draw an arrow in the corner of a map along the velocity (2,) of the indenter over the body; none at rest."""
+    velocity = np.asarray(velocity, dtype=float)
+    if np.any(velocity != 0.0):
+        step = 0.07 * velocity / np.sqrt(np.sum(velocity**2))
         tip, tail = (0.1 + step[0], 0.93 + step[1]), (0.1 - step[0], 0.93 - step[1])
         style = {"arrowstyle": "->", "color": "0.5", "lw": 1.6}
         ax.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
@@ -269,7 +273,7 @@ def way_of(ax: Axes, velocity: Any) -> Axes:
 
 
 def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
-    """Pressure (nx,) [Pa] along x [m]."""
+    """Plot the pressure (nx,) [Pa] along x [m]."""
     (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, "Pa"), scale_of(x, "m")
     x = np.asarray(x) / x_unit
     ax.plot(x, np.asarray(pressure) / p_unit, color=colormaps[COLOURS](0.3), lw=1.6)
@@ -279,7 +283,7 @@ def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
 
 
 def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
-    """A map of the von Mises stress (nz, nx) [Pa] over x and depth [m], the surface above; one depth is a line."""
+    """Draw a map of the von Mises stress (nz, nx) [Pa] over x and depth [m], surface at the top; for one depth, a line."""
     (s_unit, s_name), (x_unit, x_name) = scale_of(stress, "Pa"), scale_of(x, "m")
     z_unit, z_name = scale_of(depths, "m")
     x, z, values = np.asarray(x) / x_unit, np.asarray(depths) / z_unit, np.asarray(stress) / s_unit
@@ -295,7 +299,7 @@ def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
 
 
 def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
-    """The von Mises stress (nz,) [Pa] against depth [m], the surface above."""
+    """Plot the von Mises stress (nz,) [Pa] against depth [m], with the surface at the top."""
     (s_unit, s_name), (z_unit, z_name) = scale_of(stress, "Pa"), scale_of(depths, "m")
     z = np.asarray(depths) / z_unit
     ax.plot(np.asarray(stress) / s_unit, z, marker=".", ms=4, color=colormaps[COLOURS](0.3), lw=1.6)
@@ -306,9 +310,9 @@ def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
 
 @styled
 def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:
-    """d log(output)/d log(parameter) over time [s], one panel for each output's table (m, nt).
+    """A figure of d log(output)/d log(parameter) over time [s], one panel for the table (m, nt) of each output.
 
-    Lines are told apart by colour and dashes; parameters that never reach 1 % of the largest are left out.
+    Lines differ in colour and dashes; parameters that never reach 1 % of the largest sensitivity are left out.
     """
     figure = Figure(figsize=(4.6 * len(tables) + 1.8, 3.8), layout="constrained")
     axes = figure.subplots(1, len(tables), squeeze=False)[0]

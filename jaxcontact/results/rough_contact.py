@@ -1,12 +1,12 @@
-"""Statistics of a contact whose area is in many places: how much touches, how it is pressed, and how it hangs together.
+"""Statistics of rough contacts: real contact area, pressure distribution and contact patches.
 
-The nominal area A0 is that of the grid. Cells under pressure are in contact, and the rim of the contact runs along the
-sides between them and their neighbours that are open; sides of a grid that is not periodic are no rim. Counting whole
-cells takes too many of those that the rim crosses: with S sides of cells along the rim, the area is
+The nominal area A0 is that of the grid. Cells under pressure are in contact, and the contact boundary runs along the
+sides between them and open neighbours; the sides of a grid that is not periodic do not count. Counting whole cells
+overestimates the area by part of the cells that the boundary crosses: with S cell sides along the boundary, the area is
 
     A = dx dy (n - (pi - 1 + ln 2)/24 S)
 
-for contact edges of all directions and cells that are nearly square. Source: V. A. Yastrebov, G. Anciaux, J.-F. Molinari,
+for boundaries of all directions and cells that are nearly square. Source: V. A. Yastrebov, G. Anciaux, J.-F. Molinari,
 Tribol. Int. 114 (2017) 161, Eq. (7).
 """
 
@@ -26,18 +26,20 @@ from jaxcontact._support.pytree import pytree
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.summaries import STATISTICS, InWords, is_one_result, words
 
-RIM = (math.pi - 1.0 + math.log(2.0)) / 24.0  # of a cell, for each of its sides along the rim
+AREA_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0  # in cells, per cell side on the contact boundary
 MOST_BINS = 10_000
 
 
 @pytree
 class ContactStatistics(InWords):
-    """Of each time, (nt,); () of fields at one time. ``area_fraction`` over ``mean_pressure`` is area against load.
+    """Mean values over the nominal area at each time, (nt,), or () for fields at one time.
 
-    mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all; corrected_fraction: the same
-    less the error at the rim, see the module (in plane strain there is no such error to first order, and it is
-    the counted one); perimeter [m]: length of the rim, pi/4 of that of the cells' sides, as for edges of
-    all directions; mean_gap [m]: over the nominal area, contact included.
+    ``area_fraction`` over ``mean_pressure`` gives contact area against load.
+
+    mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all cells; corrected_fraction: the
+    same with the correction for cells on the contact boundary given in the module (in plane strain the error vanishes to
+    first order, and it equals the counted one); perimeter [m]: length of the contact boundary, pi/4 of that of the cells'
+    sides, as for edges of all directions; mean_gap [m]: over the nominal area, contact included.
     """
 
     mean_pressure: Array
@@ -49,11 +51,11 @@ class ContactStatistics(InWords):
 
 @pytree
 class PressureHistogram(InWords):
-    """Share of the nominal area by its pressure.
+    """The pressure distribution over the nominal area.
 
-    edges [Pa], (bins + 1,): from zero to the largest pressure of all times; density [1/Pa], (nt, bins), (bins,) of
-    fields at one time: of contact alone, so that its integral is the area fraction and that of density times pressure the
-    mean pressure.
+    edges [Pa], (bins + 1,): from zero to the largest pressure of all times; density [1/Pa], (nt, bins), or (bins,) for
+    fields at one time: of cells in contact only, so that its integral is the area fraction and that of density times
+    pressure the mean pressure.
     """
 
     edges: Array
@@ -62,9 +64,9 @@ class PressureHistogram(InWords):
 
 @pytree
 class ContactClusters:
-    """Patches of contact whose cells share sides.
+    """Patches of contact: sets of cells in contact that are connected by their sides.
 
-    labels (nx, ny): 0 where open, 1 in the largest patch, then by falling area; areas (n,) [m^2], by counting cells.
+    labels (nx, ny): 0 where open, 1 in the largest patch, then by decreasing area; areas (n,) [m^2], by counting cells.
     """
 
     labels: np.ndarray
@@ -76,22 +78,23 @@ class ContactClusters:
 
     @property
     def count(self) -> int:
-        """How many."""
+        """The number of patches."""
         return int(self.areas.size)
 
 
 def contact_statistics(result: Any) -> ContactStatistics:
-    """Area, pressure and gap in the mean, over the nominal area of the grid; see ``ContactStatistics``.
+    """Compute mean area, pressure and gap over the nominal area of the grid; see ``ContactStatistics``.
 
     Args:
-        result: what ``indent``, ``slide``, ``slide_steady`` ... give back. Under jit, grad and vmap as well; counts
-            of cells have no derivative, the mean gap and pressure have.
+        result: the result of ``indent``, ``slide``, ``slide_steady`` and the like. Also under jit, grad and vmap; counts
+            of
+            cells have no derivative, the mean gap and pressure have.
 
     Returns:
         ``ContactStatistics``.
 
     Raises:
-        ValueError: something else.
+        ValueError: result is not the result of a contact.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
@@ -102,9 +105,9 @@ def contact_statistics(result: Any) -> ContactStatistics:
     _check_contact(result)
     grid, pressure = result.grid, result.pressure
     counted = jnp.mean(pressure > 0.0, (-2, -1), dtype=float)
-    along_x, along_y = _rim(pressure > 0.0, grid)
+    along_x, along_y = _boundary_sides(pressure > 0.0, grid)
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
-    excess = 0.0 if grid.plane_strain else RIM * (along_x + along_y) / (nx * ny)
+    excess = 0.0 if grid.plane_strain else AREA_CORRECTION * (along_x + along_y) / (nx * ny)
     return ContactStatistics(
         mean_pressure=jnp.mean(pressure, (-2, -1)),
         area_fraction=counted,
@@ -115,24 +118,24 @@ def contact_statistics(result: Any) -> ContactStatistics:
 
 
 def pressure_histogram(result: Any, bins: int = 50) -> PressureHistogram:
-    """How much of the nominal area bears which pressure; see ``PressureHistogram``.
+    """Compute the distribution of pressure over the nominal area; see ``PressureHistogram``.
 
     Args:
-        result: what ``indent``, ``slide``, ``slide_steady`` ... give back.
-        bins: of equal width, static, 1 to 10000.
+        result: the result of ``indent``, ``slide``, ``slide_steady`` and the like.
+        bins: number of bins of equal width, static, 1 to 10000.
 
     Returns:
         ``PressureHistogram``.
 
     Raises:
-        ValueError: another result or number of bins.
+        ValueError: result is not the result of a contact, or bins is out of range.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
         >>> ball, grid = jc.Sphere(radius=5e-3), jc.Grid.square(n=16, width=500e-6)
         >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid)
-        >>> spread = jc.pressure_histogram(history, bins=40)
-        >>> area_fraction = spread.density[-1] @ np.diff(spread.edges)
+        >>> histogram = jc.pressure_histogram(history, bins=40)
+        >>> area_fraction = histogram.density[-1] @ np.diff(histogram.edges)
     """
     _check_contact(result)
     checks.whole("bins", bins, 1, MOST_BINS)
@@ -147,17 +150,17 @@ def pressure_histogram(result: Any, bins: int = 50) -> PressureHistogram:
 
 
 def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
-    """The patches of contact at one of the times; on a periodic grid they go on across its sides.
+    """Find the patches of contact at one of the times; on a periodic grid they continue across its sides.
 
     Args:
-        result: of one run, with values (not inside jit).
-        step: which of the times; the last one alone, where the result has no other's fields.
+        result: the result of one run, with known values (not inside jit).
+        step: index of the time; -1 or 0 if the result holds the fields of one time only.
 
     Returns:
         ``ContactClusters``.
 
     Raises:
-        ValueError: another result, many runs in one, a time whose field it does not have.
+        ValueError: not the result of a contact, a batch of runs, or a time whose field was not kept.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
@@ -169,7 +172,7 @@ def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
     _check_contact(result)
     checks.require(
         is_one_result(result),
-        "result: expected that of one run, outside jit,"
+        "result: expected the result of one run, outside jit,"
         f" got a status of shape {getattr(getattr(result, 'status', None), 'shape', None)}",
     )
     maps = np.asarray(result.pressure)
@@ -184,7 +187,7 @@ def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
 
 
 def _joined(labels: np.ndarray, grid: Grid) -> np.ndarray:
-    """Labels 0 to n of patches, those that touch across a periodic side made one."""
+    """Return labels in which patches (0 to n) that touch across a periodic side are one."""
     sides = [(labels[0], labels[-1])] * grid.periodic[0] + [(labels[:, 0], labels[:, -1])] * grid.periodic[1]
     pairs = np.concatenate(
         [np.stack([a, b])[:, (a > 0) & (b > 0)] for a, b in sides] + [np.zeros((2, 0), int)], 1
@@ -192,11 +195,11 @@ def _joined(labels: np.ndarray, grid: Grid) -> np.ndarray:
     size = labels.max() + 1
     links = scipy.sparse.coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(size, size))
     _, patches = scipy.sparse.csgraph.connected_components(links, directed=False)
-    return patches[labels]  # open cells, 0, are the first component
+    return patches[labels]  # open cells, label 0, form the first component
 
 
-def _rim(touching: Array, grid: Grid) -> tuple[Array, Array]:
-    """Sides between cells in contact and open ones (...): those along x and those along y."""
+def _boundary_sides(touching: Array, grid: Grid) -> tuple[Array, Array]:
+    """Count the sides between cells in contact and open cells, (...): those parallel to x and those parallel to y."""
     neighbour_x = touching != jnp.roll(touching, 1, -2)
     neighbour_y = touching != jnp.roll(touching, 1, -1)
     if not grid.periodic[0]:
@@ -207,8 +210,8 @@ def _rim(touching: Array, grid: Grid) -> tuple[Array, Array]:
 
 
 def _check_contact(result: Any) -> None:
-    """What has a pressure and a gap on a grid."""
+    """Raise ValueError unless the result has a pressure and a gap on a grid."""
     checks.require(
         all(hasattr(result, name) for name in ("pressure", "gap", "grid")),
-        f"result: expected that of indent, slide, slide_steady, ..., got {type(result).__name__}",
+        f"result: expected the result of indent, slide, slide_steady, ..., got {type(result).__name__}",
     )

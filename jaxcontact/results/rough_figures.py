@@ -1,4 +1,4 @@
-"""The figure of a rough contact: maps of pressure, gap and contact, and statistics of them."""
+"""The figure of a rough contact: maps of pressure, gap and contact, and their statistics."""
 
 from typing import Any
 
@@ -9,15 +9,15 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from jaxcontact.results.picture_style import COLOURS, time_axis
-from jaxcontact.results.plotting import HELD, pressure_map, scale_of
+from jaxcontact.results.plotting import CONSTANT, pressure_map, scale_of
 from jaxcontact.results.rough_contact import contact_clusters, contact_statistics, pressure_histogram
 
-SLENDER = 4.0  # ratio of the grid's sides from which on a map fills its panel
+SLENDER = 4.0  # aspect ratio of the grid above which a map fills its panel
 BINS = 40
 
 
 def is_round(history: Any) -> bool:
-    """Whether the profile rises with the distance from the middle of the grid alone, as that of a ball or a punch."""
+    """Return whether the profile increases with the distance from the centre of the grid alone, as for a ball or a punch."""
     x, y = (np.asarray(axis) for axis in history.grid.axes())
     profile = np.asarray(history.profile).ravel()
     outwards = profile[np.argsort(np.hypot(x[:, None], y).ravel())]
@@ -25,9 +25,9 @@ def is_round(history: Any) -> bool:
 
 
 def rough_figure(history: Any) -> Figure:
-    """Maps of pressure, gap and contact at the last time, over area against load and the spread of the pressures."""
+    """Maps of pressure, gap and contact at the last time, above contact area against load and the pressure distribution."""
     figure = Figure(figsize=(12.0, 6.2), layout="constrained")
-    # a grid for each row: in one with spanning columns matplotlib below 3.11 leaves no room to some maps
+    # one grid per row: in a single grid with spanning columns matplotlib below 3.11 leaves no room for some maps
     rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
     above, below = rows[0].subgridspec(1, 3), rows[1].subgridspec(1, 2)
     maps = [figure.add_subplot(above[i]) for i in range(3)]
@@ -41,12 +41,12 @@ def rough_figure(history: Any) -> Figure:
     for ax in maps:
         _fit(ax, history)
     area_against_load(graphs[0], history)
-    spread_of_pressure(graphs[1], history)
+    pressure_distribution(graphs[1], history)
     return figure
 
 
 def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
-    """A map of the gap (nx, ny) [m] over x and y [m]; the narrowest is darkest."""
+    """Draw a map of the gap (nx, ny) [m] over x and y [m]; the smallest gap is darkest."""
     (unit, name), (x_unit, x_name) = scale_of(gap, "m"), scale_of(x, "m")
     x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
     values = np.maximum(np.asarray(gap).T, 0.0) / unit
@@ -57,7 +57,7 @@ def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
 
 
 def contact_map(ax: Axes, history: Any) -> Axes:
-    """Where the last time touches; the largest patch apart from the others."""
+    """Draw the cells in contact at the last time, with the largest patch highlighted."""
     clusters = contact_clusters(history)
     x, y = (np.asarray(axis) for axis in history.grid.axes())
     unit, name = scale_of(x, "m")
@@ -74,37 +74,40 @@ def contact_map(ax: Axes, history: Any) -> Axes:
 
 
 def _fit(ax: Axes, history: Any) -> None:
-    """Equal lengths look equal, unless the grid is slender."""
+    """Set an equal aspect ratio unless the grid is slender."""
     sides = sorted(float(width) for width in history.grid.width)
     ax.set_aspect("equal" if sides[1] < SLENDER * sides[0] else "auto")
 
 
 def area_against_load(ax: Axes, history: Any) -> Axes:
-    """Contact area over nominal area: against the mean pressure, or against time where the load is held.
+    """Plot contact area over nominal area against the mean pressure, or against time at constant load.
 
-    Counted, and less the error at the rim where the fields of all times are there.
+    The area is that of the cells in contact and, where the fields of all times are kept, that corrected for the cells on
+    the contact boundary.
     """
     nominal = float(history.grid.width[0] * history.grid.width[1])
     mean = np.asarray(history.load) / nominal
-    held = np.ptp(mean) <= HELD * np.max(mean)
+    constant = np.ptp(mean) <= CONSTANT * np.max(mean)
     unit, name = scale_of(mean, "Pa")
-    along = np.asarray(history.times) if held else mean / unit
+    abscissa = np.asarray(history.times) if constant else mean / unit
     shares = {"cells in contact": np.asarray(history.contact_area) / nominal}
     if np.ndim(history.pressure) == 3:
-        shares["less the error at the rim"] = np.asarray(contact_statistics(history).corrected_fraction)
+        shares["corrected at the contact boundary"] = np.asarray(
+            contact_statistics(history).corrected_fraction
+        )
     for shade, (label, share) in zip((0.75, 0.2), shares.items(), strict=False):
-        ax.plot(along, share, marker=".", ms=4, lw=1.4, color=colormaps[COLOURS](shade), label=label)
-    ax.set(xlabel=f"mean pressure [{name}]", ylabel="share of the area in contact")
-    if held:
-        time_axis(ax, along)
-    ax.set_title(f"mean pressure {mean[0] / unit:.4g} {name}" if held else "")
+        ax.plot(abscissa, share, marker=".", ms=4, lw=1.4, color=colormaps[COLOURS](shade), label=label)
+    ax.set(xlabel=f"mean pressure [{name}]", ylabel="contact area over nominal area")
+    if constant:
+        time_axis(ax, abscissa)
+    ax.set_title(f"mean pressure {mean[0] / unit:.4g} {name}" if constant else "")
     ax.set_ylim(bottom=0.0)
     ax.legend()
     return ax
 
 
-def spread_of_pressure(ax: Axes, history: Any) -> Axes:
-    """How much of the nominal area bears which pressure: at the first time with contact and at the last."""
+def pressure_distribution(ax: Axes, history: Any) -> Axes:
+    """Plot the pressure distribution over the nominal area at the first time with contact and at the last."""
     histogram = pressure_histogram(history, BINS)
     edges, density = np.asarray(histogram.edges), np.atleast_2d(histogram.density)
     unit, name = scale_of(edges, "Pa")
@@ -113,7 +116,7 @@ def spread_of_pressure(ax: Axes, history: Any) -> Axes:
     for shade, i in zip((0.75, 0.2), touching[[0, -1]] if len(touching) > 1 else touching, strict=False):
         colour = colormaps[COLOURS](shade)
         ax.stairs(density[i] * unit, edges / unit, color=colour, lw=1.6, label=f"{times[i]:g} s")
-    ax.set(xlabel=f"pressure [{name}]", ylabel=f"share of the area [1/{name}]")
+    ax.set(xlabel=f"pressure [{name}]", ylabel=f"area density of pressure [1/{name}]")
     ax.set_ylim(bottom=0.0)
     ax.set_xlim(left=0.0)
     if len(touching):

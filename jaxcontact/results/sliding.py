@@ -1,7 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 from jax import Array
@@ -17,7 +17,7 @@ def _over_load(force: Array, load: Array) -> Array:
 
 
 def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
-    """Return the fields of a result with the power of Coulomb friction and the totals; velocity: (..., 2), all in SI."""
+    """Return the fields of a result with the friction power and the totals added; velocity: (..., 2), all in SI units."""
     square = jnp.sum(velocity**2, -1)
     speed = jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
     friction_power = fields["coulomb_force"] * speed
@@ -52,25 +52,26 @@ class _RenamedTotal:
 class SlidingHistory(_RenamedTotal, ContactHistory):
     """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, SI units.
 
-    velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero
-    without; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
-    axis; stored_energy (nt,) [J] of the pressure and its displacement; dropped (nt,) [m]: bound on the displacement in
-    contact that the history which left the grid would still add.
+    velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero without
+    friction; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
+    axis; stored_energy (nt,) [J]: of the pressure and its displacement; dropped (nt,) [m]: bound on the displacement in
+    contact that the part of the history that left the grid would add.
 
-    Forces against the motion [N] and powers lost [W], (nt,), positive where they resist and zero at rest. Totals, as a
-    dynamometer on the indenter's holder reads them: tangential_force, friction_coefficient (over the load) and power. Their
-    parts: hysteresis_force and hysteresis_power of the body that creeps (zero on an elastic one), coulomb_force = sum of
-    mu p times a cell's area, and friction_power = coulomb_force times speed. Without friction the totals are the parts of
-    hysteresis. See ``history.observables`` for the convention, and for a term of the order of a slope times coulomb_force
-    that is left out. lateral_force (nt, 2) [N]: of the pressure on the indenter, over the slopes of its profile (walls
-    steeper than 1 do not count).
+    Forces against the motion [N] and powers dissipated [W], (nt,), are positive where they resist and zero at rest. The
+    totals, as a dynamometer on the indenter's holder measures them, are tangential_force, friction_coefficient (over the
+    load) and power. Their parts are hysteresis_force and hysteresis_power of the viscoelastic body (zero on an elastic
+    one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
+    friction the totals equal the hysteresis parts. See ``history.observables`` for the convention, and for a term of the
+    order of a slope times coulomb_force that is neglected. lateral_force (nt, 2) [N]: force of the pressure on the
+    indenter due to the slopes of its profile (walls steeper than 1 do not count).
 
-    hysteresis_force times speed plus load times rate of approach (without friction) is hysteresis_power plus the rate of
-    stored_energy, as long as nothing leaves the grid.
+    hysteresis_force times speed plus load times rate of approach (without friction) equals hysteresis_power plus the rate
+    of stored_energy, as long as no part of the history leaves the grid.
 
-    status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the
-    contact has come back to where history had left the grid, by enough to move it (``dropped`` above 1 % of
-    the approach): the grid does not hold the track and the contact; 9: an earlier step failed, and the body remembers it.
+    status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the contact returned
+    to where part of the history had left the grid, and the displacement missing there is significant (``dropped`` above
+    1 % of the largest approach so far): the grid does not hold both the track and the contact; 9: an earlier step failed,
+    and this step depends on its history.
     """
 
     velocity: Array
@@ -89,14 +90,14 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     @property
     def friction_coefficient(self) -> Array:
-        """tangential_force/load, (nt,); zero without load."""
+        """The total friction coefficient tangential_force/load, (nt,); zero without load."""
         return _over_load(self.tangential_force, self.load)
 
     @property
     def traction(self) -> Array:
         """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
 
-        Its shape is (nt, 2, nx, ny), or (2, nx, ny) of the last time where ``pressure`` is (nx, ny), as ``subsurface``
+        Its shape is (nt, 2, nx, ny), or (2, nx, ny) at the last time where ``pressure`` is (nx, ny), as ``subsurface``
         takes it.
         """
         if not self._has_maps_over_time:
@@ -104,19 +105,24 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
         return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
 
 
+def sliding_history(**given: Any) -> SlidingHistory:
+    """Return a history from its fields without the totals."""
+    return SlidingHistory(**with_totals(given, given["velocity"]))
+
+
 @pytree
 class SteadySliding(_RenamedTotal, SteadyContact):
     """Steady sliding, in the frame of the indenter, SI units.
 
-    velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N];
-    contact_area [m^2] (a count of cells), smooth_area [m^2], film_strain, friction (nx, ny), forces [N], powers [W],
-    pressure_centre (2,) [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there is no
-    steady state, and the numbers mean nothing.
+    velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N]; contact_area [m^2]
+    (a count of cells), smooth_area [m^2], film_strain, friction (nx, ny), forces [N], powers [W], pressure_centre (2,)
+    [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there is no steady state, and
+    the numbers have no meaning.
 
-    hysteresis_power [W]: lost in the dashpots of the body, from their own state; for a profile without walls it equals
-    hysteresis_force times speed. approach_drift [m]: a half-space that flows without
-    limit sinks by this much for each e-fold of the distance slid; ``approach`` is then that after one width of the grid.
-    Zero otherwise.
+    hysteresis_power [W]: dissipated in the dashpots of the body, computed from their internal variables; for a profile
+    without walls it equals hysteresis_force times speed. approach_drift [m]: on a half-space with steady-state viscous
+    flow, the increase of the approach for each factor e of the distance slid; ``approach`` is then that after sliding one
+    width of the grid. Zero otherwise.
     """
 
     view: ClassVar[str] = "steady sliding"
@@ -147,7 +153,7 @@ class SteadySliding(_RenamedTotal, SteadyContact):
 
     @property
     def friction_coefficient(self) -> Array:
-        """tangential_force/load; zero without load."""
+        """The total friction coefficient tangential_force/load; zero without load."""
         return _over_load(self.tangential_force, self.load)
 
     @property

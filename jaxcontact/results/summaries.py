@@ -1,4 +1,4 @@
-"""A result in ten lines of text, and in a notebook's cell with a small picture."""
+"""Text summaries of results of about ten lines, with a small picture in notebooks."""
 
 import base64
 import dataclasses
@@ -16,7 +16,7 @@ from jaxcontact._support.pytree import is_concrete
 from jaxcontact.results.notes import brief, has_numbers, message_of
 
 NOISE = 1e-9
-STATISTICS = {  # of a contact, and of a surface: name of the field, unit
+STATISTICS = {  # units of the fields of contact and surface statistics
     "mean_pressure": "Pa",
     "area_fraction": "",
     "corrected_fraction": "",
@@ -36,7 +36,7 @@ STATISTICS = {  # of a contact, and of a surface: name of the field, unit
 
 
 class InWords:
-    """What prints its fields in words, with the units of ``STATISTICS``."""
+    """Base class whose ``repr`` lists the fields with the units of ``STATISTICS``."""
 
     def __repr__(self) -> str:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]
@@ -44,14 +44,14 @@ class InWords:
 
 
 def words(rows: Iterable[tuple[str, Any, str]]) -> str:
-    """Lines of name, value and unit: a number with its prefix, an array by its shape and range."""
+    """Return lines of name, value and unit: a number with an SI prefix, an array by its shape and range."""
     return "\n".join(f"{name:22s} {_value(value, unit)}".rstrip() for name, value, unit in rows)
 
 
 def _value(value: Any, unit: str) -> str:
     if not is_concrete(value) or np.asarray(value).dtype.kind not in "biuf":
         return "no numbers"
-    simple = unit.isalpha() or not unit  # the prefix of a power would be raised with it
+    simple = unit.isalpha() or not unit  # no prefix on a power of a unit, which would be raised with it
     shown = lambda number: prefixed(float(number), unit) if simple else f"{float(number):.5g} {unit}"
     values = np.asarray(value)
     if values.size <= 1:
@@ -61,14 +61,14 @@ def _value(value: Any, unit: str) -> str:
 
 
 def is_one_result(result: Any) -> bool:
-    """Whether it holds the numbers of one run: not inside jit, not many of ``jax.vmap``, not its structure alone."""
+    """Return whether a result holds the known numbers of one run: it is not traced, batched or without arrays."""
     status = result.status
     whole = is_concrete(result) and hasattr(status, "shape") and hasattr(status, "__array__")
     return whole and np.ndim(status) == np.ndim(getattr(result, "times", 0.0)) < 2
 
 
 def summary(result: Any) -> str:
-    """First, last and largest of what matters, on which grid, and how far it can be trusted."""
+    """Return the first, last and largest values of the main quantities, the grid and the convergence status, as text."""
     name = type(result).__name__
     if not is_one_result(result):
         head = f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
@@ -81,16 +81,18 @@ def _lines(result: Any, name: str) -> str:
     columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
     lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
     lines += [row for name, field in shown().items() for row in _row(result, name, field.unit)]
-    return "\n".join(line.rstrip() for line in [*lines, _trust(result), *_notes(result)] if line.strip())
+    return "\n".join(
+        line.rstrip() for line in [*lines, _convergence(result), *_notes(result)] if line.strip()
+    )
 
 
 def _notes(result: Any) -> list[str]:
-    """The notes on a result, a line each."""
+    """Return the notes on a result, one line each."""
     return [f"note: {note}" for note in (result.notes if has_numbers(result) else ())]
 
 
 def interior_summary(fields: Any) -> str:
-    """Return what fields below the surface contain: where, the largest stresses and displacements, the peak."""
+    """Return a summary of fields below the surface: depths, the largest stresses and displacements, and the maximum."""
     name = type(fields).__name__
     if not is_concrete(fields) or np.ndim(fields.stress) != 5:
         return f"{name} of stress {np.shape(fields.stress)}: no single run"
@@ -112,7 +114,7 @@ def _interior_lines(fields: Any, name: str) -> str:
 
 
 def _entries(axes: Sequence[str]) -> list[tuple[int, int, str, str]]:
-    """The six different entries of a symmetric tensor."""
+    """Return the six independent entries of a symmetric tensor."""
     return [(i, j, axes[i], axes[j]) for i in range(3) for j in range(i, 3)]
 
 
@@ -137,10 +139,10 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     picked: dict[str, Any] = {"": values}
     if values.ndim:
         picked = {"first": values[0], "last": values[-1], "largest": values[np.argmax(np.abs(values))]}
-    if hasattr(result, "times") and not values.ndim:  # of the last time alone, with save="last"
+    if hasattr(result, "times") and not values.ndim:  # at the last time only, with save="last"
         picked = {"first": None, "last": values}
     cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
-    name = field.replace("_", " ").replace("displacement", "shift")  # of a column's width
+    name = field.replace("_", " ").replace("displacement", "shift")  # to fit the width of the column
     return [f"{name:20s}" + "".join(f"{cell:>14s}" for cell in cells)]
 
 
@@ -154,13 +156,13 @@ def _values(result: Any, field: str) -> np.ndarray | None:
 
 
 def component(vector: Any, axis: str) -> np.ndarray:
-    """x or y of a vector (..., 2); zero where that is rounding, beside the largest of all."""
+    """Return the x or y component of a vector (..., 2), zero where it is round-off relative to the largest entry."""
     values = np.asarray(vector)
     own = values[..., "xy".index(axis)]
     return np.where(np.abs(own) > NOISE * np.max(np.abs(values), initial=0.0), own, 0.0)
 
 
-def _trust(result: Any) -> str:
+def _convergence(result: Any) -> str:
     counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
     iterations = int(np.sum(np.asarray(result.iterations)))
     verdicts = [f"{count} {brief(message_of(code))}" for code, count in sorted(counts.items())]
@@ -168,7 +170,7 @@ def _trust(result: Any) -> str:
 
 
 def html(result: Any) -> str:
-    """The summary and, of a history, a small picture of it."""
+    """Return the summary and, where the result can be plotted, a small picture, as HTML."""
     text = f"<pre>{summary(result)}</pre>"
     if not (is_one_result(result) and hasattr(result, "plot")):
         return text

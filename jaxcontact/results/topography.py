@@ -1,13 +1,13 @@
 """Statistics of rough surfaces: heights, slopes, curvatures and the power spectrum.
 
-Along a periodic axis derivatives are those of the trigonometric polynomial through the heights, and the spectrum is
-that of their waves. Along any other they are differences of neighbours, inside, and the spectrum is that under a Hann
-window, which blurs: (1 + 2 (1 + H)^2/(3 m^2)) k^(-2 - 2 H) comes out for k^(-2 - 2 H) at the m-th wave of a square.
-The spectrum is that of two dimensions,
+Along a periodic axis, derivatives are those of the trigonometric polynomial through the heights, and the spectrum is that
+of its waves. Along any other axis they are finite differences of interior cells, and the spectrum uses a Hann window,
+which smooths it: a spectrum k^(-2 - 2 H) is returned as (1 + 2 (1 + H)^2/(3 m^2)) k^(-2 - 2 H) at the m-th wave of a
+square. The two-dimensional spectrum
 
     C(k) = <|h^(k)|^2> dx dy/(nx ny),      mean h^2 = integral of C(k) d^2k/(2 pi)^2,
 
-in the mean over directions. Source: B. N. J. Persson, O. Albohr, U. Tartaglino, A. I. Volokitin, E. Tosatti, J. Phys.:
+is averaged over directions. Source: B. N. J. Persson, O. Albohr, U. Tartaglino, A. I. Volokitin, E. Tosatti, J. Phys.:
 Condens. Matter 17 (2005) R1 (whose C is this one over (2 pi)^2).
 """
 
@@ -25,9 +25,12 @@ from jaxcontact.results.summaries import InWords
 
 @pytree
 class SurfaceStatistics(InWords):
-    """rms_height [m], from the mean; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m], of the mean curvature
-    (h_xx + h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): C in rings as wide as the longest wave of the
-    grid has |k|, at the mean of |k| over the ring."""
+    """Statistics of a rough surface.
+
+    rms_height [m], from the mean; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m], of the mean curvature (h_xx +
+    h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): C averaged over rings as wide as the smallest |k| of the
+    grid, at the mean of |k| over the ring.
+    """
 
     rms_height: np.ndarray
     rms_slope: np.ndarray
@@ -37,17 +40,17 @@ class SurfaceStatistics(InWords):
 
 
 def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
-    """Of heights on a grid, say those of a ``HeightField``; see the module for what is meant.
+    """Compute the statistics of heights on a grid, such as those of a ``HeightField``; the module defines them.
 
     Args:
-        heights: (nx, ny) [m], with values (not inside jit).
-        grid: a ``Grid``, the same. Whether it is periodic decides how derivatives and spectrum are taken.
+        heights: (nx, ny) [m], with known values (not inside jit).
+        grid: the ``Grid`` of the heights. Whether it is periodic decides how derivatives and spectrum are computed.
 
     Returns:
         ``SurfaceStatistics``.
 
     Raises:
-        ValueError: heights of another grid or that are not finite, a grid that is traced.
+        ValueError: heights of another shape or not finite, or traced arguments.
 
     Example:
         >>> grid = jc.Grid(shape=(64, 64), spacing=(1e-6, 1e-6), periodic=True)
@@ -70,7 +73,7 @@ def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
 
 
 def _derivative(h: np.ndarray, axis: int, spacing: float, periodic: bool, order: int) -> np.ndarray:
-    """Along an axis; of one that is not periodic shorter by ``order``."""
+    """Return a derivative along an axis; along an axis that is not periodic it is shorter by ``order``."""
     if not periodic:
         return np.diff(h, order, axis) / spacing**order
     k = np.moveaxis(2.0 * np.pi * np.fft.fftfreq(h.shape[axis], spacing)[:, None], 0, axis)
@@ -78,18 +81,20 @@ def _derivative(h: np.ndarray, axis: int, spacing: float, periodic: bool, order:
 
 
 def _inside(field: np.ndarray, axis: int, periodic: bool) -> np.ndarray:
-    """Without the first and last cell along an axis that is not periodic."""
+    """Return the field without the first and last cell along an axis that is not periodic."""
     return field if periodic else np.moveaxis(np.moveaxis(field, axis, 0)[1:-1], 0, axis)
 
 
 def _spectrum(h: np.ndarray, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
-    """Wavenumbers [rad/m] and C [m^4] of the module, in rings, up to the highest wave of both axes."""
-    along = [_waves(n, float(d)) for n, d in zip(grid.shape, grid.spacing, strict=True)]
-    k = np.hypot(along[0][:, None], along[1])
-    width, highest = min(a[1] for a in along), min(np.max(np.abs(a)) for a in along)
+    """Return wavenumbers [rad/m] and C [m^4] of the module, averaged over rings, up to the highest wave of both axes."""
+    waves_of_axes = [_waves(n, float(d)) for n, d in zip(grid.shape, grid.spacing, strict=True)]
+    k = np.hypot(waves_of_axes[0][:, None], waves_of_axes[1])
+    width, highest = min(a[1] for a in waves_of_axes), min(np.max(np.abs(a)) for a in waves_of_axes)
     ring = np.rint(k / width).astype(int)
     count = int(np.rint(highest / width))
-    ring = np.where(ring <= count, ring, 0).ravel()  # the mean, which is zero, and what is beyond
+    ring = np.where(
+        ring <= count, ring, 0
+    ).ravel()  # ring 0 holds the mean, which is zero, and all higher waves
     sums = lambda values: np.bincount(ring, values.ravel(), count + 1)[1:]
     waves, transformed = sums(np.ones(k.shape)), np.fft.fft2(h * _window(grid))
     squares = (transformed.real**2 + transformed.imag**2) * grid.cell_area / h.size
@@ -101,18 +106,18 @@ def _waves(n: int, spacing: float) -> np.ndarray:
 
 
 def _window(grid: Grid) -> np.ndarray:
-    """Of mean square one: Hann's along axes that are not periodic, (nx, ny)."""
+    """Return a window (nx, ny) of mean square one: a Hann window along axes that are not periodic."""
     hann = lambda n: np.sqrt(8.0 / 3.0) * np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
     x, y = (np.ones(n) if wraps else hann(n) for n, wraps in zip(grid.shape, grid.periodic, strict=True))
     return x[:, None] * y
 
 
 def _checked(heights: Any, grid: Grid) -> np.ndarray:
-    """Heights of a surface over a grid, as floats."""
+    """Return the heights as floats, after checking them against the grid."""
     check_grid(grid)
     checks.require(
         is_concrete(heights, grid) and not grid.plane_strain,
-        f"heights, grid: expected known ones with more than one cell along y, got {tuple(grid.shape)} cells",
+        f"heights, grid: expected known values and more than one cell along y, got {tuple(grid.shape)} cells",
     )
     checks.require(
         np.shape(heights) == tuple(grid.shape),

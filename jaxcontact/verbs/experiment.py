@@ -1,35 +1,36 @@
 """What all verbs share: one check of what is given, one preparation, one way back to SI.
 
-A verb makes an ``Experiment`` of its arguments, brings it to a ``Plan`` with the memory of its own kind, and
-marches; or solves one contact with the pieces. Options are named here, once.
+A verb over time makes a ``TimedExperiment`` of its arguments, whose ``planned`` gives a ``Plan`` with the stepper of its
+kind, and the march does the rest; a steady state is solved with the pieces. Options are named here, once.
 """
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
-from jaxcontact.history import march as marching
-from jaxcontact.history.march import Outcome, Setup, Steps
-from jaxcontact.history.memory import Memory
+from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
 from jaxcontact.indenters.shapes import HeightField, Indenter, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
 from jaxcontact.inputs.grid import Grid, check_grid
-from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
+from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
-from jaxcontact.response.body import response_of
+from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
+from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
-from jaxcontact.results.contact import ContactStep, marked
+from jaxcontact.results.contact import ContactHistory, ContactStep, marked
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
@@ -59,7 +60,7 @@ class Options:
 class Experiment:
     """What is to be computed, checked: SI units, float64; valid: None, or whether traced values are in range.
 
-    thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: they stay as they are.
+    film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at most.
     """
 
     body: LayeredHalfSpace
@@ -69,10 +70,10 @@ class Experiment:
     grid: Grid
     tolerance: Array
     max_iterations: Array
-    kernels: Kernels | None
+    kernels: Kernels | VaryingKernels | None
     valid: Array | None
     options: Options = static()
-    thicknesses: Array | None = None
+    film_map: ThicknessMap | None
 
     @classmethod
     def of(
@@ -86,12 +87,15 @@ class Experiment:
         tolerance: Any = 1e-8,
         max_iterations: Any = 500,
         kernels: Kernels | None = None,
+        film_map: ThicknessMap | None = None,
+        adhesive: bool = False,
         **options: Any,
-    ) -> Experiment:
-        """Check all that verbs have in common; ValueError for what cannot be computed."""
+    ) -> Self:
+        """Check all that verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
-        valid = valid & checks.not_decreasing("times [s]", times) & check_control(control, np.shape(times)[0])
+        valid = valid & checks.not_decreasing("times [s]", times)
+        valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
@@ -102,28 +106,43 @@ class Experiment:
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
         valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
-        valid = valid & _can_be_reached(control, indenter, grid)
+        valid = valid & _can_be_reached(control, indenter, grid, film_map)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
-        return cls(*given, jnp.asarray(max_iterations, int), kernels, known, static_options)
+        iterations = jnp.asarray(max_iterations, int)
+        return cls(*given, iterations, kernels, known, static_options, film_map=as_float64(film_map))
 
-    def also(self, verdict: Verdict) -> Experiment:
+    def also(self, verdict: Verdict) -> Self:
         """The experiment with one more condition on values that are not known yet."""
         if verdict is True:
             return self
         return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
 
-    def with_kernels(self) -> Experiment:
+    def with_kernels(self) -> Self:
         """The experiment with its kernels built, unless they are given or the way of its march needs none."""
         if self.kernels is not None or self.options.correspondence != "exact":
             return self
+        if self.film_map is not None:
+            thickness = self.film_map.values
+            return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
         return replace(self, kernels=compiled_build(self.body, self.indenter, self.grid))
 
     @property
     def ready_kernels(self) -> Kernels:
         """Those given or built."""
-        assert self.kernels is not None
+        assert isinstance(self.kernels, Kernels)
         return self.kernels
+
+    @property
+    def varying_kernels(self) -> VaryingKernels:
+        """The kernels of a film whose thickness varies in the plane."""
+        assert isinstance(self.kernels, VaryingKernels)
+        return self.kernels
+
+    @property
+    def profile(self) -> Array:
+        """The gap before contact at an approach of zero [m], (nx, ny), over the film as it is at first."""
+        return profile_over_film(self.indenter, self.grid, self.film_map)
 
     @property
     def load_controlled(self) -> bool:
@@ -144,14 +163,43 @@ class Experiment:
         """The control, scaled: the sum of pressures or the approach."""
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
 
-    def plan(self, memory: Memory, inputs: Any, scale: Scale, errors: Errors) -> Plan:
-        """Ready to march, with a memory and its inputs (nt, substeps, ...)."""
-        profile = self.indenter.profile(self.grid) / scale.length
-        setup = Setup(memory, profile, self.tolerance, self.max_iterations, self.load_controlled, self.edges)
+
+@pytree
+class TimedExperiment(Experiment, abc.ABC):
+    """The base of experiments over time."""
+
+    @abc.abstractmethod
+    def planned(self) -> Plan:
+        """Return the march of the experiment."""
+
+    def contact(self, scale: Scale) -> dict[str, Any]:
+        """Return the fields of a stepper that the contact of every experiment has."""
+        return {
+            "profile": self.profile / scale.length,
+            "tolerance": self.tolerance,
+            "max_iterations": self.max_iterations,
+            "load_controlled": self.load_controlled,
+            "edges": self.edges,
+        }
+
+    def plan(
+        self,
+        stepper: Stepper,
+        more: Any,
+        scale: Scale,
+        errors: Errors,
+        *,
+        makes: Callable[..., ContactHistory] = ContactHistory,
+        step: type[ContactStep] = ContactStep,
+        course: dict[str, Array] | None = None,
+        beside: dict[str, Array] | None = None,
+    ) -> Plan:
+        """Return the march of a stepper, whose further input is ``more``, (nt, substeps, ...); the rest as in ``Plan``."""
         substeps = self.options.substeps
         targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
-        steps = Steps(fine_steps(self.times, substeps), targets, inputs)
-        return Plan(setup, steps, scale, errors)
+        steps = Steps(fine_steps(self.times, substeps), targets, more)
+        course = {"times": self.times} | (course or {})
+        return Plan(stepper, steps, scale, errors, course, {"grid": self.grid} | (beside or {}), makes, step)
 
 
 def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: str) -> Verdict:
@@ -161,9 +209,9 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
         correspondence == "exact" or not bulky,
         f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}": it would be 5 % off',
     )
-    response = response_of(body)
-    rigid = response.rigid_at_first()
-    alone, film = indenter.material is None, response.film() is not None and correspondence == "exact"
+    limits = limits_of(body)
+    rigid = limits.rigid_at_first()
+    alone, film = indenter.material is None, limits.film is not None and correspondence == "exact"
     if not is_concrete(rigid):
         return ~(jnp.asarray(rigid) & (alone or film))
     checks.require(
@@ -179,11 +227,26 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
     return True
 
 
-def _can_be_reached(control: Control, indenter: Indenter, grid: Grid) -> Verdict:
+def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | None) -> Array:
+    """Return the gap before contact at an approach of zero [m], (nx, ny), over a film that stands on a flat base.
+
+    The approach is zero at first touch of the film as it is at first: the lowest point of the gap is as low as that of the
+    indenter alone.
+    """
+    profile = indenter.profile(grid)
+    if film_map is None:
+        return profile
+    over = profile - film_map.at_first
+    return over - (jnp.min(over) - jnp.min(profile))
+
+
+def _can_be_reached(
+    control: Control, indenter: Indenter, grid: Grid, film_map: ThicknessMap | None
+) -> Verdict:
     """On a periodic grid the mean of the surface stays where it is, and so does the mean gap."""
-    if isinstance(control, Load) or not all(grid.periodic):
+    if isinstance(control, Load) or not all(grid.periodic) or (film_map is not None and film_map.over_times):
         return True
-    highest = jnp.mean(indenter.profile(grid))
+    highest = jnp.mean(profile_over_film(indenter, grid, film_map))
     inside = jnp.max(jnp.asarray(control.value)) < highest
     if not is_concrete(control, highest):
         return inside
@@ -202,52 +265,96 @@ def fine_steps(times: Array, substeps: int) -> Array:
 
 
 def fine_values(values: Array, substeps: int) -> Array:
-    """Values (nt,) at the ends of the inner steps, (nt, substeps), linear between times."""
-    before = jnp.append(values[:1], values[:-1])
-    share = jnp.arange(1, substeps + 1) / substeps
+    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
     return before[:, None] + (values - before)[:, None] * share
 
 
 @pytree
 class Plan:
-    """A march to be made: its setup, its steps (nt, substeps), its scale, and the errors of its kernels."""
+    """A march to be made, and what its result is made of.
 
-    setup: Setup
+    steps: (nt, substeps, ...); errors: of the kernels; course, beside: fields of the result that are known beforehand, in
+    SI, with and without a first axis of time; makes: the result of its fields; step: the argument of a ``save`` function.
+    """
+
+    stepper: Stepper
     steps: Steps
     scale: Scale
     errors: Errors
+    course: dict[str, Array]
+    beside: dict[str, Any]
+    makes: Callable[..., ContactHistory] = static()
+    step: type[ContactStep] = static()
 
-    def march(self, options: Options) -> tuple[Outcome, Outcome]:
-        """From rest: the outcomes of all times, with what ``options.save`` keeps, and the last one whole."""
-        return marching.march_from_rest(self.setup, self.steps, self.kept(options.save), options.checkpoint)
+    def marched(self, options: Options) -> ContactHistory:
+        """Return the result of the whole march, with the fields that ``options.save`` keeps."""
+        state, outcomes = march_from_rest(
+            self.stepper, self.steps, self.kept(options.save), options.checkpoint
+        )
+        return self.result(outcomes, state.carry, state.last.fields)
 
-    def kept(self, save: Save) -> marching.Keep:
-        """What a march keeps of an outcome: all of it, its scalars, or what a function makes of it in SI."""
+    def kept(self, save: Save) -> Keep:
+        """Return what a march keeps of an outcome: all of it, its numbers, or also the value of a function of it in SI."""
         if save == "all":
             return lambda outcome: outcome
         value = (lambda outcome: save(self.seen(outcome))) if callable(save) else lambda outcome: None
-        return lambda outcome: outcome._replace(pressure=None, displacement=None, saved=value(outcome))
+        return lambda outcome: outcome._replace(fields={}, saved=value(outcome))
 
     def seen(self, outcome: Outcome) -> ContactStep:
-        """An outcome in SI, for a user's function."""
-        fields = {k: v for k, v in outcome._asdict().items() if k not in ("saved", "more")}
-        gap = self.setup.profile + outcome.displacement - outcome.approach
-        return ContactStep(**self.scale.to_si(gap=gap, **fields))
+        """Return an outcome in SI, for a user's function."""
+        gap = self.stepper.profile + outcome.fields["displacement"] - outcome.numbers["approach"]
+        in_si = self.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
+        known = {field.name for field in fields(self.step)} & in_si.keys()
+        return self.step(**{name: in_si[name] for name in known})
 
-    def history(self, grid: Grid, times: Array, outcomes: Outcome, last: Outcome) -> dict[str, Any]:
-        """The fields of a ``ContactHistory``, from outcomes over times; fields of the last where not kept."""
-        fields = outcomes if outcomes.pressure is not None else last
-        given = outcomes._replace(pressure=fields.pressure, displacement=fields.displacement)._asdict()
-        saved, _ = given.pop("saved"), given.pop("more")
-        in_si = self.scale.to_si(profile=self.setup.profile, **given)
-        return {"times": times, "grid": grid, "saved": saved, **in_si}
+    def result(
+        self, outcomes: Outcome, carry: Carry, last: dict[str, Array], rows: slice = slice(None)
+    ) -> ContactHistory:
+        """Return the result for some rows from their outcomes; last: the fields where outcomes have none."""
+        overall = {"profile": self.stepper.profile} | self.stepper.overall(carry.own)
+        in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
+        course = {name: values[rows] for name, values in self.course.items()}
+        return self.makes(saved=outcomes.saved, **course, **self.beside, **in_si)
+
+
+@Program
+def _run(experiment: TimedExperiment) -> tuple[ContactHistory, Errors]:
+    """The compiled core of all experiments over time: one trace for equal shapes and options."""
+    plan = experiment.planned()
+    return plan.marched(experiment.options), plan.errors
+
+
+def marched(experiment: TimedExperiment) -> Any:
+    """Return the finished result of an experiment over time, without warnings."""
+    result, errors = _run(experiment.with_kernels())
+    return finished(result, errors, experiment)
 
 
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    if experiment.film_map is not None:
+        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment))
     return marked(replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid)
+
+
+def _steepness(experiment: Experiment) -> dict[str, Array]:
+    """Return the largest slope of a film's thickness, and whether the film is stiffer than its base."""
+    assert experiment.film_map is not None
+    grid, values = experiment.grid, experiment.film_map.values
+    along = [axis for axis, n in enumerate(grid.shape) if n > 1]
+    steps = [jnp.abs(_differences(values, axis - 2, grid.periodic[axis])) for axis in along]
+    slopes = [jnp.max(step) / grid.spacing[axis] for axis, step in zip(along, steps, strict=True)]
+    ratio = limits_of(experiment.body).stiffness_ratio()
+    return {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+
+
+def _differences(values: Array, axis: int, periodic: bool) -> Array:
+    """Return the differences between neighbours along an axis."""
+    return values - jnp.roll(values, 1, axis) if periodic else jnp.diff(values, axis=axis)
 
 
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
@@ -268,5 +375,6 @@ def _doubted(result: Any, errors: Errors) -> Array:
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
     """Return the status, with those marked that are fine but for a response known to be off by more than 1 %."""
-    off = (jnp.maximum(errors.separation, errors.images) > LARGEST_ERROR) | (elapsed > errors.horizon)
+    largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
+    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
     return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

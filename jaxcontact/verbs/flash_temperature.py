@@ -93,6 +93,17 @@ def flash_temperature(
     return jnp.where(jnp.asarray(valid), rise, jnp.nan)
 
 
+def coefficients_at_rest(grid: Grid) -> Array:
+    """Return the steady rise per uniform flux on one cell times the conductivity [m], at offsets (i, j) >= 0, (nx, ny).
+
+    That of a flux at rest on a grid that is not periodic.
+    """
+    nx, ny = grid.shape
+    flux = jnp.zeros((2 * nx - 1, 2 * ny - 1)).at[nx - 1, ny - 1].set(1.0)
+    given = as_float64((flux, grid.spacing, np.zeros(()), 1.0, 1.0))
+    return _rise(*given, periodic_y=False)[nx - 1 :, ny - 1 :]
+
+
 def _check(heat_flux: Any, grid: Grid, velocity: Any, conductivity: Any, diffusivity: Any) -> Verdict:
     """Raise ``ValueError`` for what has no steady temperature; return whether traced values are in range."""
     valid = check_grid(grid)

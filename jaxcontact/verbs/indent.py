@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
-from jaxcontact._support.pytree import is_concrete, replace
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
+from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
-from jaxcontact.history.growing import GrowingMemory, GrowthStep
+from jaxcontact.contact.attraction import Attraction
+from jaxcontact.history.growing import GrowingMemory, GrowthStep, ThicknessStep, VaryingMemory
+from jaxcontact.history.memory import Memory
+from jaxcontact.history.pressing import PressStepper
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.adhesion import Adhesion, check_adhesion
 from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.inputs.layers import LayeredHalfSpace, body_at_first
+from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, body_at_first, separate_map
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
-from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
-from jaxcontact.verbs.experiment import Experiment, Plan, Save, fine_steps, fine_values, finished
+from jaxcontact.verbs.experiment import Plan, Save, TimedExperiment, fine_steps, fine_values, marched
 
 WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
 
@@ -42,6 +46,7 @@ def indent(
     correspondence: str = "exact",
     kernels: Kernels | None = None,
     checkpoint: str = "pressures",
+    adhesion: Adhesion | None = None,
 ) -> ContactHistory:
     """Press an indenter on a body and follow the contact in time.
 
@@ -56,7 +61,8 @@ def indent(
 
     Args:
         body: a ``LayeredHalfSpace``, SI units; a ``Layer`` may have a thickness (nt,) over the times, which costs
-            kernels at each step and takes no ``kernels``: ``history.growing``.
+            kernels at each step, or (nx, ny) or (nt, nx, ny) in the plane; both take no ``kernels``: ``history.growing``,
+            ``operators.varying``.
         indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
             between times.
@@ -77,11 +83,16 @@ def indent(
         checkpoint: what reverse mode keeps: "pressures" (a field for each inner step, and no contact is solved
             again) or "blocks" (the state of every sqrt(nt)-th step, and every contact is solved twice): 2.7
             or 0.7 GB for 2000 steps at 256 x 256 cells with save="last".
+        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None: the surfaces do not attract each other. With it the
+            control may be negative, the pressure is the sum of contact and attraction, and contact is where the gap is zero.
+            A step follows the branch of solutions from the step before, and jumps where it ends (``contact.adhesive``). The
+            tolerance is then the largest traction out of balance over the largest traction.
 
     Returns:
-        A ``ContactHistory``. Failure to converge is data: ``status`` and ``converged``. Its ``notes`` tell of film strain
-        above 0.2, of fewer than 10 cells across the contact, of shared decay rates off by more than 1e-3, and of a
-        response that is off on the grid by more than 1e-4; outside of jit, vmap and grad they are warnings as well.
+        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failure to converge is data: ``status`` and
+        ``converged``. Its ``notes`` tell of film strain above 0.2, of fewer than 10 cells across the contact, of
+        shared decay rates off by more than 1e-3, and of a response that is off on the grid by more than 1e-4; outside
+        of jit, vmap and grad they are warnings as well.
 
     Raises:
         ValueError: what cannot be computed, before anything is; on a periodic grid, an approach beyond the mean gap at
@@ -102,6 +113,7 @@ def indent(
         "correspondence": correspondence,
         "kernels": kernels,
         "checkpoint": checkpoint,
+        "adhesion": adhesion,
     }
     solve = _widening if isinstance(grid, str) else _solved
     history = solve(body, indenter, control, times, grid=grid, **options)
@@ -109,28 +121,9 @@ def indent(
     return history
 
 
-def _solved(
-    body: LayeredHalfSpace,
-    indenter: Indenter,
-    control: Control,
-    times: Array,
-    *,
-    grid: Any,
-    kernels: Kernels | None,
-    correspondence: str,
-    **options: Any,
-) -> ContactHistory:
+def _solved(*given: Any, **options: Any) -> ContactHistory:
     """Return the history on a given grid, without warnings."""
-    body, thicknesses, thick = body_at_first(body, np.size(times))
-    experiment = Experiment.of(
-        body, indenter, control, times, grid=grid, kernels=kernels, correspondence=correspondence, **options
-    )
-    if thicknesses is not None:
-        plain = kernels is None and correspondence == "exact"
-        checks.require(plain, 'layer thickness over times: expected no kernels and correspondence="exact"')
-        experiment = replace(experiment.also(thick), thicknesses=thicknesses)
-    result, errors = _run(experiment.with_kernels())
-    return finished(result, errors, experiment)
+    return marched(Indentation.of(*given, **options))
 
 
 def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
@@ -150,45 +143,92 @@ def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
     return replace(history, diagnostics=told)
 
 
-@Program
-def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
-    """The compiled core: one trace for equal shapes and options."""
-    plan = planned(experiment)
-    outcomes, last = plan.march(experiment.options)
-    history = plan.history(experiment.grid, experiment.times, outcomes, last)
-    return ContactHistory(**history), plan.errors
+@pytree
+class Indentation(TimedExperiment):
+    """An indentation; thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: constant ones; adhesion:
+    a law of adhesion, or None.
+    """
 
+    thicknesses: Array | None = None
+    adhesion: Adhesion | None = None
 
-def planned(experiment: Experiment) -> Plan:
-    """The march of an indentation: by recursion, or by superposition where it is quasi-elastic."""
-    dt = fine_steps(experiment.times, experiment.options.substeps)
-    if experiment.options.correspondence == "quasi-elastic":
-        return _superposed(experiment)
-    kernels = experiment.ready_kernels
-    if experiment.thicknesses is not None:
-        memory = GrowingMemory(experiment.body, experiment.indenter, experiment.grid, kernels)
-        return experiment.plan(
-            memory, _growth(experiment, dt), kernels.scale, kernels.errors(experiment.duration)
+    @classmethod
+    def of(  # type: ignore[override]
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        *,
+        adhesion: Adhesion | None = None,
+        **options: Any,
+    ) -> Self:
+        good = check_adhesion(adhesion)
+        body, thicknesses, thick = body_at_first(body, np.size(times))
+        body, film_map, in_range = separate_map(
+            body, getattr(options.get("grid"), "shape", ()), np.size(times)
         )
-    return experiment.plan(RecursiveMemory(kernels), dt, kernels.scale, kernels.errors(experiment.duration))
+        checks.require(
+            adhesion is None or film_map is None,
+            "adhesion: expected None with a film whose thickness varies in the plane, got a law",
+        )
+        experiment = super().of(
+            body, indenter, control, times, film_map=film_map, adhesive=adhesion is not None, **options
+        )
+        experiment = replace(experiment.also(good), adhesion=as_float64(adhesion))
+        if thicknesses is None and film_map is None:
+            return experiment
+        plain = options.get("kernels") is None and experiment.options.correspondence == "exact"
+        varies = "over times" if film_map is None else "in the plane"
+        checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
+        return replace(experiment.also(thick).also(in_range), thicknesses=thicknesses)
 
+    def planned(self) -> Plan:
+        """Return the march: by recursion, or by superposition where it is quasi-elastic."""
+        if self.options.correspondence == "quasi-elastic":
+            return self._superposed()
+        dt = fine_steps(self.times, self.options.substeps)
+        if self.film_map is not None:
+            return self._varying(self.film_map, dt)
+        kernels = self.ready_kernels
+        memory: Memory = RecursiveMemory(kernels)
+        more: Any = dt
+        if self.thicknesses is not None:
+            memory = GrowingMemory(self.body, self.indenter, self.grid, kernels)
+            more = self._growth(self.thicknesses, dt)
+        return self._pressed(memory, more, kernels.scale, kernels.errors(self.duration))
 
-def _growth(experiment: Experiment, dt: Array) -> GrowthStep:
-    """The inner steps, (nt, substeps), with the thicknesses in the middle of each."""
-    assert experiment.thicknesses is not None
-    fine = jax.vmap(lambda h: fine_values(h, experiment.options.substeps), 1, 2)(experiment.thicknesses)
-    ends = fine.reshape(dt.size, -1)
-    middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
-    return GrowthStep(dt, middle.reshape(fine.shape))
+    def _pressed(self, memory: Memory, more: Any, scale: Scale, errors: Errors) -> Plan:
+        if self.adhesion is None:
+            return self.plan(PressStepper(memory, **self.contact(scale)), more, scale, errors)
+        law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
+        stepper = PressStepper(memory, **self.contact(scale), law=law)
+        return self.plan(stepper, more, scale, errors, makes=AdhesiveHistory)
 
+    def _varying(self, film: ThicknessMap, dt: Array) -> Plan:
+        """Return the march on a film whose thickness varies in the plane, and in time where it does."""
+        kernels = self.varying_kernels
+        scale, errors = kernels.uniform.scale, kernels.errors(self.duration)
+        if not film.over_times:
+            return self._pressed(RecursiveMemory(kernels.at(film.values)), dt, scale, errors)
+        after = fine_values(film.values, self.options.substeps)
+        flat = after.reshape(-1, *self.grid.shape)
+        before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(after.shape)
+        memory = VaryingMemory(kernels, film.at_first)
+        return self._pressed(memory, ThicknessStep(dt, before, after), scale, errors)
 
-def _superposed(experiment: Experiment) -> Plan:
-    body, indenter = experiment.body, experiment.indenter
-    images = build_images(body, indenter, experiment.grid)
-    when = fine_values(experiment.times, experiment.options.substeps)
-    table: Any = rows(body, indenter, when.ravel(), quasi_elastic=True)
-    table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
-    memory = DirectMemory(images, jnp.zeros(when.size))
-    return experiment.plan(
-        memory, table, images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
-    )
+    def _growth(self, thicknesses: Array, dt: Array) -> GrowthStep:
+        """Return the inner steps, (nt, substeps), with the thicknesses in the middle of each."""
+        fine = fine_values(thicknesses, self.options.substeps)
+        ends = fine.reshape(dt.size, -1)
+        middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
+        return GrowthStep(dt, middle.reshape(fine.shape))
+
+    def _superposed(self) -> Plan:
+        images = build_images(self.body, self.indenter, self.grid)
+        when = fine_values(self.times, self.options.substeps)
+        table: Any = rows(self.body, self.indenter, when.ravel(), quasi_elastic=True)
+        table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
+        memory = DirectMemory(images, jnp.zeros(when.size))
+        errors = Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
+        return self._pressed(memory, table, images.scale, errors)

@@ -14,7 +14,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete
 from jaxcontact._support.status import Status
-from jaxcontact.history.march import contact_outcome, solved, status_of
+from jaxcontact.history.pressing import contact_outcome, solved, status_of
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.track import check_along_x
 from jaxcontact.indenters.shapes import Indenter
@@ -174,9 +174,9 @@ def _surface(
     if not kernels.normal.rates.size:
         memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
         nothing = jnp.zeros(experiment.grid.shape)
-        operator, _, fields = memory.predict(memory.start(nothing.shape), nothing, no_time)
+        operator, _, fields, _ = memory.predict(memory.start(nothing.shape), nothing, no_time)
         return elastic_surface(kernels, operator), lambda p: {
-            "film_strain": memory.observe(fields, p, no_time).film_strain,
+            **memory.observe(fields, p, no_time),
             "hysteresis_power": no_time,
         }
     wake = wake_of(experiment, kernels.normal, velocity, across=across)

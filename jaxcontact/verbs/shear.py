@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any, Self
+
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
-from jaxcontact._support import checks
-from jaxcontact._support.pytree import as_float64
+from jaxcontact._support.pytree import as_float64, pytree, static
 from jaxcontact._support.scale import Scale
-from jaxcontact.history.shear_march import ShearSetup, ShearStep, march
+from jaxcontact.history.shear_march import ShearStepper
 from jaxcontact.history.tractions import TractionMemory
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import (
@@ -22,10 +22,10 @@ from jaxcontact.inputs.controls import (
 )
 from jaxcontact.inputs.grid import Grid, check_free_along_x
 from jaxcontact.inputs.layers import LayeredHalfSpace
-from jaxcontact.operators.kernels import Errors
-from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
-from jaxcontact.results.friction import ShearHistory
-from jaxcontact.verbs.experiment import Experiment, fine_steps, fine_values, reported
+from jaxcontact.operators.traction_kernels import build_traction
+from jaxcontact.results.friction import ShearHistory, ShearStep
+from jaxcontact.results.notes import announce
+from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_values, marched
 
 
 def shear(
@@ -40,8 +40,9 @@ def shear(
     coupled: bool = True,
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 2000,
-    save: str = "all",
+    save: Save = "all",
     substeps: int = 1,
+    checkpoint: str = "pressures",
 ) -> ShearHistory:
     """Press an indenter on a body and move it sideways, with Coulomb friction: partial slip in time.
 
@@ -66,8 +67,9 @@ def shear(
         friction: coefficient of friction mu >= 0, a number or (nx, ny).
         coupled: whether normal and tangential problem feel each other, static; without, each step is solved once.
         tolerance, max_iterations: as in ``indent``, of both problems; iterations of all rounds of a step.
-        save: "all" keeps the fields of all times, "last" those of the last.
-        substeps: inner steps between two times, static.
+        save: as in ``indent``; a function is given one step (``.traction`` (2, nx, ny) [Pa], ``.slip`` [m], ``.stick``,
+            ``.tangential_load`` [N], ...: ``results.friction.ShearStep``).
+        substeps, checkpoint: as in ``indent``.
 
     Returns:
         A ``ShearHistory``. Failure is data: ``status`` and ``converged``; warnings as in ``indent``.
@@ -84,66 +86,65 @@ def shear(
         >>> f"{np.sqrt(sticking/touching):.2f} of the contact radius sticks"   # Mindlin: (1 - 0.5)^(1/3)
         '0.79 of the contact radius sticks'
     """
-    experiment = Experiment.of(
-        body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
-        save=save, substeps=substeps,
+    shearing = Shearing.of(
+        body, indenter, control, times, tangential=tangential, friction=friction, coupled=coupled, grid=grid,
+        tolerance=tolerance, max_iterations=max_iterations, save=save, substeps=substeps, checkpoint=checkpoint,
     )  # fmt: skip
-    checks.one_of("save", save, "all", "last")
-    check_free_along_x(grid, "shear")
-    valid = check_tangential(tangential, np.shape(times)[0]) & check_friction(friction, grid.shape)
-    given = as_float64((tangential, friction))
-    experiment = experiment.also(valid)
-    result, errors = _run(experiment, *given, coupled=bool(coupled))
-    return reported(result, errors, experiment)
+    history = marched(shearing)
+    announce(history, stacklevel=2)
+    return history
 
 
-def _compiled(
-    experiment: Experiment, tangential: TangentialControl, friction: Array, *, coupled: bool
-) -> tuple[ShearHistory, Errors]:
-    """The compiled core: one trace for equal shapes and options."""
-    kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=coupled)
-    scale = kernels.normal.scale
-    setup = _setup(experiment, kernels, tangential, friction, coupled)
-    steps = _steps(experiment, tangential, scale)
-    outcomes, last, carry = march(setup, steps, all_fields=experiment.options.save == "all")
-    fields = outcomes.fields or last
-    whole = {"profile": setup.profile, "friction_work": carry.work}
-    in_si = scale.to_si(**whole, **fields, **outcomes.numbers)
-    history = ShearHistory(times=experiment.times, grid=experiment.grid, saved=None, **in_si)
-    return history, kernels.errors(experiment.duration)
+@pytree
+class Shearing(TimedExperiment):
+    """Pressing and shearing; tangential, friction and coupled: as given to ``shear``."""
 
+    tangential: TangentialControl
+    friction: Array
+    coupled: bool = static()
 
-_run = Program(_compiled, ("coupled",))
+    @classmethod
+    def of(  # type: ignore[override]
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        *,
+        tangential: TangentialControl,
+        friction: Any,
+        coupled: bool = True,
+        max_iterations: Any = 2000,
+        **options: Any,
+    ) -> Self:
+        experiment = Experiment.of(body, indenter, control, times, max_iterations=max_iterations, **options)
+        check_free_along_x(experiment.grid, "shear")
+        valid = check_tangential(tangential, np.shape(times)[0])
+        experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
+        tangential, friction = as_float64((tangential, friction))
+        return cls(**vars(experiment), tangential=tangential, friction=friction, coupled=bool(coupled))
 
+    def with_kernels(self) -> Self:
+        """The kernels are those of tractions, which the march builds."""
+        return self
 
-def _setup(
-    experiment: Experiment,
-    kernels: TractionKernels,
-    tangential: TangentialControl,
-    friction: Array,
-    coupled: bool,
-) -> ShearSetup:
-    profile = experiment.indenter.profile(experiment.grid) / kernels.normal.scale.length
-    return ShearSetup(
-        memory=TractionMemory(kernels),
-        profile=profile,
-        coefficient=jnp.broadcast_to(friction, profile.shape),
-        tolerance=experiment.tolerance,
-        max_iterations=experiment.max_iterations,
-        load_controlled=experiment.load_controlled,
-        tangential_load_controlled=isinstance(tangential, TangentialLoad),
-        coupled=coupled,
-        edges=experiment.edges,
-    )
+    def planned(self) -> Plan:
+        """Return the march, kernels included."""
+        kernels = build_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
+        scale = kernels.normal.scale
+        stepper = ShearStepper(
+            memory=TractionMemory(kernels),
+            coefficient=jnp.broadcast_to(self.friction, self.grid.shape),
+            tangential_load_controlled=isinstance(self.tangential, TangentialLoad),
+            coupled=self.coupled,
+            **self.contact(scale),
+        )
+        errors = kernels.errors(self.duration)
+        return self.plan(stepper, self._targets(scale), scale, errors, makes=ShearHistory, step=ShearStep)
 
-
-def _steps(experiment: Experiment, tangential: TangentialControl, scale: Scale) -> ShearStep:
-    """The inner steps, (nt, substeps, ...), scaled."""
-    times, substeps = experiment.times, experiment.options.substeps
-    name = "tangential_load" if isinstance(tangential, TangentialLoad) else "tangential_displacement"
-    wanted = jnp.broadcast_to(scale.from_si(name, tangential.value), (times.size, 2))
-    fine = lambda values: fine_values(values, substeps)
-    targets = fine(jnp.broadcast_to(experiment.target(scale), times.shape))
-    return ShearStep(
-        fine_steps(times, substeps), targets, jnp.stack([fine(wanted[:, 0]), fine(wanted[:, 1])], -1)
-    )
+    def _targets(self, scale: Scale) -> Array:
+        """Return the tangential control at the ends of the inner steps, scaled, (nt, substeps, 2)."""
+        forced = isinstance(self.tangential, TangentialLoad)
+        name = "tangential_load" if forced else "tangential_displacement"
+        wanted = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
+        return jnp.stack([fine_values(wanted[:, axis], self.options.substeps) for axis in (0, 1)], -1)

@@ -1,13 +1,12 @@
 """The driver of long runs: a march in blocks of steps that are handed out as they finish.
 
-``jaxcontact.indent`` is one compiled call and tells nothing until it ends. Here the same march runs in
+A verb such as ``jaxcontact.indent`` is one compiled call and tells nothing until it ends. Here the same march runs in
 blocks of one static length, each from the carry of the one before, so that there is one compilation,
 something to keep after every block, and a place to go on from when a run was stopped.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,10 +14,9 @@ import numpy as np
 
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.pytree import pytree
-from jaxcontact.history import march as marching
+from jaxcontact.history.march import Carry, Outcome, Rows, Stepper, begin, begun, in_blocks, march
 from jaxcontact.results.contact import ContactHistory
-from jaxcontact.verbs.experiment import Experiment, Plan, doubted
-from jaxcontact.verbs.indent import planned
+from jaxcontact.verbs.experiment import Plan, TimedExperiment, doubted
 
 BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the block costs nothing
 
@@ -39,9 +37,9 @@ class FinishedBlock:
 
 @pytree
 class Simulation:
-    """A march that is ready to start; ``prepare`` makes it."""
+    """A march that is ready to start; ``ready`` makes it."""
 
-    experiment: Experiment
+    experiment: TimedExperiment
     plan: Plan
 
     def blocks(self, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[FinishedBlock]:
@@ -49,70 +47,60 @@ class Simulation:
 
         A march that goes on from a carry gives bit for bit what it would have given without a stop.
         """
-        state, blocks, padding = _begun(self.plan)
+        state, blocks = _begun(self.plan)
         if carry is not None:
             state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
         on_host = jax.device_get(self)  # numpy: each operation of jax outside run_block would be a program
-        blocks, padding = jax.device_get((blocks, padding))
-        for index in range(done, len(blocks.dt)):
-            state, outcomes = run_block(self.plan.setup, state, jax.tree.map(lambda a, i=index: a[i], blocks))
-            outcomes = jax.device_get(outcomes)
-            if index == 0:
-                outcomes = jax.tree.map(lambda a: np.delete(a, np.s_[1 : 1 + padding], axis=0), outcomes)
-            first = max(0, index * BLOCK - padding)
-            block = on_host._block(first, outcomes, jax.device_get(jax.tree.leaves(state)))
+        blocks = jax.device_get(blocks)
+        for index in range(done, len(blocks.exists)):
+            rows = jax.tree.map(lambda a, i=index: a[i], blocks)
+            state, outcomes = run_block(self.plan.stepper, state, rows)
+            block = on_host._block(index * BLOCK, jax.device_get(outcomes), jax.device_get(state))
             yield block
             if block.status:
                 return
 
-    def _block(self, first: int, outcomes: marching.Outcome, carry: list[np.ndarray]) -> FinishedBlock:
-        """The fine steps of a block, of which ``first`` is the first, in SI units."""
-        elapsed = self.experiment.times[first : first + outcomes.status.size] - self.experiment.times[0]
-        status = np.asarray(doubted(outcomes.status, elapsed, self.plan.errors))
-        outcomes = outcomes._replace(status=status)
+    def _block(self, first: int, outcomes: Outcome, carry: Carry) -> FinishedBlock:
+        """Return the fine steps of a block, of which ``first`` is the first, in SI units."""
+        times = self.plan.course["times"]
+        elapsed = times[first : first + BLOCK] - times[0]
+        own = outcomes.numbers["status"][: elapsed.size]  # fewer than those of a block that is filled up
+        status = np.asarray(doubted(own, elapsed, self.plan.errors))
         bad = np.flatnonzero(status)
-        count = int(bad[0]) if bad.size else outcomes.status.size
+        count = int(bad[0]) if bad.size else status.size
         fine = jax.tree.map(lambda a: a[:count], outcomes)
-        times = self.experiment.times[first : first + count]
-        history = self.plan.history(self.experiment.grid, times, fine, fine)
-        in_numpy = jax.tree.map(np.asarray, ContactHistory(**history))
-        return FinishedBlock(in_numpy, int(outcomes.status[bad[0]]) if bad.size else 0, carry)
+        fine.numbers["status"] = jnp.asarray(status[:count])
+        history = self.plan.result(fine, carry, {}, slice(first, first + count))
+        in_numpy = jax.tree.map(np.asarray, history)
+        return FinishedBlock(in_numpy, int(status[bad[0]]) if bad.size else 0, jax.tree.leaves(carry))
 
 
-def prepare(*case: Any, **options: Any) -> Simulation:
-    """``jaxcontact.indent`` made ready to run in blocks; the arguments are those of ``indent``.
-
-    Raises ValueError as ``indent`` does, before anything is computed.
-    """
-    return ready(Experiment.of(*case, **options))
-
-
-def ready(experiment: Experiment) -> Simulation:
+def ready(experiment: TimedExperiment) -> Simulation:
     """The march of an experiment, made ready."""
     experiment = experiment.with_kernels()
-    return Simulation(experiment, _plan(experiment))
+    return Simulation(experiment, _planned(experiment))
 
 
-def first_block(experiment: Experiment) -> tuple[Plan, marching.Carry, marching.Outcome]:
+def first_block(experiment: TimedExperiment) -> tuple[Plan, Carry, Outcome]:
     """The plan of a march and what its first block gives, scaled; for their shapes."""
     plan = ready(experiment).plan
-    state, blocks, _ = _begun(plan)
-    return plan, *run_block(plan.setup, state, jax.tree.map(lambda a: a[0], blocks))
-
-
-_plan = Program(planned)
+    state, blocks = _begun(plan)
+    return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], blocks))
 
 
 @Program
-def _begun(plan: Plan) -> tuple[marching.Carry, marching.Steps, int]:
-    """The carry before the first step, the steps in blocks, and how many rows are added to the first."""
-    return marching.start(plan.setup), *marching.in_blocks(plan.steps, BLOCK)
+def _planned(experiment: TimedExperiment) -> Plan:
+    return experiment.planned()
 
 
 @Program
-def run_block(
-    setup: marching.Setup, carry: marching.Carry, steps: marching.Steps
-) -> tuple[marching.Carry, marching.Outcome]:
-    """One compiled block: leading axes of ``steps`` (BLOCK, substeps)."""
-    carry, outcomes, _ = marching.march(setup, carry, steps, lambda outcome: outcome)
-    return carry, outcomes
+def _begun(plan: Plan) -> tuple[Carry, Rows]:
+    """The carry before the first step, and the steps in blocks."""
+    return begin(plan.stepper), in_blocks(plan.steps, BLOCK)
+
+
+@Program
+def run_block(stepper: Stepper, carry: Carry, rows: Rows) -> tuple[Carry, Outcome]:
+    """One compiled block of ``BLOCK`` rows."""
+    state, outcomes = march(stepper, begun(stepper, carry, rows.steps), rows, lambda outcome: outcome)
+    return state.carry, outcomes

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import field
+from typing import Any, NamedTuple, Self
+
+import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
-from jaxcontact._support.pytree import as_float64
+from jaxcontact._support.pytree import as_float64, pytree
 from jaxcontact._support.status import Status
-from jaxcontact.history.moving import Motion, Shift, moving_memory
-from jaxcontact.history.observables import SlidingStep
+from jaxcontact.history.march import Outcome, Steps
+from jaxcontact.history.moving import Motion, MovingMemory, Shift, moving_memory
+from jaxcontact.history.pressing import PressCarry, PressStepper
 from jaxcontact.history.track import (
     FARTHEST,
     as_array,
@@ -23,13 +27,14 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
-from jaxcontact.operators.kernels import Errors, Kernels
+from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.traction_kernels import joint_errors
-from jaxcontact.results.sliding import SlidingHistory, with_totals
-from jaxcontact.verbs.experiment import Experiment, Plan, Save, fine_steps, reported
+from jaxcontact.results.notes import announce
+from jaxcontact.results.sliding import SlidingHistory, sliding_history
+from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_steps, marched
 
-DROPPED_LIMIT = 0.01  # of the largest approach
+DROPPED_LIMIT = 0.01  # of the largest approach so far
 
 
 def slide(
@@ -93,77 +98,109 @@ def slide(
         >>> bool(history.tangential_force[-1] > 0.0)             # it resists
         True
     """
-    experiment = Experiment.of(
-        body, indenter, control, times, grid=grid, tolerance=tolerance, max_iterations=max_iterations,
-        kernels=kernels, save=save, substeps=substeps, checkpoint=checkpoint,
+    sliding = Sliding.of(
+        body, indenter, control, times, velocity=velocity, friction=friction, grid=grid, tolerance=tolerance,
+        max_iterations=max_iterations, kernels=kernels, save=save, substeps=substeps, checkpoint=checkpoint,
     )  # fmt: skip
-    velocity = as_array(velocity)
-    experiment = experiment.also(checked_track(velocity, times, grid, substeps)).also(
-        check_rubbing(friction, grid)
-    )
-    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
-    return reported(result, errors, experiment)
+    history = marched(sliding)
+    announce(history, stacklevel=2)
+    return history
 
 
-@Program
-def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SlidingHistory, Errors]:
-    """The compiled core: one trace for equal shapes and options."""
-    plan = planned(experiment, velocity, friction)
-    outcomes, last = plan.march(experiment.options)
-    history = plan.history(experiment.grid, experiment.times, outcomes, last)
-    motion, slid = plan.steps.memory, outcomes.more
-    status = with_far_steps(history["status"], motion.shift, experiment.grid)
-    status = with_returns(status, slid, jnp.max(jnp.abs(outcomes.approach)))
-    in_si = plan.scale.to_si(
-        coulomb_force=slid.coulomb,
-        lateral_force=slid.force,
-        hysteresis_force=slid.hysteresis,
-        pressure_centre=slid.centre,
-        leading_peak=slid.leading_peak,
-        hysteresis_power=slid.dissipated,
-        stored_energy=slid.stored,
-        dropped=slid.dropped,
-    )
-    moving = over_times(velocity, experiment.times)
-    rubs = jnp.zeros(()) if friction is None else friction
-    own = {"status": status, "velocity": moving, "friction": jnp.broadcast_to(rubs, experiment.grid.shape)}
-    return SlidingHistory(**history | own | with_totals(in_si, moving)), plan.errors
+@pytree
+class Sliding(TimedExperiment):
+    """A slide; velocity: as given to ``slide``; friction: likewise, None without."""
+
+    velocity: Array
+    friction: Array | None
+
+    @classmethod
+    def of(  # type: ignore[override]
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        *,
+        velocity: Any,
+        friction: Any = None,
+        **options: Any,
+    ) -> Self:
+        experiment, velocity = Experiment.of(body, indenter, control, times, **options), as_array(velocity)
+        substeps, grid = experiment.options.substeps, experiment.grid
+        valid = checked_track(velocity, times, grid, substeps)
+        experiment = experiment.also(valid).also(check_rubbing(friction, grid))
+        return cls(**vars(experiment), velocity=as_float64(velocity), friction=as_float64(friction))
+
+    def planned(self) -> Plan:
+        """Return the march of the slide."""
+        kernels, grid, substeps = self.ready_kernels, self.grid, self.options.substeps
+        scale, contact = kernels.scale, self.contact(kernels.scale)
+        memory = self._memory(kernels, contact["profile"])
+        shift = shifts(self.velocity / scale.length, self.times, substeps)
+        motion = Motion(
+            fine_steps(self.times, substeps), shift, directions(self.velocity, self.times, substeps)
+        )
+        farthest = jnp.full(2, jnp.inf)
+        if not all(grid.periodic):
+            nx, ny = grid.shape
+            farthest = FARTHEST * jnp.stack([nx * jnp.ones(()), ny * memory.ratio])
+        friction, errors = jnp.zeros(()), kernels.errors(self.duration)
+        if self.friction is not None and memory.rubbing is not None:
+            friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
+        return self.plan(
+            SlideStepper(memory, **contact, farthest=farthest),
+            motion,
+            scale,
+            errors,
+            makes=sliding_history,
+            course={"velocity": over_times(self.velocity, self.times)},
+            beside={"friction": jnp.broadcast_to(friction, grid.shape)},
+        )
+
+    def _memory(self, kernels: Kernels, profile: Array) -> MovingMemory:
+        """Return the memory of a moving body, with the response to friction if there is any."""
+        grid, rubbing = self.grid, None
+        if self.friction is not None:
+            rubbing = rub(self.body, self.indenter, grid, kernels.scale, self.friction)
+        return moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
 
 
-def planned(experiment: Experiment, velocity: Array, friction: Array | None) -> Plan:
-    """The march of a slide."""
-    kernels, times, grid = experiment.ready_kernels, experiment.times, experiment.grid
-    scale, substeps = kernels.scale, experiment.options.substeps
-    shift = shifts(velocity / scale.length, times, substeps)
-    motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
-    profile = experiment.indenter.profile(grid) / scale.length
-    rubbing, errors = None, kernels.errors(experiment.duration)
-    if friction is not None:
-        rubbing = rub(experiment.body, experiment.indenter, grid, scale, friction)
-        errors = joint_errors(kernels, rubbing.expansion, experiment.duration)
-    memory = moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
-    return experiment.plan(memory, motion, scale, errors)
+class SlideCarry(NamedTuple):
+    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far."""
+
+    contact: PressCarry
+    depth: Array
+    far: Array
 
 
-def with_far_steps(status: Array, shift: Shift, grid: Grid) -> Array:
-    """The status, with the steps marked that moved farther than the scheme can bear: none on a periodic grid."""
-    if all(grid.periodic):
-        return status
-    nx, ny = grid.shape
-    far = jnp.abs(shift.x) > FARTHEST * nx * (1.0 + 1e-9)
-    if shift.y is not None:
-        far = far | (jnp.abs(shift.y) > FARTHEST * ny * (1.0 + 1e-9) * grid.spacing[1] / grid.spacing[0])
-    far = jnp.cumsum(jnp.any(far, 1)) > 0
-    return jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
+@pytree
+class SlideStepper(PressStepper):
+    """A normal contact that moves over the body, and what makes its status that of a slide; farthest: the longest step along
+    x and y that the scheme can bear [cells along x]."""
+
+    farthest: Array = field(kw_only=True)
+
+    def start(self) -> SlideCarry:  # type: ignore[override]
+        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool))
+
+    def advance(  # type: ignore[override]
+        self, carry: SlideCarry, step: Steps
+    ) -> tuple[SlideCarry, Outcome]:
+        contact, outcome = super().advance(carry.contact, step)
+        approach, status = outcome.numbers["approach"], outcome.numbers["status"]
+        depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
+        far = carry.far | self._moves_too_far(step.more.shift)
+        status = jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
+        back = returned(contact.memory.overlaps, contact.memory.dropped, depth)
+        status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
+        return SlideCarry(contact, depth, far), outcome._replace(numbers=outcome.numbers | {"status": status})
+
+    def _moves_too_far(self, shift: Shift) -> Array:
+        way = jnp.stack([shift.x, jnp.zeros(()) if shift.y is None else shift.y])
+        return jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
 
 
-def with_returns(status: Array, slid: SlidingStep, depth: Array) -> Array:
-    """Return the status with the rows marked in which dropped history under the contact would show, and those after.
-
-    An inner step of a row counts: it is in the running maximum ``returned``.
-    """
-    limit, earlier = DROPPED_LIMIT * depth, jnp.append(0.0, slid.returned[:-1])
-    back = (slid.overlaps & (slid.dropped > limit)) | ((slid.returned > limit) & (slid.returned > earlier))
-    status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
-    after = (earlier > limit) & (status == Status.FINE)
-    return jnp.where(after, int(Status.INHERITED), status)
+def returned(overlaps: Array, dropped: Array, depth: Array) -> Array:
+    """Return whether dropped history under the contact would show; depth: the largest approach so far."""
+    return overlaps & (dropped > DROPPED_LIMIT * depth)

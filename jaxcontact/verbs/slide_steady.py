@@ -15,8 +15,8 @@ from jaxcontact._support.status import Status
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
-from jaxcontact.history.march import contact_outcome, status_of
 from jaxcontact.history.observables import Observer
+from jaxcontact.history.pressing import contact_outcome, status_of
 from jaxcontact.history.track import as_array, check_along_x, check_rubbing
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Approach, Control
@@ -25,7 +25,7 @@ from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors, Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.traction_kernels import joint_errors
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.results.sliding import SteadySliding, with_totals
 from jaxcontact.verbs.experiment import Experiment, reported
 from jaxcontact.verbs.steady.rubbed_wake import RubbedWake
@@ -101,13 +101,13 @@ def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
 def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
     """A finite velocity; ValueError where there is no steady state."""
     finite = checks.finite("velocity [m/s]", velocity)
-    response, grid = response_of(experiment.body), experiment.grid
+    limits, grid = limits_of(experiment.body), experiment.grid
     checks.require(
-        not response.creeps_far() or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
+        not limits.creeps_far or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
         "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
         f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
     )
-    flows = response.flows()
+    flows = limits.flows()
     if not is_concrete(flows, velocity) or not bool(flows):
         return finite
     checks.require(
@@ -121,7 +121,7 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
         " tilts for ever, and on a periodic grid the body sinks for ever under the mean pressure",
     )
     checks.require(
-        not response.creeps_far() or not isinstance(experiment.control, Approach),
+        not limits.creeps_far or not isinstance(experiment.control, Approach),
         "control: expected a Load on a half-space or substrate that flows without limit: its surface sinks for ever, so"
         " that under a fixed approach the load falls to nothing and there is no steady state",
     )
@@ -130,7 +130,7 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
 
 def _tilts_or_thins(experiment: Experiment) -> bool:
     """Whether a body that flows could have no steady state on this grid."""
-    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
+    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
     return all(grid.periodic) or (grid.plane_strain and far_off)
 
 
@@ -166,10 +166,10 @@ def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
 
 
 def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
-    response = response_of(experiment.body)
-    sinks = response.creeps_far() and not experiment.load_controlled
+    limits = limits_of(experiment.body)
+    sinks = limits.creeps_far and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
-    return jnp.where(response.flows() & endless, int(Status.NOT_STEADY), status)
+    return jnp.where(limits.flows() & endless, int(Status.NOT_STEADY), status)
 
 
 def _fields(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from test_command_line import CASE
+from test_stopped_runs import text_of
 
 from jaxcontact.__main__ import main
 from jaxcontact.files.case_file import read_case
@@ -63,11 +64,15 @@ def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("save", ["few", "all", "last"])
-def test_the_disk_that_a_run_takes_is_what_was_said(save, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("kind", "save"),
+    [*(("indentation", save) for save in ("few", "all", "last")), ("shear", "few"), ("sliding", "all")],
+)
+def test_the_disk_that_a_run_takes_is_what_was_said(kind, save, tmp_path, monkeypatch):
     """Just before the finished steps are removed the result is there as well."""
     path, out, sizes = tmp_path / "case.toml", tmp_path / "out", []
-    path.write_text(CASE.replace("steps = 6", "steps = 100") + f'[solver]\nsave = "{save}"\n')
+    text = text_of(kind, steps=100).replace("n = 16", "n = 32").replace('[solver]\nsave = "few"\n', "")
+    path.write_text(f'{text}[solver]\nsave = "{save}"\n')
     arrays = lambda: sum(file.stat().st_size for file in out.rglob("*.npz"))
     monkeypatch.setattr(FinishedSteps, "remove", lambda steps: sizes.append(arrays()))
     assert main(["run", str(path), "-o", str(out)]) == 0

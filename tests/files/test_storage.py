@@ -125,7 +125,7 @@ FORGED = {
     "one load of three": ({"load": npy(np.zeros(1))}, r"load: found shape \(1,\), accepted: \(3,\)"),
     "one cell": (
         {"x": npy(np.zeros(1))},
-        "x: found an array of shape \\(1,\\), accepted: two or more cell centres",
+        "x: found an array of shape \\(1,\\), accepted: two or more equally spaced cell centres",
     ),
     "cells beyond all bounds": (
         {"y": npy(np.array([-1e308, 1e308, 1.1e308, 1.2e308, 1.3e308]))},

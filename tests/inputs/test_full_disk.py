@@ -154,7 +154,7 @@ def test_nothing_is_converted_or_drawn_over_what_is_there(tmp_path, capfd):
     capfd.readouterr()
     for command in commands:
         assert main(command) == 2
-        assert "is there already" in capfd.readouterr().err
+        assert "already exists" in capfd.readouterr().err
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
     assert all(main([*command, "--force"]) == 0 for command in commands)
 
@@ -169,11 +169,11 @@ def test_a_report_is_not_begun_among_the_summaries_of_other_runs(tmp_path, capsy
         assert main(["reproduce", "figure_4", "-o", str(tmp_path)]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert (
-            f"{tmp_path / 'other' / 'summary.json'} is not of a reproduction; choose another directory"
+            f"{tmp_path / 'other' / 'summary.json'} is not the summary of a reproduction; choose another directory"
             in line
         )
     assert [path.name for path in tmp_path.rglob("*")] == ["other", "summary.json"]
     (tmp_path / "alone").mkdir()
     (tmp_path / "alone" / "report.html").write_text("mine")
     assert main(["reproduce", "figure_4", "-o", str(tmp_path / "alone")]) == 2
-    assert "report.html is there already" in capsys.readouterr().err
+    assert "report.html already exists" in capsys.readouterr().err

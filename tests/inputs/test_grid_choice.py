@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact.indenters.shapes import ENDS, POINTED
+from jaxcontact.indenters.shapes import CONE_RADIUS_FACTOR, ROLLER_END_FACTOR
 from jaxcontact.verbs import indent
 
 GLASS, BALL = jc.LayeredHalfSpace([], jc.Elastic(30e9, 0.25)), jc.Sphere(5e-3)
@@ -87,7 +87,9 @@ def test_the_contact_of_a_cone_and_of_a_roller_is_foretold():
         ("the paper's film", "roller", load): (1.5 * W / 2e-3 * 5e-3 * springs) ** (1.0 / 3.0),
     }
     for (name, indenter, control), radius in exact.items():
-        room = ENDS if indenter == "roller" else POINTED / 1.25  # above the estimate that is closest
+        room = (
+            ROLLER_END_FACTOR if indenter == "roller" else CONE_RADIUS_FACTOR / 1.25
+        )  # above the estimate that is closest
         assert half_widths(name, indenter, control)[0] == pytest.approx(room * radius, rel=0.05), (
             name,
             indenter,
@@ -156,7 +158,7 @@ def test_traced_values_have_no_width(transform):
     """Neither ``Grid.around`` nor "auto" can choose by numbers that are not there yet."""
     loads = np.array([10.0, 20.0])
     around = lambda load: jc.Grid.around(GLASS, BALL, jc.Load(load), [0.0]).spacing[0]
-    with pytest.raises(ValueError, match="expected values that are known"):
+    with pytest.raises(ValueError, match="expected known values"):
         transform(around)(loads)
     auto = lambda load: jc.indent(GLASS, BALL, jc.Load(load), [0.0], grid="auto").approach
     with pytest.raises(ValueError, match="expected a Grid inside jit"):
@@ -164,5 +166,5 @@ def test_traced_values_have_no_width(transform):
 
 
 def test_a_height_field_has_its_own_grid():
-    with pytest.raises(ValueError, match="a HeightField comes with its own grid; expected Grid"):
+    with pytest.raises(ValueError, match="a HeightField defines its own grid; expected Grid"):
         jc.indent(GLASS, jc.HeightField(np.zeros((8, 8))), jc.Load(1.0), [0.0], grid="auto")

@@ -108,7 +108,11 @@ def test_the_oracles_share_no_code_with_the_package():
 def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone():
     """No spectrum, no kernel, no response: what they import is closed under these few modules."""
     own = {"_support.pytree", "_support.status", "operators.base", "history.memory"}
-    for path in [*(PACKAGE / "contact").glob("*.py"), PACKAGE / "history" / "march.py"]:
+    own |= {"history.march", "history.pressing", "history.adhering"}
+    steppers = [
+        PACKAGE / "history" / f"{name}.py" for name in ("march", "pressing", "shear_march", "adhering")
+    ]
+    for path in [*(PACKAGE / "contact").glob("*.py"), *steppers]:
         found = {module_of(name) for name in imports(path, "jaxcontact")}
         assert {name for name in found if folder(name) != "contact"} <= own, path
         assert "fft" not in path.read_text() and "spectrum" not in path.read_text(), path

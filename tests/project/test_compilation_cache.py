@@ -8,7 +8,7 @@ import zlib
 import pytest
 
 from jaxcontact._compile import compilation_cache
-from jaxcontact._compile.compilation_cache import mend
+from jaxcontact._compile.compilation_cache import remove_incomplete
 
 RUN = """
 import sys, numpy as np
@@ -125,8 +125,8 @@ def test_each_program_is_unpacked_once_and_again_where_it_has_changed(tmp_path, 
         (tmp_path / f"{name}-atime").write_bytes(b"")
     monkeypatch.setattr(
         compilation_cache,
-        "_unpacks",
-        lambda path, plain=compilation_cache._unpacks: unpacked.append(path.name) or plain(path),
+        "_is_complete",
+        lambda path, plain=compilation_cache._is_complete: unpacked.append(path.name) or plain(path),
     )
     for _ in range(2):
         compilation_cache.remove_unreadable(tmp_path)
@@ -144,7 +144,7 @@ def test_half_an_entry_is_removed(tmp_path):
     """jax stores the time of the last use after the program; without it no entry could ever be stored again."""
     for name in ("whole-cache", "whole-atime", "half-cache"):
         (tmp_path / name).write_bytes(b"")
-    mend(tmp_path)
+    remove_incomplete(tmp_path)
     assert sorted(path.name for path in tmp_path.glob("*-*")) == ["whole-atime", "whole-cache"]
 
 

@@ -17,11 +17,13 @@ SOURCES = sorted([*(ROOT / "jaxcontact").rglob("*.py"), *(ROOT / "fitting").rglo
 PUBLIC = [getattr(module, name) for module in (jc, fitting) for name in getattr(module, "__all__", ())]
 GIVEN = [  # what users are given, and do not make
     *(
+        jc.AdhesiveHistory,
         jc.ContactClusters,
         jc.ContactHistory,
         jc.ContactStatistics,
         jc.InteriorFields,
         jc.PressureHistogram,
+        jc.RubbingHistory,
         jc.ShearHistory,
         jc.SlidingHistory,
         jc.SteadyRolling,
@@ -32,7 +34,14 @@ GIVEN = [  # what users are given, and do not make
         jc.Surface,
         jc.SurfaceStatistics,
     ),
-    *(fitting.BatchFit, fitting.Comparison, fitting.CreepFit, fitting.Design, fitting.IndentationFit),
+    *(
+        fitting.BatchFit,
+        fitting.Comparison,
+        fitting.CreepFit,
+        fitting.Design,
+        fitting.GrowthFit,
+        fitting.IndentationFit,
+    ),
     *(
         fitting.FieldFit,
         fitting.JointFit,
@@ -51,6 +60,7 @@ DEAR = (
     "compare",
     "shear",
     "roll_steady",
+    "rub",
     "subsurface",
     "slide",
     "slide_steady",

@@ -66,6 +66,8 @@ CHECKS = (
 )
 ELSEWHERE = {  # reached by no row, and why
     "checks.py": "the checks themselves",
+    "varying.py: restricted": "there is no window, so nothing asks for it",
+    "laws.py: rate": "the base of laws",
     "shapes.py: outline": "of a flat punch, whose contact is known and never estimated",
     **{f"flash_temperature.py: {name}": "test_heat.py" for name in ("_check", "_check_peclet")},
     **{
@@ -89,13 +91,13 @@ ELSEWHERE = {  # reached by no row, and why
             ),
         )
     },
-    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_module")},
+    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_reject", "_module")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
         f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"
-        for name in ("kept_traces", "_description", "_name_of", "_named", "_described")
+        for name in ("kept_traces", "_description", "_name_of", "_named", "_restored")
     },
-    "storage.py: _told": "test_storage.py, every name",
+    "storage.py: _inputs": "test_storage.py, every name",
     "npz.py: write_whole": "needs a full disk: test_full_disk.py",
     "sweep.py: _check_table": "a table of more cases: test_full_disk.py",
     **{
@@ -111,7 +113,7 @@ ELSEWHERE = {  # reached by no row, and why
     "sweep.py: run_study": "a folder of another study: test_study_files.py",
     "sweep.py: _executor": "without the extra",
     "sweep.py: figures": "test_study_files.py",
-    "sweep.py: _trusted": "a solve that fails: test_study_files.py",
+    "sweep.py: _converged_figures": "a solve that fails: test_study_files.py",
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",

@@ -248,7 +248,7 @@ def test_a_module_that_cannot_be_imported_is_named(tmp_path):
 def test_sources_that_changed_since_this_process_started_are_refused(tmp_path, monkeypatch):
     """Results would be recorded as those of the new sources, which this process does not run."""
     sources.identity.cache_clear()
-    monkeypatch.setattr(sources, "BEGAN", 0.0)
+    monkeypatch.setattr(sources, "START_TIME", 0.0)
     with pytest.raises(
         ValueError, match=r"jaxcontact: its sources in .* have changed since this process started"
     ):
@@ -256,7 +256,7 @@ def test_sources_that_changed_since_this_process_started_are_refused(tmp_path, m
 
 
 def test_a_package_without_sources_is_known_by_its_compiled_files_or_its_archive(tmp_path, monkeypatch):
-    monkeypatch.setattr(sources, "BEGAN", 1e12)
+    monkeypatch.setattr(sources, "START_TIME", 1e12)
     monkeypatch.syspath_prepend(tmp_path)
     told = []
     for number, content in enumerate((b"one", b"two", b"one")):

@@ -131,15 +131,17 @@ def test_the_packages_sources_are_what_tells_its_versions_apart(tmp_path, monkey
     digests = []
     for text in ("A = 1\n", "A = 2\n"):
         module.write_text(text)
-        monkeypatch.setattr(sources, "BEGAN", time.time() + 2.0 * kept_traces.SETTLED)  # as if it were later
+        monkeypatch.setattr(
+            sources, "START_TIME", time.time() + 2.0 * kept_traces.SETTLING_TIME
+        )  # as if it were later
         digests.append(kept_traces._sources.__wrapped__(frozenset({"pressed"})))
     assert len(set(digests)) == 2 and all(digests)
-    monkeypatch.setattr(sources, "BEGAN", time.time())
+    monkeypatch.setattr(sources, "START_TIME", time.time())
     assert kept_traces._sources.__wrapped__(frozenset({"pressed"})) == b""
     for path in module.parent.glob("*.py"):
         os.utime(path, (0.0, 0.0))  # as rsync and tar set it; the inode's time tells
     assert kept_traces._sources.__wrapped__(frozenset({"pressed"})) == b""
-    monkeypatch.setattr(sources, "BEGAN", time.time() + 2.0 * kept_traces.SETTLED)
+    monkeypatch.setattr(sources, "START_TIME", time.time() + 2.0 * kept_traces.SETTLING_TIME)
     for path in module.parent.glob("*.py"):
         path.rename(path.with_suffix(".pyc"))
     assert kept_traces._sources.__wrapped__(frozenset({"pressed"})) == b""
@@ -237,7 +239,7 @@ def test_reading_a_forged_file_executes_nothing(tmp_path, monkeypatch, kind):
     ids=lambda tree: type(tree).__name__,
 )  # fmt: skip
 def test_a_structure_comes_back_from_json(tree):
-    again = kept_traces._described(json.loads(json.dumps(kept_traces._description(tree))))
+    again = kept_traces._restored(json.loads(json.dumps(kept_traces._description(tree))))
     assert again == tree and repr(again) == repr(tree)
 
 

@@ -39,6 +39,8 @@ OBJECTS = {
     "Load": lambda: jc.Load(RAMP),
     "TangentialLoad": lambda: jc.TangentialLoad(np.stack([RAMP, RAMP], 1)),
     "TangentialDisplacement": lambda: jc.TangentialDisplacement(np.stack([RAMP, RAMP], 1)),
+    "ExponentialAdhesion": lambda: jc.ExponentialAdhesion(50e-3, 2e-9),
+    "DugdaleAdhesion": lambda: jc.DugdaleAdhesion(50e-3, 20e6),
     "Elastic": lambda: STEEL,
     "Maxwell": lambda: jc.Maxwell(1e9, 1e12),
     "KelvinVoigt": lambda: jc.KelvinVoigt(1e9, 1e12),
@@ -63,6 +65,10 @@ OBJECTS = {
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),
     "Sensitivity": lambda: jc.Sensitivity(("G1", "G2"), {"load": np.ones((2, 500))}),
     "Surface": lambda: jc.Surface(HEIGHTS, GRID),
+    "Archard": lambda: jc.Archard(1e-18),
+    "ProportionalRemoval": lambda: jc.ProportionalRemoval(1e-3),
+    "StressActivated": lambda: jc.StressActivated(1e-2, 1e-19, 4e-30, None, stress="shear"),
+    "Thermal": lambda: jc.Thermal(373.0, 46.0),
     "SurfaceStatistics": lambda: jc.surface_statistics(HEIGHTS, GRID),
     "Status": lambda: jc.Status.FINE,
     "kernels": lambda: jc.kernels(jc.LayeredHalfSpace([], FILM), jc.Sphere(1e-3), GRID),
@@ -90,6 +96,15 @@ def oscillation():
     return fitting.OscillationData(
         omega=omega, storage=1e6 * omega**2 / (1 + omega**2), loss=1e6 * omega / (1 + omega**2)
     )
+
+
+def growth():
+    kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 0.2)
+    conditions = [(3e8, 353.0), (9e8, 353.0), (3e8, 393.0)]
+    return [
+        fitting.GrowthData(T, kinetics.thickness(T, *one), stress=one[0], temperature=one[1])
+        for one in conditions
+    ]
 
 
 def posterior():
@@ -128,12 +143,15 @@ OF_FITS = {
     "Design": lambda: fitting.design(jc.Maxwell(1e6, 1e6), points=50),
     "ModulusFit": lambda: fitting.fit_relaxation(relaxation(), "Maxwell"),
     "PronyFit": lambda: fitting.fit_prony(CREEP, 2),
+    "GrowthData": lambda: growth()[0],
+    "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
+    "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
     "JointFit": lambda: fitting.fit_together([CREEP, relaxation()], "Maxwell"),
     "IndentationFit": lambda: fitting.fit_indentation(
         indentation(), model=jc.Maxwell, indenter=jc.Sphere(1e-3), nu=0.5, control="load"
     ),
 }
-DEAR = {"FieldFit", "BatchFit", "Design", "ModulusFit", "PronyFit", "JointFit", "IndentationFit"}
+DEAR = {"FieldFit", "BatchFit", "Design", "GrowthFit", "ModulusFit", "PronyFit", "JointFit", "IndentationFit"}
 
 
 def test_every_public_class_is_here():

@@ -23,13 +23,15 @@ ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
 pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
-flash_temperature
+flash_temperature rub RubbingHistory Thermal Archard ProportionalRemoval StressActivated
+AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
-BatchFit Comparison CreepData CreepFit Design IndentationData IndentationFit JointFit ModulusFit OscillationData Posterior
-PronyFit Propagated RelaxationData compare design fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony
-fit_relaxation fit_together posterior propagate read_creep read_indentation read_oscillation read_relaxation resample
-Minimum minimise ContactData FieldFit fit_fields
+BatchFit Comparison CreepData CreepFit Design GrowthData GrowthFit GrowthKinetics fit_growth IndentationData
+IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated RelaxationData compare design
+fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
+read_creep read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
+ContactData FieldFit fit_fields
 """
 
 
@@ -53,6 +55,7 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
+    jc.AdhesiveHistory: "jumps jump_energy cohesive_cells",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",
@@ -60,6 +63,7 @@ MEMBERS = {
     " hysteresis_power friction_power friction traction stored_energy dropped",
     jc.ShearHistory: "traction slip stick sticking_share notes tangential_load tangential_displacement dissipated"
     " friction_work",
+    jc.RubbingHistory: "thickness temperature friction_work step_error pressure gap notes plot",
     jc.InteriorFields: "depths stress displacement von_mises peak plot notes summary to_xarray",
     jc.Study: "folder cases failures notes notes_in_words done stacked",
     jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot gap peak_pressure"
@@ -90,6 +94,8 @@ KEYWORDS = {
     jc.slide_steady: "body indenter control velocity grid tolerance max_iterations kernels friction",
     jc.shear: "body indenter control tangential times friction grid coupled tolerance max_iterations save substeps",
     jc.roll_steady: "body indenter control velocity creepage friction grid coupled tolerance max_iterations",
+    jc.rub: "body indenter control times velocity law grid friction wears thermal thickest tolerance max_iterations save"
+    " substeps checkpoint",
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
     jc.sweep: "f cases out executor processes version",

@@ -273,16 +273,12 @@ def test_a_batch_of_films_is_each_film_alone():
 
 @pytest.mark.slow
 def test_the_recursion_answers_all_that_the_closed_form_answers(body):
-    """At instants to 1e-12; the paper's substitution, the film on a rigid base, the simple limits likewise."""
+    """At instants to 1e-12, and with the paper's substitution."""
     closed, stack = response_of(body), Stack(tuple(body.layers), body.substrate)
     x, t = closed.wavenumbers()[::20], jnp.array([0.0, 30.0, 7200.0])[:, None]
     np.testing.assert_allclose(stack.step(x, t, t), closed.step(x, t, t), rtol=ROUND_OFF)
     pairs = [stack.quasi_elastic(x, t, 2.0 * t), closed.quasi_elastic(x, t, 2.0 * t)]
     np.testing.assert_allclose(*pairs, rtol=ROUND_OFF)
-    np.testing.assert_allclose(stack.on_rigid_base(), closed.on_rigid_base(), rtol=ROUND_OFF)
-    for name in ("wide", "narrow", "springs"):
-        np.testing.assert_allclose(getattr(stack, name)(60.0), getattr(closed, name)(60.0), rtol=ROUND_OFF)
-    assert bool(stack.flows()) and bool(closed.flows())
 
 
 @pytest.mark.slow

@@ -109,7 +109,7 @@ def test_the_peak_of_each_time_is_that_of_its_map_or_absent(history):
     np.testing.assert_allclose(many.peak_pressure[1], 2 * history.peak_pressure)
     last = dataclasses.replace(history, pressure=history.pressure[-1], displacement=history.displacement[-1])
     assert not hasattr(last, "peak_pressure")
-    with pytest.raises(AttributeError, match=r"those of the last alone.*save=lambda step: step.pressure.max"):
+    with pytest.raises(AttributeError, match=r"got the last map only.*save=lambda step: step.pressure.max"):
         float(last.peak_pressure)
 
 

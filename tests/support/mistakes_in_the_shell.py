@@ -1,7 +1,7 @@
 """Mistakes that only the command line can make, those in a study's file among them: one line, and status 2."""
 
 import numpy as np
-from mistakes_in_case_files import CASE
+from mistakes_in_case_files import CASE, NO_TIMES
 
 from jaxcontact.__main__ import main
 
@@ -14,6 +14,9 @@ def shell(folder, *words):
     )
     far = '[experiment]\nkind = "sliding"\nvelocity = 1.0\n' + CASE
     (folder / "far.toml").write_text(far)
+    rolls = CASE.replace(*NO_TIMES).replace("load = 10.0", "load = 10.0\ncreepage = [1e-3, 0.0]")
+    still = '[experiment]\nkind = "steady-rolling"\nvelocity = 0.0\nfriction = 0.3\n' + rolls
+    (folder / "still.toml").write_text(still)
     (folder / "large.toml").write_text(CASE.replace("n = 32", "n = 65536"))
     (folder / "bad.npz").write_text("no arrays")
     np.savez(folder / "other.npz", a=1.0)
@@ -117,22 +120,24 @@ SHELL = {
         ["check", "@far.toml"],
         r"far.toml: velocity: expected steps of at most 0.5 of the grid's width, got",
     ),
+    "a steady state at rest": (["check", "@still.toml"], r"still.toml: velocity"),
+    "a steady state at rest, run": (["run", "@still.toml", "-o", "@out"], r"still.toml: velocity"),
     "the same function, run": (["run", "@far.toml", "-o", "@out"], r"far.toml: velocity: expected steps of"),
     "a picture as text": (["plot", "@part.npz", "-o", "@a.txt"], r"found .txt, accepted: .pdf, .png, .svg"),
-    "a picture over another": (["plot", "@case.npz", "-o", "@full.png"], r"is there already"),
-    "a new case over another": (["new", "@full.png"], r"is there already"),
+    "a picture over another": (["plot", "@case.npz", "-o", "@full.png"], r"already exists"),
+    "a new case over another": (["new", "@full.png"], r"already exists"),
     "no such result": (["plot", "@none.npz"], r"No such file.*none.npz"),
     "a result that is none": (["plot", "@bad.npz"], r"not an npz file of arrays; accepted"),
     "somebody else's arrays": (["plot", "@other.npz"], r"found no result of jaxcontact; accepted"),
     "half a result": (["plot", "@part.npz"], r"times: missing; accepted"),
     "a course for a result": (
         ["plot", "@course.npz"],
-        r"course.npz: found the course of a run.*numpy.load.*; accepted: the result.npz beside it",
+        r"course.npz: found the time series of a run.*numpy.load.*; accepted: the result.npz beside it",
     ),
-    "a file over another": (["convert", "@other.npz", "-o", "@full.png"], r"is there already"),
+    "a file over another": (["convert", "@other.npz", "-o", "@full.png"], r"already exists"),
     "no folder to write into": (
         ["convert", "@other.npz", "-o", "@none/film.nc"],
-        r"found no folder .*none, accepted: a name in one that is there",
+        r"found no folder .*none, accepted: a file name in an existing folder",
     ),
     "a film to be converted": (["convert", "@film.pvd", "-o", "@film.nc"], r"found .pvd, accepted"),
     "an unknown figure": (

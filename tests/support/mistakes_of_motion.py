@@ -41,9 +41,9 @@ MOTION = {
         lambda: shear(friction=np.ones(3)),
         r"friction: expected a number or shape \(8, 8\)",
     ),
-    "a function of steps with friction": (
-        lambda: shear(save=lambda step: step.load),
-        r'save: expected "all" or "last"',
+    "a word for save of shear": (
+        lambda: shear(save="first"),
+        r"""save: expected "all", "last" or a function, got 'first'""",
     ),
     "pressure on another grid": (
         lambda: jc.subsurface(BODY, GRID, np.ones(3), depths=[0.0]),
@@ -197,28 +197,28 @@ MOTION = {
     ),
     "friction on a periodic grid": (
         lambda: shear(grid=PERIODIC),
-        r"grid: expected one that is not periodic along x, .* in shear, got periodic=\(True, True\)",
+        r"grid: expected a grid not periodic along x, .* in shear, got periodic=\(True, True\)",
     ),
     "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x, .* in roll_steady"),
     "rolling on a grid periodic across": (
         lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),
-        r"along y in plane strain alone, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
+        r"along y in plane strain only, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
     ),
     "stresses under a periodic grid": (
         lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
-        r"not periodic in subsurface",
+        r"subsurface supports free space only",
     ),
     "notes of what is not computed yet": (
         lambda: jax.eval_shape(indent).notes,
-        r"notes: expected a result with numbers, got one traced by jit, vmap or grad; return it and read them outside",
+        r"notes: expected a result with known values, got one traced by jit, vmap or grad; read them outside",
     ),
     "notes of stresses that are not computed yet": (
         lambda: jax.eval_shape(lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0])).notes,
-        r"notes: expected fields with numbers, got some traced",
+        r"notes: expected fields with known values, got fields traced",
     ),
     "a rough line": (
         lambda: rough(grid=LINE),
-        r"grid: expected one of known spacing with more than one cell",
+        r"grid: expected a known spacing and more than one cell",
     ),
     "a surface without dimension": (lambda: rough(hurst=1.2), r"hurst: expected > 0 and <= 1, got 1.2"),
     "a negative slope": (lambda: rough(rms_slope=-0.1), r"rms_slope: expected >= 0, got -0.1"),

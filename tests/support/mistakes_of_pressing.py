@@ -18,12 +18,30 @@ from right_calls import (
     TIMES,
     indent,
     on,
+    rub,
     steady,
+    varying,
 )
 
 import jaxcontact as jc
 
 PRESSING = {
+    "a number for a law of adhesion": (
+        lambda: indent(adhesion=0.05),
+        r"adhesion: expected ExponentialAdhesion, DugdaleAdhesion or None, got 0\.05",
+    ),
+    "an attraction without range": (
+        lambda: indent(adhesion=jc.ExponentialAdhesion(0.05, 0.0)),
+        r"adhesion: range \[m\]: expected > 0, got 0",
+    ),
+    "a strength below zero": (
+        lambda: indent(adhesion=jc.DugdaleAdhesion(0.05, -1e6)),
+        r"adhesion: strength \[Pa\]: expected > 0, got -1e\+06",
+    ),
+    "a load that is not finite, with adhesion": (
+        lambda: indent(control=jc.Load(np.inf), adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
+        r"Load \[N\]: expected finite numbers, got inf",
+    ),
     "a material for a body": (lambda: indent(body=FILM), r"body: expected a LayeredHalfSpace, got Burgers"),
     "a layer outside a list": (
         lambda: indent(body=jc.LayeredHalfSpace(jc.Layer(FILM, 1e-7), STEEL)),
@@ -38,10 +56,85 @@ PRESSING = {
         r"layer: expected at most 1e\+06 times the substrate's modulus, got 5e\+06 times",
     ),
     "a thickness over the plane": (
-        lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full((8, 8), 1e-7))], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): a response belongs to one thickness everywhere\."
-        r" Give the film's mean here and its uneven top as the heights of a HeightField",
+        lambda: steady(1.0, body=varying()),
+        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): .* is for a Layer in indent and rub alone",
     ),
+    "a thickness of another plane": (
+        lambda: indent(body=varying((8, 9))),
+        r"layer thickness \[m\]: expected a number or shape \(8, 8\) or \(2, 8, 8\) as the grid and the times",
+    ),
+    "a thickness over the plane below zero": (
+        lambda: indent(body=varying(value=-1e-9)),
+        r"layer thickness \[m\]: expected >= 0",
+    ),
+    "two films over the plane": (
+        lambda: indent(body=varying(layers=2)),
+        r"body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got 2 on Elastic",
+    ),
+    "the quasi-elastic way for a film over the plane": (
+        lambda: indent(body=varying(), correspondence="quasi-elastic"),
+        r"layer thickness in the plane: expected no kernels",
+    ),
+    "two films that are rubbed": (
+        lambda: rub(body=jc.LayeredHalfSpace([jc.Layer(FILM, 1e-7)] * 2, STEEL)),
+        r"body: expected one Layer of a thickness that is a number or \(nx, ny\) in rub",
+    ),
+    "a number for a law": (
+        lambda: rub(law=1e-18),
+        r"law: expected an object with a method rate\(step\), got float",
+    ),
+    "a wear coefficient below zero": (
+        lambda: rub(law=jc.ProportionalRemoval(0.0) + jc.Archard(-1.0)),
+        r"Archard coefficient \[1/Pa\]: expected >= 0",
+    ),
+    "removal below zero": (
+        lambda: rub(law=jc.ProportionalRemoval(-1.0)),
+        r"ProportionalRemoval rate \[1/s\]: expected",
+    ),
+    "growth without temperature": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 0.0)),
+        r"StressActivated temperature \[K\]: expected > 0",
+    ),
+    "a temperature that nobody knows": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, None)),
+        r"law: expected a temperature, or thermal=, for StressActivated",
+    ),
+    "a velocity over other times": (
+        lambda: rub(velocity=np.ones(3)),
+        r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
+    ),
+    "a number for heat": (lambda: rub(thermal=300.0), r"thermal: expected Thermal or None, got float"),
+    "no conductivity": (
+        lambda: rub(thermal=jc.Thermal(300.0, 0.0)),
+        r"Thermal conductivity \[W/\(m K\)\]: expected > 0",
+    ),
+    "a velocity without end": (lambda: rub(velocity=np.inf), r"velocity \[m/s\]: expected finite numbers"),
+    "a body that never was warm": (
+        lambda: rub(thermal=jc.Thermal(0.0, 46.0)),
+        r"Thermal ambient \[K\]: expected > 0",
+    ),
+    "more heat than there is": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, share=2.0)),
+        r"Thermal share: expected .* <= 1, got 2",
+    ),
+    "wear of both": (lambda: rub(wears="both"), r'wears: expected "film" or "indenter", got \'both\''),
+    "growth backwards": (
+        lambda: rub(law=jc.StressActivated(-1.0, 1e-19, 1e-30, 300.0)),
+        r"StressActivated rate \[m/s\]: expected > 0",
+    ),
+    "growth that needs less than nothing": (
+        lambda: rub(law=jc.StressActivated(1.0, -1e-19, 1e-30, 300.0)),
+        r"StressActivated activation_energy \[J\]: expected >= 0",
+    ),
+    "an activation volume without end": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, np.inf, 300.0)),
+        r"StressActivated activation_volume \[m3\]: expected finite",
+    ),
+    "growth by another stress": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 300.0, stress="tension")),
+        r'StressActivated stress: expected "pressure" or "shear", got \'tension\'',
+    ),
+    "kernels of no thickness": (lambda: rub(thickest=0.0), r"thickest \[m\]: expected > 0"),
     "a thickness over other times": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Layer(FILM, np.full(3, 1e-7))], STEEL)),
         r"layer thickness \[m\]: expected a number or shape \(2,\) as times, got \(3,\)",
@@ -58,7 +151,7 @@ PRESSING = {
     ),
     "a film that grows under what slides": (
         lambda: steady(1.0, body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL)),
-        r"layer thickness \[m\]: expected a number, got shape \(2,\); over times it is for a Layer in indent",
+        r"layer thickness \[m\]: expected a number, got shape \(2,\); only a Layer in indent accepts one value per time",
     ),
     "a material for a profile": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(FILM, 1e-7)], STEEL)),
@@ -90,7 +183,7 @@ PRESSING = {
     ),
     "a fractional law that is not cut": (
         lambda: indent(body=on(jc.Springpot(1e9, 0.5))),
-        r"got Springpot: its prony\(shortest, longest\) is one",
+        r"got Springpot: use its prony\(shortest, longest\)",
     ),
     "a cut from no time": (lambda: jc.Springpot(1e9, 0.5).prony(0.0, 1.0), r"shortest: expected > 0, got 0"),
     "a cut backwards": (
@@ -201,11 +294,11 @@ PRESSING = {
     ),
     "a punch smaller than a cell": (
         lambda: indent(indenter=jc.FlatPunch(1e-9)),
-        r"punch radius \[m\]: expected to cover a cell's centre, cells are 7.5e-05 m, got 1e-09",
+        r"punch radius \[m\]: expected a size that covers a cell's centre \(cells are 7.5e-05 m\), got 1e-09",
     ),
     "a cylinder shorter than a cell": (
         lambda: indent(indenter=jc.Cylinder(1e-2, 1e-9)),
-        r"cylinder length \[m\]: expected to cover",
+        r"cylinder length \[m\]: expected a size that covers",
     ),
     "a tolerance that says nothing": (
         lambda: indent(tolerance=10.0),
@@ -230,7 +323,7 @@ PRESSING = {
     ),
     "statistics of what is no contact": (
         lambda: jc.contact_statistics(BALL),
-        r"result: expected that of indent, slide, slide_steady, \.\.\., got Sphere",
+        r"result: expected the result of indent, slide, slide_steady, \.\.\., got Sphere",
     ),
     "a histogram without bins": (
         lambda: jc.pressure_histogram(DRAWN, bins=0),
@@ -242,7 +335,7 @@ PRESSING = {
     ),
     "patches of many runs": (
         lambda: jc.contact_clusters(SimpleNamespace(**vars(DRAWN) | {"status": np.zeros(2)})),
-        r"result: expected that of one run, outside jit, got a status of shape \(2,\)",
+        r"result: expected the result of one run, outside jit, got a status of shape \(2,\)",
     ),
     "statistics of heights of another grid": (
         lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
@@ -254,7 +347,7 @@ PRESSING = {
     ),
     "statistics of a line of heights": (
         lambda: jc.surface_statistics(np.zeros((8, 1)), LINE),
-        r"heights, grid: expected known ones with more than one cell along y, got \(8, 1\) cells",
+        r"heights, grid: expected known values and more than one cell along y, got \(8, 1\) cells",
     ),
     "a word for correspondence": (
         lambda: indent(correspondence="fast"),
@@ -283,7 +376,7 @@ PRESSING = {
     ),
     "Grid.around under vmap": (
         lambda: jax.vmap(lambda w: jc.Grid.around(BODY, BALL, jc.Load(w), TIMES).spacing[0])(jnp.ones(2)),
-        "Grid.around: expected values that are known, got some that jit, vmap or grad trace",
+        "Grid.around: expected known values, got values traced by jit, vmap or grad",
     ),
     "a number in Grid.around": (
         lambda: jc.Grid.around(BODY, BALL, 60.0, TIMES),

@@ -11,10 +11,11 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact._support.status import inherited, passed_on, to_next_row
-from jaxcontact.history.march import solved
-from jaxcontact.history.observables import SlidingStep
-from jaxcontact.verbs.simulation import _begun, prepare, run_block
-from jaxcontact.verbs.slide import with_returns
+from jaxcontact.history.march import begin, in_blocks
+from jaxcontact.history.pressing import solved
+from jaxcontact.verbs.indent import Indentation
+from jaxcontact.verbs.simulation import ready, run_block
+from jaxcontact.verbs.slide import returned
 
 FINE, FAILED, INHERITED = jc.Status.FINE, jc.Status.NOT_CONVERGED, jc.Status.INHERITED
 MATERIALS = {
@@ -79,34 +80,45 @@ def test_steps_after_a_load_that_friction_cannot_hold():
 def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
     """In two blocks of five steps; the first step fails by itself, all others have a contact that moves little."""
     body, load = jc.LayeredHalfSpace([], MATERIALS["creeping"]), jc.Load(5.0)
-    simulation = prepare(body, BALL, load, 1e-6 * TIMES, grid=GRID, max_iterations=FEW)
-    state, blocks, padding = _begun(simulation.plan)
-    assert int(padding) == 0 and len(blocks.dt) == 2
+    stepper, steps = _plan(body, load)
+    carry, blocks = begin(stepper), in_blocks(steps, 5)
+    assert blocks.exists.shape == (2, 5)
     found = []
     for index in range(2):
-        state = jax.tree.unflatten(jax.tree.structure(state), jax.device_get(jax.tree.leaves(state)))
-        steps = jax.tree.map(lambda a, i=index: a[i], blocks)
-        state, outcomes = run_block(simulation.plan.setup, state, steps)
-        found += np.asarray(outcomes.status).tolist()
+        carry = jax.tree.unflatten(jax.tree.structure(carry), jax.device_get(jax.tree.leaves(carry)))
+        rows = jax.tree.map(lambda a, i=index: a[i], blocks)
+        carry, outcomes = run_block(stepper, carry, rows)
+        found += np.asarray(outcomes.numbers["status"]).tolist()
     assert found[0] == FAILED and found[4:] == 6 * [INHERITED]
     given = {"grid": GRID, "max_iterations": FEW}
     np.testing.assert_array_equal(jc.indent(body, BALL, load, 1e-6 * TIMES, **given).status, found)
 
 
+def _plan(body, load):
+    given = {"grid": GRID, "max_iterations": FEW}
+    plan = ready(Indentation.of(body, BALL, load, 1e-6 * TIMES, **given)).plan
+    return plan.stepper, plan.steps
+
+
 def test_history_that_came_back_within_a_row():
-    """An inner step between two times counts, through the largest bound so far; what follows inherits it."""
-    of = lambda *values: jnp.asarray(values)
-    step = SlidingStep(
-        *7 * (jnp.zeros(5),),
-        dropped=of(0.0, 0.0, 0.0, 3.0, 0.1),
-        overlaps=of(False, False, False, True, True),
-        returned=of(0.0, 0.0, 2.0, 3.0, 3.0),
-    )
-    back = jc.Status.CAME_BACK
-    status = with_returns(of(0, 0, 0, 0, 0), step, jnp.asarray(100.0))
-    assert status.tolist() == [FINE, FINE, back, back, INHERITED]
-    assert with_returns(of(0, 0, 0, 1, 0), step, jnp.asarray(100.0)).tolist() == [0, 0, back, 1, INHERITED]
-    assert with_returns(of(0, 0, 0, 0, 0), step, jnp.asarray(1000.0)).tolist() == 5 * [FINE]
+    """An inner step between two times counts; what follows inherits it. The bound is 1 % of the largest approach so far."""
+    comes_back = [
+        # inner steps of each row: whether dropped history lies under the contact, its bound, the largest approach so far
+        [(False, 0.0, 100.0), (False, 3.0, 100.0)],
+        [(True, 1.0, 100.0), (False, 0.0, 100.0)],
+        [(True, 2.0, 100.0), (False, 0.0, 100.0)],
+        [(True, 2.0, 300.0), (False, 0.0, 300.0)],
+        [(False, 0.0, 300.0), (True, 3.1, 300.0)],
+    ]
+    failed, statuses = jnp.asarray(0), []
+    for row in comes_back:
+        failed = to_next_row(failed)
+        for each in row:
+            back = returned(*map(jnp.asarray, each))
+            status = inherited(jnp.where(back, int(jc.Status.CAME_BACK), FINE), failed)
+            failed = passed_on(status)
+        statuses.append(int(status))
+    assert statuses == [FINE, FINE, jc.Status.CAME_BACK, INHERITED, jc.Status.CAME_BACK]
 
 
 def test_what_is_passed_on():

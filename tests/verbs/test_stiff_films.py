@@ -134,7 +134,7 @@ def test_a_response_that_is_off_on_the_grid_is_said_to_be():
     body, ball, grid = coated(jc.Elastic(BASE, 0.3), A), jc.Sphere(RADIUS), jc.Grid.square(32, 3.0 * A)
     worse = jc.kernels(body, ball, grid)
     worse = type(worse)(**vars(worse) | {"image_errors": jnp.array([[0.0, 2e-4]])})
-    with pytest.warns(UserWarning, match="off by up to 0.0002"):
+    with pytest.warns(UserWarning, match="error of up to 0.0002"):
         jc.indent(body, ball, jc.Approach(1e-6), [0.0], grid=grid, kernels=worse)
 
 

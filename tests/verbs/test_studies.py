@@ -263,7 +263,7 @@ def test_a_folder_in_use_is_said_to_be(tmp_path):
 
     with (
         filelock.FileLock(tmp_path / ".lock"),
-        pytest.raises(ValueError, match="found another run at work there"),
+        pytest.raises(ValueError, match="found another run in progress there"),
     ):
         jc.sweep(noted, CASES, tmp_path)
 

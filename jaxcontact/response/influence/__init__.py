@@ -1,1 +1,1 @@
-"""Influence coefficients: the displacement of one cell under a uniform traction on another one, in closed form."""
+"""Influence coefficients: the displacement of one cell due to a uniform traction on another, in closed form."""

@@ -1,18 +1,18 @@
-"""Images: a response as a staircase in depth, the half-space seen through steps of real exponentials.
+"""Images: a response as a staircase in depth, built from the responses of half-spaces at depths below the surface.
 
 A response alpha N(alpha) is written as
 
     alpha N = sum_j H_j (exp(-z_j alpha) - exp(-z_{j+1} alpha)),      z_0 = 0 < z_1 < ... < z_J < z_{J+1} = infinity.
 
-Each exponential is the response of a half-space seen at a depth (an "image"), whose integral over a cell is
+Each exponential is the response of a half-space at a depth (an "image"), whose integral over a cell has a
 closed form (``response.influence.coefficients``). The first height is the limit of short waves and the last one the value
-at wavenumber zero, both exact; those between are a damped linear least-squares fit, so whatever is made of them
-is differentiable in the response; depths and wavenumbers carry no derivative. Of the wavenumbers every other
-is fitted, and the rest tell the error.
+at wavenumber zero, both exact; the others are a damped linear least-squares fit. All results are therefore
+differentiable in the response; depths and wavenumbers carry no derivative. Every other wavenumber
+is fitted, and the error is measured at the rest.
 
 Images must reach far below a film that is G times as stiff as its substrate: it bends under waves of
-h G^(1/3), and its resistance to stretching is felt up to h G. Measured, largest error relative to the response
-over all wavenumbers and times, films that creep fourfold: 3e-9 for G up to 10, 1e-7 at 1e3, 1e-6 at 1e6.
+h G^(1/3), and its resistance to stretching has an effect up to h G. Largest measured errors relative to the response
+over all wavenumbers and times, for films that creep fourfold: 3e-9 for G up to 10, 1e-7 at 1e3, 1e-6 at 1e6.
 """
 
 import jax
@@ -24,31 +24,34 @@ from jaxcontact.response.influence.linear_fit import decomposed
 
 IMAGES = 64
 NODES = 501
-LONGEST, SHORTEST = 1e-10, 40.0  # alpha h between which a response is fitted,
-BEYOND = 1e5  # and where every image has died away
-SPARSE = 4.0  # how much thinner the depths lie beyond the longest bending wave
-DAMPING = 1e-13  # of the heights, in units of the expected response
+LONGEST, SHORTEST = 1e-10, 40.0  # range of alpha h in which a response is fitted
+BEYOND = 1e5  # alpha h at which every image has decayed
+SPARSE = 4.0  # factor of the logarithmic spacing of depths beyond the longest bending wave
+DAMPING = 1e-13  # of the heights, relative to the expected response
 
 
 @pytree
 class Images:
-    """depths: z_1 to z_J [m], (J,); heights: H_0 to H_J, (..., J + 1) [1/Pa, or what the response has]."""
+    """The depths and heights of a fitted response.
+
+    depths: z_1 to z_J [m], (J,); heights: H_0 to H_J, (..., J + 1), in 1/Pa or the unit of the response.
+    """
 
     depths: Array
     heights: Array
 
     def at(self, wavenumber: Array) -> Array:
-        """The response at wavenumbers (n,) [rad/m], (..., n)."""
+        """Return the response at wavenumbers (n,) [rad/m], (..., n)."""
         return self.heights @ steps(self.depths, wavenumber).T
 
 
 @pytree
 class Ladder:
-    """Where a response is fitted, and how closely.
+    """The wavenumbers and depths of a fit, and the sizes to which its errors are relative.
 
     wavenumbers: (n,) [rad/m], zero first and the limit of short waves last; depths: (J,) [m]; at_nodes, (n - 2,),
-    and at_steps, (J - 1,): the size that the response may have at the wavenumbers between the ends, and about
-    1/depth, in units of its own: errors are relative to it.
+    and at_steps, (J - 1,): expected size of the response at the wavenumbers between the ends, and at about
+    1/depth, in its own unit; errors are relative to it.
     """
 
     wavenumbers: Array
@@ -58,34 +61,36 @@ class Ladder:
 
 
 def fit_wavenumbers(thinnest: Array | float, whole: Array | float) -> Array:
-    """Zero, wavenumbers [rad/m] from far beyond all layers to far within the top one, and a last one, (n,)."""
+    """Return zero, wavenumbers [rad/m] from far below 1/(all layers) to far above 1/(top layer), and the short-wave
+    limit, (n,).
+    """
     return jnp.concatenate(
         [jnp.zeros(1), spread(LONGEST / whole, SHORTEST / thinnest, NODES), jnp.full(1, BEYOND / thinnest)]
     )
 
 
 def spread(low: Array | float, high: Array | float, count: int) -> Array:
-    """Points evenly spaced in their logarithm, (count,)."""
+    """Return points evenly spaced in their logarithm, (count,)."""
     return jnp.exp(jnp.linspace(jnp.log(low), jnp.log(high), count))
 
 
 def image_depths(first: Array | float, bent: Array, last: Array) -> Array:
-    """Depths from the first, closely up to ``bent`` and thinly on to the last, (IMAGES,)."""
+    """Return depths from the first on, densely spaced up to ``bent`` and sparsely from there to the last, (IMAGES,)."""
     first, bent, last = (jnp.log(a) for a in (jnp.asarray(first), bent, jnp.maximum(bent, last)))
     dense, sparse = bent - first, (last - bent) / SPARSE
-    where = jnp.linspace(0.0, dense + sparse, IMAGES)
-    return jnp.exp(first + jnp.minimum(where, dense) + SPARSE * jnp.maximum(where - dense, 0.0))
+    position = jnp.linspace(0.0, dense + sparse, IMAGES)
+    return jnp.exp(first + jnp.minimum(position, dense) + SPARSE * jnp.maximum(position - dense, 0.0))
 
 
 def steps(depths: Array, wavenumber: Array) -> Array:
-    """exp(-z_j alpha) - exp(-z_{j+1} alpha), (n, J + 1)."""
+    """Return exp(-z_j alpha) - exp(-z_{j+1} alpha), (n, J + 1)."""
     upper = jnp.exp(-wavenumber[:, None] * jnp.append(0.0, depths))
     within = -jnp.expm1(-wavenumber[:, None] * jnp.diff(depths, prepend=0.0))
     return upper * jnp.append(within, jnp.ones((wavenumber.size, 1)), 1)
 
 
 def fit_images(values: Array, ladder: Ladder) -> Images:
-    """Least-squares images of responses alpha N at the ladder's wavenumbers, (..., n)."""
+    """Return the least-squares images of responses alpha N at the ladder's wavenumbers, (..., n)."""
     ladder = jax.lax.stop_gradient(ladder)
     relative = steps(ladder.depths, ladder.wavenumbers[1:-1:2])
     at_nodes, at_steps = ladder.at_nodes[::2], ladder.at_steps
@@ -98,9 +103,9 @@ def fit_images(values: Array, ladder: Ladder) -> Images:
 
 
 def image_errors(fitted: Array, values: Array) -> Array:
-    """Largest errors relative to the response at the wavenumbers that were not fitted, (...); zero where there are none.
+    """Return the largest relative errors at the wavenumbers that were not fitted, (...); zero if there are none.
 
     fitted and values: (..., n) at the wavenumbers of a ladder.
     """
-    off = fitted[..., 2:-1:2] / values[..., 2:-1:2] - 1.0
-    return jnp.max(jnp.abs(off), -1, initial=0.0)
+    error = fitted[..., 2:-1:2] / values[..., 2:-1:2] - 1.0
+    return jnp.max(jnp.abs(error), -1, initial=0.0)

@@ -1,10 +1,10 @@
-"""Influence coefficients in plane strain: the displacement at a cell under a unit pressure on another strip.
+"""Influence coefficients in plane strain: the displacement at a strip due to a unit pressure on another.
 
-A line load on an image at depth z moves the surface by -ln(r^2/d^2)/(2 pi), r^2 = x^2 + z^2, d a datum. Over a
-step of the staircase of ``response.influence.images``, from z down to Z, the datum drops out; integrated over x,
+The surface displacement of a line load on an image at depth z is -ln(r^2/d^2)/(2 pi), r^2 = x^2 + z^2, d a datum. In a
+step of the staircase of ``response.influence.images``, from z down to Z, the datum cancels; integrated over x,
 
     F(z, Z) = [x ln(1 + (Z^2 - z^2)/(x^2 + z^2)) + 2 Z atan(x/Z) - 2 z atan(x/z)]/(2 pi),
-    F(z)    = -[x ln((x^2 + z^2)/d^2) - 2 x + 2 z atan(x/z)]/(2 pi)            for the last step, which has no end,
+    F(z)    = -[x ln((x^2 + z^2)/d^2) - 2 x + 2 z atan(x/z)]/(2 pi)            for the last, unbounded step,
 
 and the coefficient is the difference of F over the strip's edges. The datum is the width of the grid (``grid``). Source
 of the line load on a half-space: K. L. Johnson, Contact Mechanics (1985), section 2.3.
@@ -19,19 +19,19 @@ from jaxcontact.response.influence.images import Images
 
 
 def _step_integral(x: Array, upper: Array, lower: Array) -> Array:
-    """2 pi F(z, Z) of the module's formula."""
+    """Return 2 pi F(z, Z) of the module's formula."""
     logarithm = x * jnp.log1p((lower - upper) * (lower + upper) / (x**2 + upper**2))
     return logarithm + 2.0 * (lower * jnp.arctan2(x, lower) - upper * jnp.arctan2(x, upper))
 
 
 def _last_integral(x: Array, depth: Array, datum: float) -> Array:
-    """2 pi F(z)."""
+    """Return 2 pi F(z) of the module's formula for the last step."""
     logarithm = x * jnp.log((x**2 + depth**2) / datum**2)
     return 2.0 * (x - depth * jnp.arctan2(x, depth)) - logarithm
 
 
 def line_coefficients(grid: Grid, images: Images) -> Array:
-    """Coefficients [m/Pa] at offsets i >= 0, (..., nx, 1), for heights (..., J + 1)."""
+    """Return the coefficients [m/Pa] at offsets i >= 0, (..., nx, 1), for heights (..., J + 1)."""
     edges = jnp.arange(grid.shape[0]) + 0.5  # all in units of dx
 
     def descend(carry: tuple[Array, Array], step: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:

@@ -1,4 +1,4 @@
-"""The response of images at the wavevectors of a periodic grid: no influence coefficients are needed.
+"""The response of images at the wavevectors of a periodic grid, which needs no influence coefficients.
 
 With the heights H_j and depths z_j of ``response.influence.images``,
 
@@ -6,7 +6,7 @@ With the heights H_j and depths z_j of ``response.influence.images``,
 
 at the wavenumbers of the discrete Fourier transform of the grid, the highest included. There is no factor for the
 shape of a cell: pressure is the trigonometric polynomial through its values, whose waves have the response of the
-solid itself. Of a body N(0) is infinite, and is set to zero: displacement is that from the mean
+solid itself. For a body N(0) is infinite, and is set to zero: displacement is relative to the mean
 (H. M. Stanley, T. Kato, J. Tribol. 119 (1997) 481).
 """
 
@@ -19,7 +19,7 @@ from jaxcontact.response.influence.images import Images
 
 
 def wavenumbers(grid: Grid) -> Array:
-    """|k| of the grid's waves [rad/m], (ny/2 + 1, nx)."""
+    """Return |k| of the grid's waves [rad/m], (ny/2 + 1, nx)."""
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     along_x, along_y = jnp.fft.fftfreq(nx) / dx, jnp.fft.rfftfreq(ny) / dy
     square = (along_x**2 + along_y[:, None] ** 2).at[0, 0].set(1.0)
@@ -27,7 +27,7 @@ def wavenumbers(grid: Grid) -> Array:
 
 
 def periodic_response(grid: Grid, images: Images) -> Array:
-    """N(k) [m/Pa] for heights (..., J + 1), zero at k = 0, (..., ny/2 + 1, nx)."""
+    """Return N(k) [m/Pa] for heights (..., J + 1), zero at k = 0, (..., ny/2 + 1, nx)."""
     k = wavenumbers(grid)
     safe = k.at[0, 0].set(1.0)
 
@@ -44,9 +44,10 @@ def periodic_response(grid: Grid, images: Images) -> Array:
 
 
 def periodic_coefficients(grid: Grid, images: Images) -> Array:
-    """Displacement [m/Pa] at offsets (i, j) >= 0 under a unit pressure on one cell in each period, (..., nx, ny).
+    """Return the displacement [m/Pa] at offsets (i, j) >= 0 under a unit pressure on one cell in each period, (..., nx,
+    ny).
 
-    Of a film on a rigid base, whose last height is zero: N(0) is its shortening under a uniform pressure.
+    This holds for a film on a rigid base, whose last height is zero: N(0) is its shortening under a uniform pressure.
     """
     nx, ny = grid.shape
     spectrum = jnp.swapaxes(periodic_response(grid, images), -1, -2)
@@ -55,5 +56,5 @@ def periodic_coefficients(grid: Grid, images: Images) -> Array:
 
 
 def _thicknesses(images: Images) -> Array:
-    """z_{j+1} - z_j, (J,)."""
+    """Return z_{j+1} - z_j, (J,)."""
     return jnp.diff(images.depths, prepend=0.0)

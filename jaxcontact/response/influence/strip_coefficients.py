@@ -1,12 +1,12 @@
-"""Influence coefficients where one axis is periodic and the other free.
+"""Influence coefficients for a grid that is periodic along one axis and free along the other.
 
-Along the periodic axis, y say, pressure is the sum of its waves k (``response.influence.periodic``), and along x it
-is constant over each cell. A wave on an image at depth z (``response.influence.images``) moves the surface by
+Along the periodic axis, say y, pressure is the sum of its waves k (``response.influence.periodic``), and along x it
+is constant over each cell. The response of an image at depth z (``response.influence.images``) to such a wave is
 
     K0(k sqrt(x^2 + z^2))/pi = 1/(2 pi) int_{-inf}^{inf} exp(-k^2 t - (x^2 + z^2)/(4 t)) dv,      t = exp(v),
 
-whose factors for the wave, the depth and the place are apart (``response.influence.gaussians``). The mean along y, k = 0, is
-plane strain (``response.influence.line_coefficients``). Source of the integral: NIST Digital Library of Mathematical
+a product of factors for the wave, the depth and the position (``response.influence.gaussians``). The mean along y, k = 0,
+is plane strain (``response.influence.line_coefficients``). Source of the integral: NIST Digital Library of Mathematical
 Functions, 10.32.10.
 """
 
@@ -20,11 +20,13 @@ from jaxcontact.response.influence.gaussians import NEGLECTED, POINTS, over_cell
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.influence.line_coefficients import line_coefficients
 
-DECAYED = 36.0  # the exponent beyond which a wave is nothing
+DECAYED = 36.0  # the exponent beyond which a wave is negligible
 
 
 def strip_coefficients(grid: Grid, images: Images) -> Array:
-    """Coefficients [m/Pa] at offsets >= 0 along the free axis and all of a period along the other, (..., nx, ny)."""
+    """Return the coefficients [m/Pa] at offsets >= 0 along the free axis and over a full period along the other, (...,
+    nx, ny).
+    """
     if grid.periodic[0]:
         turned = replace(
             grid, shape=grid.shape[::-1], spacing=grid.spacing[::-1], periodic=grid.periodic[::-1]
@@ -35,7 +37,7 @@ def strip_coefficients(grid: Grid, images: Images) -> Array:
 
 
 def _of_waves(grid: Grid, images: Images) -> Array:
-    """Of all waves but the mean, (..., nx, ny/2)."""
+    """Return the coefficients of all waves except the mean, (..., nx, ny/2)."""
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     k = 2.0 * jnp.pi * jnp.fft.rfftfreq(ny)[1:] * dx / dy  # all in units of dx
     longest, shortest = 2.0 * jnp.pi * dx / (ny * dy), jnp.pi * dx / dy

@@ -88,10 +88,15 @@ def separate(
     """
     top = body.sublayers()[0]
     wavenumber = jnp.asarray(wavenumber, float)
-    own = film_shape(top.material, wavenumber * top.thickness)
+    own, at_once = (
+        film_shape(top.material, wavenumber * top.thickness),
+        film_creep(top.material).instantaneous,
+    )
     if not any(creeps(solid) for solid in solids(body)):
         start = scaled_response(body, wavenumber, spectra(body).instantaneous)
-        return Separable(jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), jnp.zeros(()))
+        return Separable(
+            jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), at_once[None], jnp.zeros(())
+        )
     if may_have_no_slowest(body):
         rates, shapes = int(MORE_RATES * rates), int(MORE_SHAPES * shapes)
     rough = rounded(body)
@@ -105,6 +110,7 @@ def separate(
         rates=common,
         terms=jnp.concatenate([jnp.stack([samples.start, own]), terms]),
         mix=jnp.concatenate([fluidities[None], mix]),
+        film=jnp.append(at_once, fluidities),
         error=jnp.zeros(()),
         horizon=chosen.horizon,
     )

@@ -54,7 +54,8 @@ def separate_bands(
     bands = jnp.eye(len(shapes) - 1)
     mix = jnp.zeros((len(shapes), own_rates.size + len(shapes) - 1))
     mix = mix.at[0, : own_rates.size].set(fluidities).at[1:, own_rates.size :].set(bands)
-    result = Separable(jnp.concatenate(rates), jnp.stack([start, *shapes]), mix, jnp.zeros(()))
+    own = jnp.append(spectrum.instantaneous, mix[0])
+    result = Separable(jnp.concatenate(rates), jnp.stack([start, *shapes]), mix, own, jnp.zeros(()))
     return replace(result, error=separation_error(result, exact))
 
 

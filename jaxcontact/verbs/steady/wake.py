@@ -32,12 +32,12 @@ from jax import Array
 
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.history.memory import deepest_strain
 from jaxcontact.history.moving import Shift, along
 from jaxcontact.operators import spectral
+from jaxcontact.operators.film import deepest_strain
 from jaxcontact.operators.kernels import Kernels, build
 from jaxcontact.operators.moving import Moving
-from jaxcontact.response.body import response_of
+from jaxcontact.response.limits import limits_of
 from jaxcontact.verbs.experiment import Experiment
 
 AT_REST = 1e-30  # cells per second: slower is this
@@ -224,7 +224,7 @@ class Wake:
 
 def wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
     """The wake at a velocity in cells per second; that of a half-space reaches beyond the grid."""
-    grid, far_off = experiment.grid, response_of(experiment.body).creeps_far()
+    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
     if not far_off or all(grid.periodic):
         shapes = extended(kernels, grid.shape)
     else:

@@ -1,0 +1,58 @@
+"""The command ``jaxcontact fit growth``: growth kinetics from the curves of one or several files."""
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from fitting.cli import flags
+from fitting.fits.growth import fit_growth
+from fitting.io.growth_reader import read_growth
+from fitting.views import output
+from fitting.views.shell_words import in_flags
+
+
+def add_growth(parser: Any) -> None:
+    """The flags of ``fit growth``."""
+    flags.add_file(parser, several=True)
+    each = "of each file, separated by commas, or of all"
+    parser.add_argument(
+        "--stress", required=True, metavar="S,S,...", help=f"that drives the growth [Pa], {each}"
+    )
+    parser.add_argument("--temperature", required=True, metavar="T,T,...", help=f"[K], {each}")
+    parser.add_argument("--start", type=float, metavar="T", help="when growth began, on the files' clock [s]")
+    errors = "estimated, relative, absolute, or a standard deviation in m"
+    flags.add_common(parser, "estimated", errors, "t, thickness, sigma: standard deviations")
+    flags.add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+    flags.add_known(parser)
+    parser.set_defaults(command=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read, fit, write."""
+    output.check_directory(options)
+    stress, temperature = (_each(options, name) for name in ("stress", "temperature"))
+    segment = options.segment and [flags.place(one) for one in options.segment]
+    data = [
+        flags.read(read_growth, file, options, stress=s, temperature=T, start=options.start, segment=segment)
+        for file, s, T in zip(options.file, stress, temperature, strict=True)
+    ]
+    given = flags.weighting(options, data[0].sigma is not None)
+    if "sigma" in given:
+        data = [dataclasses.replace(one, sigma=given["sigma"]) for one in data]
+        del given["sigma"]
+    with flags.about(", ".join(options.file)):
+        found = fit_growth(data, **given, **flags.known(options))
+    print(in_flags(found.summary()))
+    output.leave(found, options.directory, {"files": [Path(file).name for file in options.file]})
+    print(f"in {options.directory}: summary.json, curve.csv, fit.png")
+    return 0
+
+
+def _each(options: argparse.Namespace, name: str) -> list[float]:
+    """A number for each file; ValueError for another count."""
+    values = [flags.number(f"--{name}", text) for text in getattr(options, name).split(",")]
+    count = len(options.file)
+    if len(values) not in (1, count):
+        raise ValueError(f"--{name}: expected one number, or {count} for as many files, got {len(values)}")
+    return values * (count if len(values) == 1 else 1)

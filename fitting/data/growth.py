@@ -1,0 +1,82 @@
+"""Measured growth curves of films: thickness over time at one stress and one temperature."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from fitting.data.curves import array, deviations, times
+from fitting.views.in_words import described
+
+COLD = 200.0  # K, below which a temperature was probably given in degrees Celsius
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class GrowthData:
+    """Thickness of a film over time, under a constant stress at a constant temperature.
+
+    Several curves, at other stresses and temperatures, are a list of these.
+
+    Args:
+        t: (n,) [s] since growth began, >= 0, not decreasing; n is at least 5.
+        thickness: (n,) [m], some of it > 0.
+        stress: the stress that drives the growth [Pa] >= 0, pressure or shear stress as the law to be fitted has it.
+        temperature: [K] > 0. A note is added below 200 K, where degrees Celsius are likely.
+        sigma: (n,) standard deviations of the thickness [m], or one for all, if they are known.
+        initial: thickness at t = 0 [m] >= 0.
+        notes: remarks on the data, which a fit repeats.
+
+    Raises:
+        ValueError: values out of range, with what was expected and what was received.
+
+    Example:
+        >>> data = fitting.GrowthData(t=[0, 60, 120, 180, 240], thickness=[0, 4e-9, 7e-9, 9e-9, 1e-8],
+        ...                           stress=2e8, temperature=373.0)
+        >>> print(data.t.size, data.stress)
+        5 200000000.0
+    """
+
+    t: np.ndarray
+    thickness: np.ndarray
+    stress: float = dataclasses.field(kw_only=True)
+    temperature: float = dataclasses.field(kw_only=True)
+    sigma: Any = None
+    initial: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = lambda name, value: object.__setattr__(self, name, value)
+        put("t", times(self.t))
+        if self.t[0] < 0:
+            raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
+        put("thickness", array("thickness", self.thickness, self.t))
+        if not np.any(self.thickness > 0):
+            raise ValueError(f"thickness: expected some values > 0 m, got at most {self.thickness.max():g}")
+        put("stress", _number("stress", self.stress, "Pa", 0.0))
+        put("temperature", _number("temperature", self.temperature, "K", math.ulp(0.0)))
+        put("initial", _number("initial", self.initial, "m", 0.0))
+        if self.sigma is not None:
+            spread = np.full(self.t.size, self.sigma) if np.ndim(self.sigma) == 0 else self.sigma
+            put("sigma", deviations("sigma", spread, self.t))
+        if self.temperature < COLD:
+            put("notes", (*self.notes, f"temperature {self.temperature:g} K: expected in K, not in °C"))
+
+    def __repr__(self) -> str:
+        rows = [
+            ("t", self.t, "s"),
+            ("thickness", self.thickness, "m"),
+            ("sigma", self.sigma, "m"),
+            ("initial", self.initial or None, "m"),
+        ]
+        head = f"GrowthData: {self.t.size} points at {self.stress:.5g} Pa and {self.temperature:.5g} K"
+        return described(head, rows, self.notes)
+
+
+def _number(name: str, value: Any, unit: str, least: float) -> float:
+    """A finite number of at least ``least``; ValueError with its name otherwise."""
+    known = np.ndim(value) == 0 and np.asarray(value).dtype.kind in "fiu"
+    if not (known and least <= float(value) < math.inf):
+        sign = ">=" if least == 0.0 else ">"
+        raise ValueError(f"{name}: expected a number {sign} 0 {unit}, got {value!r}")
+    return float(value)

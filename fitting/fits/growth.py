@@ -1,0 +1,185 @@
+"""Fit of growth kinetics to the thickness of a film over time, at one or several stresses and temperatures."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.data.growth import GrowthData
+from fitting.fits.growth_search import STRUCTURE, Curves, to_si
+from fitting.inference import student
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.result import Fit, plain
+from fitting.models.kinetics import GrowthKinetics
+from fitting.models.structure import Sought, limits
+from fitting.search.uncertainty import linear_sd
+from fitting.views import growth_picture, report
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class GrowthFit(Fit):
+    """The fit of growth kinetics; ``Fit`` has what it shares with other fits.
+
+    Its parameters are "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and "removal_rate" [1/s], its
+    ``material`` is a ``GrowthKinetics``, and ``data`` a tuple of curves. ``curve``, ``fitted`` and ``residuals`` hold all
+    curves one after the other.
+
+    Attributes:
+        reference: (stress [Pa], temperature [K]) of the mean conditions of the data.
+        starts: (sought, agreed): minima that were sought, and those as low as this one.
+    """
+
+    reference: tuple[float, float]
+    starts: tuple[int, int]
+    slopes: np.ndarray = dataclasses.field(repr=False)
+
+    def growth_rate(
+        self, stress: float | None = None, temperature: float | None = None
+    ) -> tuple[float, float, float]:
+        """Return the growth rate without removal R [m/s] and the ends of its interval, linearised in log R, at a stress [Pa]
+        and a temperature [K], each by default that of ``reference``."""
+        at = [
+            own if given is None else given
+            for given, own in zip((stress, temperature), self.reference, strict=True)
+        ]
+        best = float(self.material.growth_rate(*at))
+        spread = self._spread(lambda kinetics: jnp.log(kinetics.growth_rate(*at)))
+        with np.errstate(over="ignore"):
+            return best, best * float(np.exp(-spread)), best * float(np.exp(spread))
+
+    def predict(self, t: Any, stress: Any = None, temperature: Any = None, initial: Any = 0.0) -> np.ndarray:
+        """Return the thickness [m] at times t [s], of any shape, from an initial one [m]; stress [Pa] and temperature [K]:
+        by default those of ``reference``."""
+        return np.asarray(self._thickness(t, stress, temperature, initial)(self.material))
+
+    def band(
+        self, t: Any, stress: Any = None, temperature: Any = None, initial: Any = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the limits (low, high) of the thickness [m] at the fit's level, linearised; arguments as in ``predict``."""
+        run = self._thickness(np.atleast_1d(t), stress, temperature, initial)
+        best, spread = np.asarray(run(self.material)), self._spread(run)
+        return np.maximum(best - spread, 0.0), best + spread
+
+    def _thickness(
+        self, t: Any, stress: Any, temperature: Any, initial: Any
+    ) -> Callable[[GrowthKinetics], Array]:
+        own = self.reference
+        at = own[0] if stress is None else stress, own[1] if temperature is None else temperature
+        return lambda kinetics: kinetics.thickness(t, *at, initial)
+
+    def _spread(self, run: Callable[[GrowthKinetics], Array]) -> np.ndarray:
+        """Half the interval of a function of the kinetics, at the fit's level."""
+        names = list(self.values)
+        free = [i for i, name in enumerate(names) if name not in self.fixed]
+        best, unit = self.estimate.best, Curves.of(self.data).unit
+        moved = lambda z: run(GrowthKinetics(*to_si(z, unit)))
+        z = np.append(np.log(best[:1]), best[1:] / unit[1:])
+        gradient = np.asarray(jax.jacfwd(moved)(jnp.asarray(z)))
+        sd = linear_sd(self.slopes, np.atleast_2d(gradient)[:, free], np.ones(len(free), dtype=bool))
+        return student.two_sided(self.level) * sd.reshape(gradient.shape[:-1])
+
+    def plot(self, path: Any = None) -> Any:
+        """Figure of the curves with the fit, the residuals and the parameters; saved where a path is given."""
+        return growth_picture.draw(self, path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``Fit.to_dict``, with the conditions of the curves and the growth rate at their mean."""
+        curves = [
+            {"stress_Pa": one.stress, "temperature_K": one.temperature, "points": one.t.size}
+            for one in self.data
+        ]
+        rate = dict(zip(("value", "low", "high"), map(plain, self.growth_rate()), strict=True))
+        stress, temperature = self.reference
+        at = {"stress_Pa": stress, "temperature_K": temperature, "growth_rate_m_per_s": rate}
+        own = {"curves": curves, "reference": at, "starts": self.starts[0], "starts_agreed": self.starts[1]}
+        return super().to_dict() | own
+
+    def _points(self) -> str:
+        several = f"{len(self.data)} curves, " if len(self.data) > 1 else ""
+        return f"{several}{super()._points()}"
+
+    def _combination_lines(self) -> list[str]:
+        best, low, high = self.growth_rate()
+        stress, temperature = self.reference
+        interval = report.span(low, high) if math.isfinite(high) else "not determined"
+        return [
+            f"  growth rate at {stress:.4g} Pa and {temperature:.4g} K = {best:.5g} m/s, {100 * self.level:g} %"
+            f" interval {interval}"
+        ]
+
+    def _conditions(self) -> list[str]:
+        return [f"  {self.starts[1]} of {self.starts[0]} starts came to this minimum"]
+
+
+def fit_growth(
+    data: GrowthData | Sequence[GrowthData], *, weights: str | None = None, fixed: dict[str, float] | None = None,
+    bounds: dict[str, tuple] | None = None, level: float = 0.95,
+) -> GrowthFit:  # fmt: skip
+    """Fit rate, activation energy, activation volume and removal rate to growth curves of a film.
+
+        dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h
+
+    with the stress and the temperature T of each curve, which are constant. All curves have one law of errors.
+
+    Curves at one temperature do not determine the activation energy apart from the rate, and curves at one stress do not
+    determine the activation volume apart from the activation energy. Such parameters are reported as not determined, unless
+    enough of them are held by ``fixed``; the growth rate at the conditions of the data, ``GrowthFit.growth_rate()``, is
+    determined in any case. Curves in their steady state determine only the ratio of growth and removal rate.
+
+    Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24.
+
+    Args:
+        data: one ``GrowthData``, or a sequence of them for several stresses and temperatures.
+        weights: "estimated" (the default without standard deviations in the data): errors a + b h, estimated;
+            "relative" (errors in proportion to the thickness) or "absolute" (one error for all).
+        fixed: {parameter: value} of any subset of "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and
+            "removal_rate" [1/s]; all but the rate may be 0.
+        bounds: {parameter: (low, high)} of any subset, None for an open side.
+        level: of the intervals.
+
+    Returns:
+        The kinetics with their intervals, and how well the data determine them.
+
+    Raises:
+        ValueError: other data, standard deviations in some of the curves only, unknown parameters, two choices of weights,
+            or too few points.
+
+    Example:
+        >>> t, kinetics = np.linspace(0.0, 3600.0, 13), fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 5e-4)
+        >>> data = [fitting.GrowthData(t, kinetics.thickness(t, stress, temperature), stress=stress, temperature=temperature)
+        ...         for stress, temperature in [(3e8, 353.0), (9e8, 353.0), (3e8, 393.0)]]
+        >>> fit = fitting.fit_growth(data, weights="absolute")
+        >>> print(f"{fit.values['activation_energy']:.4g} J, {fit.values['activation_volume']:.4g} m3")
+        1.2e-19 J, 4e-30 m3
+    """
+    curves = Curves.of(_checked(data))
+    sample = curves.sample(weights)
+    sought = Sought(STRUCTURE, limits(STRUCTURE, fixed, bounds), None)
+    space = curves.space(sought.table)
+    problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
+    solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
+    best, _ = solved.whole
+    notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
+    found = conclude(problem, solved._replace(notes=notes))
+    return found.fit(
+        GrowthFit, reference=curves.reference, starts=(best.starts, best.agreed), slopes=found.judged.slopes
+    )
+
+
+def _checked(data: Any) -> tuple[GrowthData, ...]:
+    """The curves; ValueError for other data."""
+    several = (
+        (data,) if isinstance(data, GrowthData) else tuple(data) if isinstance(data, list | tuple) else ()
+    )
+    if not several or not all(isinstance(one, GrowthData) for one in several):
+        got = ", ".join(type(one).__name__ for one in several) or type(data).__name__
+        raise ValueError(f"data: expected one GrowthData or a list of them, got {got}")
+    known = [one.sigma is not None for one in several]
+    if any(known) and not all(known):
+        raise ValueError(f"sigma: expected in all curves or in none, got {sum(known)} of {len(known)}")
+    return several

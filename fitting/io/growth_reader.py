@@ -1,0 +1,60 @@
+"""Reader of growth curves of films, in the steps of ``readers.py``."""
+
+import os
+from collections.abc import Sequence
+
+from fitting.data.growth import GrowthData
+from fitting.io import mending, onset
+from fitting.io.columns import Wanted
+from fitting.io.readers import TIME, build, checked_options, curves_of, once
+from fitting.io.table import read_table
+
+THICKNESS = Wanted("thickness", ("thickness", "depth"))  # "h" alone is the name of a depth
+
+
+def read_growth(
+    path: str | os.PathLike, *, stress: float, temperature: float, columns: dict | None = None,
+    units: dict | None = None, initial: float = 0.0, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> GrowthData:  # fmt: skip
+    """Read time and thickness of a film from a text file, one curve at one stress and one temperature.
+
+    Args:
+        path: a text file.
+        stress: the stress that drives the growth [Pa].
+        temperature: [K].
+        columns: where the header does not say it: {"t": header or position from 0, "thickness": ...}, and {"sigma": ...}
+            for a column of standard deviations of the thickness.
+        units: {"t": "min", "thickness": "nm"}; they take precedence over the header.
+        initial: thickness at t = 0 [m].
+        start: when the growth began [s], on the file's clock, from which t counts; 0 without it.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+
+    Returns:
+        The curve in SI, with notes on what was taken and mended.
+
+    Raises:
+        ValueError: what cannot be read, in one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
+        >>> _ = file.write_text("t [min],thickness [nm]\\n" + "".join(f"{t},{2 * t}\\n" for t in range(1, 7)))
+        >>> data = fitting.read_growth(file, stress=3e8, temperature=373.0)
+        >>> print(data.t[0], data.thickness[0])
+        60.0 2e-09
+    """
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "thickness", "sigma"))
+    wanted = [TIME, THICKNESS] + ([Wanted("sigma", THICKNESS.names)] if "sigma" in columns else [])
+    taken = mending.choose(table.path, "segment", curves_of(table, tuple(wanted), columns, units), segment)
+    taken = onset.shift(table.path, taken, start)
+    taken = mending.ordered(mending.complete(table.path, mending.window(taken, window)))
+    values = mending.check_times(table.path, taken).values
+    return build(
+        table.path, GrowthData, t=values["t"], thickness=values["thickness"], sigma=values.get("sigma"),
+        stress=stress, temperature=temperature, initial=initial, notes=once(taken.notes),
+    )  # fmt: skip

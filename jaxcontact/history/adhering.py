@@ -1,0 +1,115 @@
+"""A step of the march with adhesion: the branch that it follows, and the jumps where a branch ends.
+
+Each step starts from the state before it, so that the solution stays on its branch while there is one. Whether it did is
+told by the energy. With the body's displacement split into K p, of the step's operator K, and the rest, which belongs to the
+gap h = surface - approach, an equilibrium that changes smoothly has
+
+    dE = -<p, dh>     under an approach,      d(E - load x approach) = -<p, d surface> - approach d load     under a load,
+
+and over a step the trapezoidal rule meets this to a part of <dp, dh> (or of <dp, d surface> + d load d approach): a
+monotonic relation between them cannot miss it by more than half. A step is a jump if the search met an unstable state and
+more than ``SMOOTH`` of that product was lost, which is the energy released; or if a tensile load has separated the surfaces
+(whose energy is then without bound, and not counted). Measured on a ball at Tabor numbers of 0.5 and 2, smooth steps of a
+quarter of the approach at pull-off lose less than 0.07 of it where unstable states were met, jumps 0.12 to 1.2. Jumps of a
+part of the contact that are small beside the change of the whole in the same step are not seen, nor is the jump into contact
+of a first step.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.pytree import replace
+from jaxcontact.contact.adhesive import Start
+from jaxcontact.contact.attraction import Attraction
+from jaxcontact.contact.implicit import solve_adhesive, solve_contact
+from jaxcontact.contact.normal import Problem, Solution
+
+SMOOTH = 0.1  # of <dp, dh>: an energy that a smooth change does not lose
+LEAST = 1e-4  # of the energy of the attraction: a loss of less is no jump
+HELD = {
+    False: 0.83,
+    True: 1.27,
+}  # contact modulus times held compliance over the side of a cell; True: plane strain
+
+
+class Adhering(NamedTuple):
+    """The state at the end of a step: surface (profile and displacement), pressure and contact (nx, ny); approach; none:
+    whether there is none yet; jumps and their energy since the start, ()."""
+
+    surface: Array
+    pressure: Array
+    contact: Array
+    approach: Array
+    none: Array
+    jumps: Array
+    energy: Array
+
+
+def at_rest(law: Any, profile: Array) -> Adhering | None:
+    """Return the state before the first step; None for a law without attraction."""
+    if not isinstance(law, Attraction):
+        return None
+    zero, number = jnp.zeros_like(profile), jnp.zeros(())
+    return Adhering(zero, zero, zero > 0.0, number, jnp.asarray(True), jnp.zeros((), int), number)
+
+
+def solve_step(
+    problem: Problem, guess: Array, before: Adhering | None, tolerance: Array, max_iterations: Array
+) -> tuple[Solution, Adhering | None, dict[str, Array]]:
+    """Solve the contact of a step; return the solution, the state it leaves and what is told of it."""
+    if before is None:
+        return solve_contact(problem, guess, tolerance, max_iterations), None, {}
+    cell = problem.operator.cell_compliance()
+    law = replace(problem.law, law=problem.law.law.resolved(cell))
+    problem = replace(problem, law=law)
+    apart = ~jnp.any(before.contact)  # what is extrapolated from a contact that has gone is none
+    guess = jnp.where(apart, before.pressure, guess)
+    solution = solve_adhesive(problem, Start(guess, before.contact, before.none), tolerance, max_iterations)
+    assert solution.separated is not None and solution.unstable is not None
+    held = jax.lax.stop_gradient((problem, solution))
+    released, smooth = _released(*held, before)
+    separated = solution.separated & jnp.any(before.contact)
+    left = ~before.none & solution.unstable & (released > smooth)
+    jumped = separated | left
+    after = Adhering(
+        held[0].gap + held[1].displacement,
+        held[1].pressure,
+        held[1].carried > 0.0,
+        held[1].approach,
+        jnp.asarray(False),
+        before.jumps + jumped,
+        before.energy + jnp.where(left & ~separated, released, 0.0),
+    )
+    modulus = HELD[guess.shape[1] == 1] / problem.operator.held_compliance()
+    zone = law.law.zone_length(modulus)
+    numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
+    return solution, after, numbers
+
+
+def _released(problem: Problem, solution: Solution, before: Adhering) -> tuple[Array, Array]:
+    """Return the energy that a step released, and how much of it a smooth change may seem to release."""
+    p, q = before.pressure, solution.pressure
+    lifted = problem.operator(p)
+    surface, gap = problem.gap, before.surface - before.approach
+    elastic = 0.5 * (jnp.sum(p * lifted) - jnp.sum(q * solution.displacement))
+    attraction = lambda g: problem.law.energy(jnp.maximum(g, 0.0))
+    later = attraction(problem.gap + solution.displacement - solution.approach)
+    fallen = elastic - attraction(gap) + later
+    moved = surface - (before.surface - lifted)
+    climb = solution.approach - before.approach
+    load, more = jnp.sum(p + q) / 2.0, jnp.sum(q - p)
+    if problem.load_controlled:
+        fallen = fallen + jnp.sum(q) * solution.approach - jnp.sum(p) * before.approach
+        work = -0.5 * jnp.sum((p + q) * moved) - 0.5 * (solution.approach + before.approach) * more
+        change = jnp.sum(jnp.abs((q - p) * moved)) + jnp.abs(more * climb)
+    else:
+        work = -0.5 * jnp.sum((p + q) * moved) + load * climb
+        change = jnp.sum(jnp.abs((q - p) * (moved - climb)))
+    # E before - E after, and the work done on it in between
+    released = fallen + work
+    return released, SMOOTH * change + LEAST * jnp.maximum(attraction(gap), later)

@@ -1,0 +1,183 @@
+"""Laws of films that form and wear in a contact: the rate of change of the thickness, from pressure, thickness and heat.
+
+A law is a frozen pytree with a method ``rate(step)`` that returns dh/dt [m/s], (nx, ny), where ``step`` is a
+``RubbingState``. The laws of this module can be added, to each other and to any such object:
+
+    @jax.tree_util.register_dataclass
+    @dataclasses.dataclass(frozen=True)
+    class Oxidation:
+        speed: float                                   # [m/s]
+
+        def rate(self, step):
+            return self.speed * jnp.exp(-step.thickness / 1e-9)
+
+    law = Oxidation(1e-12) + jc.Archard(1e-18)
+
+Where a film wears it stops at thickness zero.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import pytree, static
+
+BOLTZMANN = 1.380649e-23  # J/K, exact
+
+
+@pytree
+class RubbingState:
+    """The contact at an instant as a law sees it, SI units.
+
+    pressure [Pa], gap [m], thickness [m] of the film (with ``wears="indenter"``: what has formed on the indenter, negative
+    where it is worn), friction_stress [Pa] = friction x pressure: (nx, ny); speed [m/s], (); temperature [K], (nx, ny), None
+    unless the rubbing has ``thermal=``; time [s], ().
+    """
+
+    pressure: Array
+    gap: Array
+    thickness: Array
+    friction_stress: Array
+    speed: Array
+    temperature: Array | None
+    time: Array
+
+
+class KineticLaw:
+    """The base of laws: they can be added."""
+
+    def rate(self, step: RubbingState) -> Array:
+        """Return the rate of change of the thickness, dh/dt [m/s], (nx, ny)."""
+        raise NotImplementedError
+
+    def check(self) -> Verdict:
+        """Return whether the parameters are in range; ValueError where known values are not."""
+        return True
+
+    def __add__(self, other: Any) -> SumOfLaws:
+        return SumOfLaws(_terms(self) + _terms(other))
+
+    def __radd__(self, other: Any) -> SumOfLaws:
+        return SumOfLaws(_terms(other) + _terms(self))
+
+
+@pytree
+class SumOfLaws(KineticLaw):
+    """Several laws at once; made by adding them."""
+
+    terms: tuple[Any, ...]
+
+    def rate(self, step: RubbingState) -> Array:
+        return sum((term.rate(step) for term in self.terms), start=jnp.zeros_like(step.pressure))
+
+    def check(self) -> Verdict:
+        valid: Verdict = True
+        for term in self.terms:
+            valid = valid & check_law(term, heated=True)
+        return valid
+
+
+def _terms(law: Any) -> tuple[Any, ...]:
+    return law.terms if isinstance(law, SumOfLaws) else (law,)
+
+
+@pytree
+class StressActivated(KineticLaw):
+    """Growth activated by stress and temperature where there is contact.
+
+        dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T))
+
+    Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24 (shear stress).
+
+    Args:
+        rate_constant: rate [m/s] > 0.
+        activation_energy: [J] >= 0.
+        activation_volume: [m3].
+        temperature: T [K] > 0; None: that of the contact, with ``thermal=``.
+        stress: "pressure", or "shear" for friction x pressure; static.
+
+    Example:
+        >>> law = jc.StressActivated(1e-2, 1.2e-19, 4e-30, 373.0, stress="shear") + jc.Archard(1e-20)
+    """
+
+    rate_constant: Array | float
+    activation_energy: Array | float
+    activation_volume: Array | float
+    temperature: Array | float | None
+    stress: str = static(default="pressure")
+
+    def rate(self, step: RubbingState) -> Array:
+        stress = step.pressure if self.stress == "pressure" else step.friction_stress
+        temperature = step.temperature if self.temperature is None else self.temperature
+        assert temperature is not None  # ``check_law``
+        energy = self.activation_energy - self.activation_volume * stress
+        grown = self.rate_constant * jnp.exp(-energy / (BOLTZMANN * temperature))
+        return jnp.where(step.pressure > 0.0, grown, 0.0)
+
+    def check(self) -> Verdict:
+        checks.one_of("StressActivated stress", self.stress, "pressure", "shear")
+        valid = checks.positive("StressActivated rate [m/s]", self.rate_constant)
+        valid = valid & checks.non_negative("StressActivated activation_energy [J]", self.activation_energy)
+        valid = valid & checks.finite("StressActivated activation_volume [m3]", self.activation_volume)
+        if self.temperature is None:
+            return valid
+        return valid & checks.positive("StressActivated temperature [K]", self.temperature)
+
+
+@pytree
+class ProportionalRemoval(KineticLaw):
+    """Removal in proportion to the thickness where there is contact: dh/dt = -rate h.
+
+    Args:
+        rate_constant: rate [1/s] >= 0.
+
+    Example:
+        >>> law = jc.ProportionalRemoval(1e-3)
+    """
+
+    rate_constant: Array | float
+
+    def rate(self, step: RubbingState) -> Array:
+        return jnp.where(step.pressure > 0.0, -self.rate_constant * step.thickness, 0.0)
+
+    def check(self) -> Verdict:
+        return checks.non_negative("ProportionalRemoval rate [1/s]", self.rate_constant)
+
+
+@pytree
+class Archard(KineticLaw):
+    """Wear in proportion to pressure and path: dh/dt = -coefficient pressure |velocity|.
+
+    The volume worn is coefficient x load x path. Source: J. F. Archard, J. Appl. Phys. 24 (1953) 981.
+
+    Args:
+        coefficient: wear volume per load and path [1/Pa] >= 0.
+
+    Example:
+        >>> law = jc.Archard(1e-16)
+    """
+
+    coefficient: Array | float
+
+    def rate(self, step: RubbingState) -> Array:
+        return -self.coefficient * step.pressure * step.speed
+
+    def check(self) -> Verdict:
+        return checks.non_negative("Archard coefficient [1/Pa]", self.coefficient)
+
+
+def check_law(law: Any, *, heated: bool) -> Verdict:
+    """Return whether a law's parameters are in range; ValueError for what is no law, or needs a temperature without heat."""
+    rate = getattr(law, "rate", None)
+    checks.require(
+        callable(rate), f"law: expected an object with a method rate(step), got {type(law).__name__}"
+    )
+    for term in _terms(law):
+        known = heated or not isinstance(term, StressActivated) or term.temperature is not None
+        checks.require(known, "law: expected a temperature, or thermal=, for StressActivated, got None")
+    return law.check() if isinstance(law, KineticLaw) else True

@@ -1,0 +1,262 @@
+"""Rubbing: an indenter pressed and rubbed in place, on a film that its contact makes and takes away."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import as_float64, pytree, replace, static
+from jaxcontact._support.scale import Scale
+from jaxcontact.history.growing import VaryingMemory
+from jaxcontact.history.living import Heated, RubStep, RubStepper
+from jaxcontact.history.memory import Memory
+from jaxcontact.history.recursive import RecursiveMemory
+from jaxcontact.history.track import as_array, over_times
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.controls import Control, check_friction
+from jaxcontact.inputs.grid import Grid, check_not_periodic
+from jaxcontact.inputs.laws import check_law
+from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
+from jaxcontact.operators import spectral
+from jaxcontact.operators.thickness_kernels import compiled_varying
+from jaxcontact.results.notes import announce
+from jaxcontact.results.rubbing import RubbedStep, RubbingHistory
+from jaxcontact.verbs.experiment import (
+    Experiment,
+    Plan,
+    Save,
+    TimedExperiment,
+    fine_steps,
+    fine_values,
+    marched,
+)
+from jaxcontact.verbs.flash_temperature import coefficients_at_rest
+
+REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
+
+
+@pytree
+class Thermal:
+    """Friction heats the surface that is rubbed: flash temperature of a half-space in steady state at each instant.
+
+    The film stays under the contact, so that the heat enters a body at rest: T = ambient + the rise by ``flash_temperature``
+    with a velocity of zero under the flux share x friction x pressure x speed.
+
+    Args:
+        ambient: temperature far from the contact [K] > 0.
+        conductivity: of the body [W/(m K)] > 0.
+        share: of the heat of friction that enters the body, from 0 to 1.
+
+    Example:
+        >>> steel_at_100_degrees = jc.Thermal(ambient=373.0, conductivity=46.0, share=0.5)
+    """
+
+    ambient: Array | float
+    conductivity: Array | float
+    share: Array | float = 1.0
+
+    def check(self) -> Verdict:
+        """Return whether the values are in range; ValueError where known ones are not."""
+        valid = checks.positive("Thermal ambient [K]", self.ambient)
+        valid = valid & checks.positive("Thermal conductivity [W/(m K)]", self.conductivity)
+        return valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
+
+
+def rub(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    times: Array,
+    *,
+    velocity: Array | float,
+    law: Any,
+    grid: Grid,
+    friction: Array | float = 0.0,
+    wears: str = "film",
+    thermal: Thermal | None = None,
+    thickest: Array | float | None = None,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    save: Save = "all",
+    substeps: int = 1,
+    checkpoint: str = "pressures",
+) -> RubbingHistory:
+    """Press an indenter on a body, rub it in place and follow the film that the contact forms and wears.
+
+        dh/dt = law(p, h, T, v),      h >= 0
+
+    at each point, with the pressure p of the contact on the film as it is: its thickness, its creep and its relief. The film
+    stays under the indenter. What forms in the contact is not strained by the pressure under which it forms; what is worn
+    gives nothing back (``history.growing``). Friction does not move the pressure here.
+
+    A step is one of Heun's method: thickness and pressure are consistent to second order in the step
+    (``history.living``). It is explicit: ``step_error`` of the result estimates its error, and a step that is too long for
+    the law has status 12. Wear that flattens the pressure of single cells is the stiffest part of most laws: a step may wear
+    about coefficient x |velocity| x dt < twice the displacement of a cell per pressure on it while its neighbours are held.
+
+    Args:
+        body: one ``Layer`` on an ``Elastic`` substrate, its thickness a number or (nx, ny), >= 0; with wears="indenter"
+            any body of layers with one thickness each.
+        velocity: of the rubbing [m/s]: a number, (2,), or (nt, 2) over times, linear between them; its magnitude counts.
+        law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
+            frozen pytree with ``rate(step)`` -> (nx, ny) [m/s], step an ``inputs.laws.RubbingState``.
+        friction: coefficient of friction, a number or (nx, ny): for the shear stress and the heat.
+        wears: "film", or "indenter": the law changes the profile of the indenter.
+        thermal: None, or ``Thermal``: friction heats the surface.
+        thickest: largest thickness for which kernels are made [m]; None: twice that at first, or an eighth of a cell if that
+            is more. A film that outgrows it has status 13.
+        indenter, control, times, grid, tolerance, max_iterations, save, substeps, checkpoint: as in ``indent``.
+
+    Returns:
+        A ``RubbingHistory``, warnings as in ``indent``.
+
+    Raises:
+        ValueError: what cannot be computed, before anything is.
+
+    Example:
+        >>> film = jc.Layer(jc.Elastic(G=1e9, nu=0.3), thickness=100e-9)
+        >>> body = jc.LayeredHalfSpace([film], substrate=jc.Elastic.from_young(210e9))
+        >>> grid, times = jc.Grid.square(n=24, width=200e-6), [0.0, 50.0, 100.0]
+        >>> worn = jc.rub(body, jc.Sphere(5e-3), jc.Load(5.0), times, velocity=0.1, law=jc.Archard(4e-18), grid=grid)
+        >>> volume = (worn.thickness[0] - worn.thickness[-1]).sum() * grid.cell_area
+        >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
+        '200.0 um3'
+    """
+    rubbing = Rubs.of(
+        body, indenter, control, times, velocity=velocity, law=law, grid=grid, friction=friction, wears=wears,
+        thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
+        substeps=substeps, checkpoint=checkpoint,
+    )  # fmt: skip
+    history = marched(rubbing)
+    announce(history, stacklevel=2)
+    return history
+
+
+@pytree
+class Rubs(TimedExperiment):
+    """A rubbing, by the arguments of ``rub``; thickest is a number."""
+
+    velocity: Array
+    kinetics: Any
+    friction: Array
+    thermal: Thermal | None
+    thickest: Array
+    wears: str = static()
+
+    @classmethod
+    def of(  # type: ignore[override]
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        *,
+        velocity: Any,
+        law: Any,
+        grid: Grid,
+        friction: Any,
+        wears: str,
+        thermal: Thermal | None,
+        thickest: Any,
+        **options: Any,
+    ) -> Self:
+        checks.one_of("wears", wears, "film", "indenter")
+        film_map: ThicknessMap | None = None
+        valid: Verdict = True
+        if wears == "film":
+            body = over_the_plane(body, getattr(grid, "shape", ()))
+            body, film_map, valid = separate_map(body, grid.shape, np.size(times))
+            checks.require(
+                film_map is not None and not film_map.over_times,
+                "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
+            )
+        experiment = Experiment.of(body, indenter, control, times, grid=grid, film_map=film_map, **options)
+        velocity = as_array(velocity)
+        valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
+        valid = valid & _check_velocity(velocity, np.shape(times)) & _check_thermal(thermal, grid)
+        if thickest is None:
+            thickest = _reach(film_map, grid)
+        valid = valid & checks.positive("thickest [m]", thickest)
+        given = as_float64((velocity, law, friction, thermal, thickest))
+        return cls(**vars(experiment.also(valid)), **dict(zip(_OWN, given, strict=True)), wears=wears)
+
+    def with_kernels(self) -> Self:
+        """Return the experiment with kernels for all thicknesses up to ``thickest``."""
+        if self.film_map is None:
+            return super().with_kernels()
+        thickness = jnp.stack([jnp.zeros(()), self.thickest])
+        return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
+
+    def planned(self) -> Plan:
+        """Return the march of the rubbing."""
+        memory, scale, errors = self._memory()
+        speed = jnp.linalg.norm(over_times(self.velocity, self.times), axis=-1)
+        stepper = RubStepper(
+            memory,
+            **self.contact(scale),
+            kinetics=self.kinetics,
+            friction=self.friction,
+            at_first=jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values,
+            thickest=self.thickest,
+            scale=scale,
+            heated=self._heated(),
+            of_film=self.wears == "film",
+        )
+        inputs = self._inputs(speed)
+        return self.plan(stepper, inputs, scale, errors, makes=RubbingHistory, step=RubbedStep)
+
+    def _memory(self) -> tuple[Memory, Scale, Any]:
+        if self.film_map is None:
+            kernels = self.ready_kernels
+            return RecursiveMemory(kernels), kernels.scale, kernels.errors(self.duration)
+        varying = self.varying_kernels
+        memory = VaryingMemory(varying, self.film_map.values)
+        return memory, varying.uniform.scale, varying.errors(self.duration)
+
+    def _inputs(self, speed: Array) -> RubStep:
+        """Return the further input of the steps, (nt, substeps), from the speed (nt,)."""
+        substeps = self.options.substeps
+        after, when = fine_values(speed, substeps), fine_values(self.times, substeps)
+        before = jnp.concatenate([after.ravel()[:1], after.ravel()[:-1]]).reshape(after.shape)
+        return RubStep(fine_steps(self.times, substeps), before, after, when)
+
+    def _heated(self) -> Heated | None:
+        if self.thermal is None:
+            return None
+        rises = coefficients_at_rest(self.grid) / self.thermal.conductivity
+        return Heated(spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share)
+
+
+_OWN = ("velocity", "kinetics", "friction", "thermal", "thickest")
+
+
+def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:
+    shape, nt = np.shape(velocity), times[0]
+    checks.require(
+        shape in ((), (2,), (nt, 2)),
+        f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
+    )
+    return checks.finite("velocity [m/s]", velocity)
+
+
+def _check_thermal(thermal: Any, grid: Grid) -> Verdict:
+    if thermal is None:
+        return True
+    checks.require(
+        isinstance(thermal, Thermal), f"thermal: expected Thermal or None, got {type(thermal).__name__}"
+    )
+    check_not_periodic(grid, "rub with thermal")
+    return thermal.check()
+
+
+def _reach(film_map: ThicknessMap | None, grid: Grid) -> Array | float:
+    """Return the thickness for which kernels are made unless it is given [m]."""
+    if film_map is None:
+        return 1.0
+    cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
+    return jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)

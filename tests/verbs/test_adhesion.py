@@ -1,0 +1,245 @@
+"""``indent`` with adhesion: closed forms, layers, unloading after a dwell, separation, notes, derivatives."""
+
+import warnings
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+import jaxcontact as jc
+from jaxcontact.reference import abel, maugis
+
+WORK, RADIUS, G, NU = 50e-3, 5e-6, 1e6, 0.5
+E = 2.0 * G / (1.0 - NU)
+UNITS = maugis.units(WORK, RADIUS, E)
+BALL = jc.Sphere(RADIUS)
+GEL = jc.LayeredHalfSpace([], jc.Elastic(G, NU))
+
+
+def exponential(tabor, modulus=E):
+    return jc.ExponentialAdhesion(WORK, np.cbrt(RADIUS * WORK**2 / modulus**2) / tabor)
+
+
+def quietly(*arguments, **keywords):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return jc.indent(*arguments, **keywords)
+
+
+def along(approaches, law, body=GEL, n=64, width=5.0, **keywords):
+    """Loads and radii along approaches, all in units of the closed forms."""
+    times = np.arange(len(approaches), dtype=float)
+    grid = jc.Grid.square(n=n, width=width * UNITS.radius)
+    control = jc.Approach(np.asarray(approaches) * UNITS.approach)
+    return quietly(body, BALL, control, times, grid=grid, adhesion=law, save="last", **keywords)
+
+
+def test_the_closed_forms_have_the_published_pull_off_loads():
+    """Maugis's theory at four parameters, and Johnson, Kendall and Roberts's as its limit, against each other."""
+    for parameter, lowest in ((0.1, -1.9506), (0.5, -1.7182), (1.0, -1.6007), (2.0, -1.5346)):
+        found = minimize_scalar(
+            lambda a, p=parameter: float(maugis.maugis(p, a)[0]), bounds=(0.05, 1.6), method="bounded"
+        )
+        assert found.fun == pytest.approx(lowest, abs=6e-5)
+    a = np.linspace(0.5, 2.0, 4)
+    np.testing.assert_allclose(maugis.maugis(200.0, a), maugis.jkr(a), atol=2e-2)
+    load, approach = maugis.jkr(np.cbrt(1.5))
+    assert (float(load), float(approach)) == pytest.approx((-1.5, -(1.5 ** (2 / 3)) / 3.0))
+    assert law_in_units(1.0) == pytest.approx(1.0)
+
+
+def law_in_units(parameter):
+    """The parameter lambda of the strength that belongs to it, from its definition."""
+    s = maugis.strength(parameter, WORK, RADIUS, E)
+    return 2.0 * s * np.cbrt(RADIUS / (np.pi * WORK * (4.0 * E / 3.0) ** 2))
+
+
+def test_the_edge_term_of_the_layered_reference_is_that_of_johnson_kendall_and_roberts():
+    half_space = abel.Layered(G, NU, 1e-6, G, NU)
+    for a in (0.5, 1.0, 1.5):
+        found = abel.adhesive_contact(a * UNITS.radius, half_space, RADIUS, WORK)
+        wanted = maugis.jkr(a)
+        assert found.load / UNITS.load == pytest.approx(float(wanted[0]), abs=1e-12)
+        assert found.approach / UNITS.approach == pytest.approx(float(wanted[1]), abs=1e-12)
+
+
+CASES = {0.1: (9.0, 2), 0.5: (5.6, 3), 1.0: (4.9, 3), 2.0: (4.9, 3)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameter", CASES)
+def test_the_branch_and_the_pull_off_load_are_those_of_maugis(parameter):
+    """256 x 256 cells, under an approach down past the lowest load."""
+    width, degree = CASES[parameter]
+    of = lambda a: maugis.maugis(parameter, a)
+    a_lowest = minimize_scalar(lambda a: float(of(a)[0]), bounds=(0.05, 1.6), method="bounded").x
+    lowest, at = map(float, of(a_lowest))
+    window = at + np.array([0.2, 0.1, 0.0, -0.1, -0.2])
+    approaches = np.concatenate([[1.5, 0.8, 0.2], window])
+    law = jc.DugdaleAdhesion(WORK, maugis.strength(parameter, WORK, RADIUS, E))
+    found = along(approaches, law, n=256, width=width)
+    loads, radii = np.asarray(found.load) / UNITS.load, np.asarray(found.contact_radius) / UNITS.radius
+    assert np.all(found.status == jc.Status.FINE) and int(found.jumps[-1]) == 0
+    grid = np.linspace(0.01, 2.5, 4000)
+    stable = grid[int(np.argmin(of(grid)[1])) :]
+    for k, approach in enumerate(approaches):
+        if approach < of(stable[0])[1] + 0.02:
+            continue  # past the end of the branch with contact
+        a = brentq(lambda a, d=approach: float(of(a)[1]) - d, stable[0], 2.5)
+        assert abs(loads[k] - float(of(a)[0])) < 0.005 * abs(lowest)
+        assert radii[k] == pytest.approx(a, rel=0.005)
+    assert loads.min() == pytest.approx(lowest, rel=0.01)
+    fit = np.polyfit(window - at, loads[3:], degree)
+    roots = np.roots(np.polyder(fit))
+    assert np.min(np.abs(roots)) < 0.01  # of the lowest load's approach, which is -0.43 to -0.53
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "tabor, lowest, tolerance", [(0.05, -2.0, 0.02), (5.0, -1.5, 0.02)], ids=["DMT", "JKR"]
+)
+def test_the_limits_of_long_and_short_range(tabor, lowest, tolerance):
+    if tabor < 1.0:
+        found = along(np.linspace(0.0, -0.6, 7), exponential(tabor), n=64, width=36.0)
+    else:
+        approaches = np.concatenate([[1.0, 0.3], np.linspace(-0.25, -0.75, 9)])
+        found = along(approaches, exponential(tabor), n=128, width=4.2)
+    assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=tolerance)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("thickness", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("ratio", [0.1, 10.0])
+def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
+    """Films of 0.1 and 10 times the modulus of their base, at a Tabor number of 5 of the film's modulus."""
+    layered = abel.Layered(G, NU, thickness * UNITS.radius, G / ratio, 0.3)
+    of = lambda a: abel.adhesive_contact(a * UNITS.radius, layered, RADIUS, WORK)
+    a = minimize_scalar(lambda a: of(a).load, bounds=(0.2, 3.0), method="bounded").x
+    lowest, at = of(a).load / UNITS.load, of(a).approach / UNITS.approach
+    reach = of(1.3 * a).approach / UNITS.approach - at
+    body = jc.LayeredHalfSpace(
+        [jc.Layer(jc.Elastic(G, NU), thickness * UNITS.radius)], jc.Elastic(G / ratio, 0.3)
+    )
+    approaches = at + reach * np.array([1.0, 0.6, 0.3, 0.1, 0.05, 0.0, -0.05])
+    approaches = np.concatenate([[max(approaches[0], 1.0)], approaches])  # begin in contact
+    found = along(approaches, exponential(5.0), body, n=128, width=3.6 * a, max_iterations=5000)
+    assert np.all(found.status == jc.Status.FINE)
+    assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.03)
+
+
+def unloaded_at_once(a1, stiffening, relaxed=E):
+    """The lowest load after a very long contact of radius a1, without time to relax: theory of a peeling Abel density.
+
+    While unloading g(s) = g1(s) - beta, and at a radius a <= a1 the edge gives beta = g1(a) + sqrt(4 a w/(pi c0)).
+    """
+    slow, quick = 2.0 / relaxed, 2.0 / (stiffening * relaxed)
+    approach = float(maugis.jkr(a1 / UNITS.radius)[1]) * UNITS.approach
+    density = lambda s: 2.0 / (np.pi * slow) * (approach - s**2 / RADIUS)
+    drop = lambda a: density(a) + np.sqrt(4.0 * a * WORK / (np.pi * quick))
+    load = lambda a: 2 * np.pi * (2 / (np.pi * slow) * (approach * a - a**3 / (3 * RADIUS)) - a * drop(a))
+    a = minimize_scalar(load, bounds=(0.05 * a1, a1), method="bounded", options={"xatol": 1e-9 * a1}).x
+    return load(a) / UNITS.load, (approach - np.pi * quick / 2.0 * drop(a)) / UNITS.approach
+
+
+def solid(stiffening):
+    """A half-space of relaxed modulus G and ``stiffening`` times that at once, with a retardation time of 1 s."""
+    delayed = 1.0 / (1.0 / G - 1.0 / (stiffening * G))
+    return jc.LayeredHalfSpace([], jc.StandardLinearSolid(stiffening * G, delayed, delayed, nu=NU))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffening, tabor", [(3.0, 5.0), (10.0, 8.0)])
+def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening, tabor):
+    dwell = 2.0
+    a1 = brentq(lambda a: float(maugis.jkr(a)[1]) - dwell, 0.9, 4.0) * UNITS.radius
+    lowest, at = unloaded_at_once(a1, stiffening)
+    retraction = dwell + (at - dwell) * np.array([0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1])
+    approaches = np.concatenate([[dwell, dwell], retraction])
+    times = np.concatenate([[0.0, 1e6], 1e6 + 1e-7 * np.arange(1, 10)])
+    grid = jc.Grid.square(n=128, width=2.6 * a1)
+    law = exponential(tabor, stiffening * E)
+    control = jc.Approach(approaches * UNITS.approach)
+    options = {"grid": grid, "adhesion": law, "save": "last", "max_iterations": 5000}
+    found = quietly(solid(stiffening), BALL, control, times, **options)
+    assert np.all(found.status == jc.Status.FINE)
+    assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.05)
+
+
+@pytest.mark.slow
+def test_slow_retraction_pulls_off_at_that_of_the_relaxed_modulus():
+    approaches = np.array([2.0, 1.0, 0.3, 0.0, -0.2, -0.3, -0.4, -0.5, -0.6])
+    times = 1e5 * np.arange(approaches.size)
+    grid = jc.Grid.square(n=128, width=5.0 * UNITS.radius)
+    control = jc.Approach(approaches * UNITS.approach)
+    found = quietly(solid(3.0), BALL, control, times, grid=grid, adhesion=exponential(4.0), save="last")
+    assert float(found.load.min()) / UNITS.load == pytest.approx(-1.5, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_load_below_the_lowest_pulls_off_and_the_result_says_so():
+    loads = np.array([0.5, 0.0, -1.0, -1.4, -1.9, -1.9, 0.0, 0.5])
+    grid = jc.Grid.square(n=32, width=5.0 * UNITS.radius)
+    control = jc.Load(loads * UNITS.load)
+    with pytest.warns(UserWarning, match="tensile load") as told:
+        found = jc.indent(GEL, BALL, control, np.arange(8.0), grid=grid, adhesion=exponential(1.0))
+    assert any("the contact jumps in 2 of 8 steps" in str(one.message) for one in told)
+    gone = found.status == jc.Status.PULLED_OFF
+    assert np.asarray(gone).tolist() == [False] * 4 + [True] * 3 + [False]
+    assert not np.any(found.pressure[4:7]) and not np.any(found.contact_area[4:7])
+    np.testing.assert_allclose(found.load[:4], loads[:4] * UNITS.load, atol=1e-6 * UNITS.load)
+    assert np.asarray(found.jumps).tolist() == [0, 0, 0, 0, 1, 1, 1, 2]
+    assert np.any(found.pressure[2] < 0) and np.any(found.pressure[2] > 0)
+    contact = np.asarray(found.gap[2]) < 1e-9 * RADIUS
+    assert contact.sum() * grid.cell_area == pytest.approx(float(found.contact_area[2]))
+
+
+@pytest.mark.slow
+def test_the_energy_lost_in_a_cycle_on_an_elastic_body_is_that_of_its_jumps():
+    """Over approach and retraction in small steps, -int P d(approach); nothing else is lost in an elastic body."""
+    approaches = np.concatenate([np.linspace(-1.6, 0.0, 60), np.linspace(0.0, -1.6, 60)[1:]])
+    found = along(approaches, exponential(2.0), n=32)
+    d, load = np.asarray(found.approach), np.asarray(found.load)
+    lost = np.sum((load[1:] + load[:-1]) / 2 * np.diff(d))
+    unit = UNITS.load * UNITS.approach
+    assert np.all(found.converged) and int(found.jumps[-1]) == 2
+    assert 0.05 < lost / unit < 1.0
+    assert float(found.jump_energy[-1]) == pytest.approx(lost, abs=0.15 * lost)
+
+
+@pytest.mark.slow
+def test_a_coarse_grid_is_told_of():
+    grid = jc.Grid.square(n=16, width=5.0 * UNITS.radius)
+    control = jc.Approach(UNITS.approach)
+    with pytest.warns(UserWarning, match="cells across the zone of attraction.*may stick to rows of cells"):
+        found = jc.indent(GEL, BALL, control, [0.0], grid=grid, adhesion=exponential(5.0))
+    cells = float(exponential(5.0).zone_length(E)) / float(grid.spacing[0])
+    assert float(found.cohesive_cells[0]) == pytest.approx(cells, rel=0.05)
+    assert float(exponential(5.0).tabor_number(RADIUS, E)) == pytest.approx(5.0)
+
+
+@pytest.mark.slow
+def test_derivatives_of_a_creeping_film_are_those_of_central_differences():
+    """Work, range, modulus, thickness, load, radius and viscosity, over three steps under a load, in both modes."""
+    grid = jc.Grid.square(n=16, width=5.0 * UNITS.radius)
+    times = jnp.array([0.0, 0.5, 1.5])
+
+    def outcome(q):
+        film = jc.StandardLinearSolid(G1=2e6 * q[0], G2=1e6, eta2=1e6 * q[1], nu=0.45)
+        layer = jc.Layer(film, 0.5 * UNITS.radius * q[2])
+        body = jc.LayeredHalfSpace([layer], jc.Elastic(3e6, 0.3))
+        law = jc.ExponentialAdhesion(WORK * q[3], exponential(1.0).range * q[4])
+        load = jc.Load(jnp.array([1.0, 1.0, -1.0]) * UNITS.load * q[5])
+        ball = jc.Sphere(RADIUS * q[6])
+        found = jc.indent(body, ball, load, times, grid=grid, adhesion=law, tolerance=1e-11)
+        return jnp.stack([found.approach[-1] / UNITS.approach, found.smooth_area[-1] / UNITS.radius**2])
+
+    at = jnp.ones(7)
+    run = jax.jit(outcome)
+    forward = jax.jit(jax.jacfwd(outcome))(at)
+    one = jax.jit(jax.grad(lambda q: outcome(q)[0]))(at)
+    np.testing.assert_allclose(one, forward[0], rtol=1e-6, atol=1e-8)
+    step = 1e-5
+    central = np.stack([(run(at + step * e) - run(at - step * e)) / (2 * step) for e in jnp.eye(7)], 1)
+    np.testing.assert_allclose(forward, central, atol=2e-6 * np.abs(central).max())

@@ -1,0 +1,219 @@
+"""Rubbing: films and indenters that form and wear by a law, against closed forms and integrations of their own."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:only", "ignore:film strain")]
+BASE = jc.Elastic(G=80e9, nu=0.3)
+FILM = jc.Elastic(G=20e9, nu=0.3)
+LINE = jc.Grid((32, 1), (4e-6, 1e-3), periodic=(False, True))
+ROLLER = jc.Cylinder(5e-3, length=1e-3)
+FLAT = jc.Grid((8, 8), (1e-6, 1e-6), periodic=True)
+PUNCH = jc.HeightField(np.zeros((8, 8)))
+TIMES = np.linspace(0.0, 100.0, 6)
+KELVIN = 1.380649e-23 * 373.0
+
+
+def on_a_line(law, thickness=1e-6, times=TIMES, load=50.0, velocity=0.1, film=FILM, **options):
+    body = jc.LayeredHalfSpace([jc.Layer(film, thickness)], BASE)
+    load = jc.Load(load)
+    return jc.rub(
+        body, ROLLER, load, times, velocity=velocity, law=law, grid=LINE, tolerance=1e-11, **options
+    )
+
+
+def in_full_contact(law, thickness=1e-8, times=TIMES, load=0.01, **options):
+    """Of a flat punch on all of a periodic grid: the pressure is load/area everywhere."""
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, thickness)], BASE)
+    return jc.rub(
+        body, PUNCH, jc.Load(load), times, velocity=0.1, law=law, grid=FLAT, thickest=4e-8, **options
+    )
+
+
+def test_archard_wears_coefficient_times_load_times_path():
+    load, speed = np.linspace(20.0, 60.0, 6), np.linspace(0.05, 0.2, 6)
+    velocity = np.stack([0.6 * speed, 0.8 * speed], -1)
+    worn = on_a_line(jc.Archard(2e-18), load=load, velocity=velocity)
+    volume = np.sum(worn.thickness[0] - worn.thickness, (1, 2)) * LINE.cell_area
+    product = load * speed
+    path = np.append(0.0, np.cumsum((product[1:] + product[:-1]) / 2 * np.diff(TIMES)))
+    np.testing.assert_allclose(volume, 2e-18 * path, rtol=1e-4, atol=1e-30)
+    work = worn.friction_work.sum()
+    assert work == 0.0 and np.all(worn.converged)
+
+
+def test_an_indenter_worn_in_plane_strain_against_an_integration_of_its_own():
+    """A rigid roller on a half-space: influence of strips in closed form, sets of contact, fine midpoint steps."""
+    coefficient, load, n, dx = 2e-17, 50.0, 32, 4e-6
+    half_space = jc.LayeredHalfSpace([], BASE)
+    run = jc.rub(
+        half_space, ROLLER, jc.Load(load), TIMES, velocity=0.1, law=jc.Archard(coefficient), grid=LINE, tolerance=1e-11,
+        wears="indenter", substeps=4,
+    )  # fmt: skip
+    x = (np.arange(n) - (n - 1) / 2) * dx
+    ends = lambda s: np.where(s == 0.0, 0.0, s * np.log(np.abs(np.where(s == 0.0, 1.0, s))))
+    offsets = np.subtract.outer(x, x)
+    strips = -(1 - 0.3) / (np.pi * 80e9) * (ends(offsets + dx / 2) - ends(offsets - dx / 2))
+
+    def pressed(gap):
+        active = np.ones(n, bool)
+        for _ in range(200):
+            m = active.sum()
+            matrix = np.block(
+                [[strips[np.ix_(active, active)], -np.ones((m, 1))], [dx * np.ones((1, m)), np.zeros((1, 1))]]
+            )
+            found = np.linalg.solve(matrix, np.append(-gap[active], load / 1e-3))
+            p = np.zeros(n)
+            p[active] = found[:-1]
+            if np.all(p >= 0.0):
+                break
+            active &= p > 0.0
+        outside = strips @ p + gap - found[-1]
+        assert np.all(outside[~active] >= -1e-12)
+        return p
+
+    wear, profile, fine = np.zeros(n), x**2 / (2 * 5e-3), 100.0 / 400
+    for _ in range(400):
+        middle = wear + fine / 2 * coefficient * 0.1 * pressed(profile + wear)
+        wear = wear + fine * coefficient * 0.1 * pressed(profile + middle)
+    np.testing.assert_allclose(-run.thickness[-1, :, 0], wear, atol=2e-3 * wear.max())
+    np.testing.assert_allclose(
+        run.pressure[-1, :, 0], pressed(profile + wear), atol=5e-3 * pressed(profile).max()
+    )
+    assert run.pressure[-1].max() < 0.8 * run.pressure[0].max()
+
+
+@pytest.mark.parametrize("stress", ["pressure", "shear"])
+def test_growth_at_a_pressure_that_does_not_change_is_the_integral(stress):
+    rate, energy, volume, friction = 1e-2, 1.0e-19, 4e-30, 0.2
+    law = jc.StressActivated(rate, energy, volume, 373.0, stress=stress)
+    run = in_full_contact(law, friction=friction)
+    pressure = 0.01 / (8e-6) ** 2
+    driver = pressure if stress == "pressure" else friction * pressure
+    expected = 1e-8 + TIMES * rate * np.exp(-(energy - volume * driver) / KELVIN)
+    np.testing.assert_allclose(run.thickness[:, 3, 4], expected, rtol=1e-6)
+    np.testing.assert_allclose(run.friction_work, friction * pressure * 0.1 * 100.0, rtol=1e-9)
+    assert expected[-1] > 1.2e-8
+
+
+def test_growth_and_removal_reach_their_steady_state():
+    """dh/dt = g - r h: h = g/r + (h0 - g/r) exp(-r t); and the estimate of the error is one."""
+    growth, removal = 1e-10, 0.05
+    law = jc.StressActivated(growth, 0.0, 0.0, 373.0) + jc.ProportionalRemoval(removal)
+    times = np.linspace(0.0, 200.0, 41)
+    run = in_full_contact(law, times=times, substeps=2)
+    expected = 2e-9 + 8e-9 * np.exp(-removal * times)
+    off = np.abs(run.thickness[:, 0, 0] - expected)
+    assert off.max() < 1e-2 * 8e-9 and off[-1] < 1e-6 * 2e-9 + 1e-4 * 8e-9
+    assert np.all(off <= run.step_error + 1e-15) and run.step_error[-1] < 50 * off.max()
+    np.testing.assert_allclose(run.thickness[-1], 2e-9, rtol=1e-3)
+
+
+def test_second_order_in_the_step():
+    law = jc.StressActivated(1e-9, 0.0, 4e-30, 373.0) + jc.Archard(5e-18)
+
+    def at_the_end(steps):
+        times = 100.0 * np.minimum(np.arange(13) / steps, 1.0)
+        run = on_a_line(law, times=times, film=jc.Maxwell(20e9, 2e12, 0.3), thickest=2e-6)
+        return np.asarray(run.thickness[-1, :, 0])
+
+    coarse, middle, fine = map(at_the_end, (3, 6, 12))
+    centre = slice(12, 20)  # cells in contact throughout
+    ratio = np.linalg.norm((coarse - middle)[centre]) / np.linalg.norm((middle - fine)[centre])
+    assert ratio == pytest.approx(4.0, rel=0.35)
+
+
+@pytest.mark.filterwarnings("ignore:.*steps, the first")
+def test_a_step_that_is_too_long_says_so():
+    run = in_full_contact(jc.ProportionalRemoval(0.2), times=np.linspace(0.0, 37.5, 6))
+    assert jc.Status.STEP_TOO_LONG in np.asarray(run.status).tolist()
+    thick = in_full_contact(jc.StressActivated(1e-9, 0.0, 0.0, 373.0))
+    assert int(thick.status[-1]) == jc.Status.TOO_THICK
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Oxidation:
+    """A law of a user: no base class, no check."""
+
+    speed: float
+
+    def rate(self, step):
+        return self.speed * jnp.exp(-step.thickness / 1e-8)
+
+
+def test_a_law_of_a_user_adds_to_others():
+    """dh/dt = s exp(-h/d): h = d log(exp(h0/d) + s t/d)."""
+    run = in_full_contact(Oxidation(1e-10) + jc.Archard(0.0), substeps=8)
+    expected = 1e-8 * np.log(np.exp(1.0) + 1e-10 * TIMES / 1e-8)
+    np.testing.assert_allclose(run.thickness[:, 0, 0], expected, rtol=2e-4)
+
+
+def test_derivatives_by_law_load_and_speed():
+    """Forward and reverse mode, and central differences, of final thickness and pressure."""
+    point = jnp.array([1e-9, 2e-20, 4e-30, 5e-18, 50.0, 0.1])
+
+    def found(scale):
+        rate, energy, volume, wear, load, speed = scale * point
+        law = jc.StressActivated(rate, energy, volume, 373.0) + jc.Archard(wear)
+        times = np.linspace(0.0, 60.0, 4)
+        film = jc.Maxwell(20e9, 2e12, 0.3)
+        run = on_a_line(law, times=times, load=load, velocity=speed, film=film, thickest=2e-6)
+        return jnp.stack([jnp.sum(run.thickness[-1] ** 2) * 1e12, jnp.sum(run.pressure[-1] ** 2) * 1e-18])
+
+    one = jnp.ones(6)
+    forward, reverse = jax.jit(jax.jacfwd(found))(one), jax.jit(jax.jacrev(found))(one)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-7, atol=1e-7 * np.abs(forward).max())
+    run = jax.jit(found)
+    for i in range(6):
+        step = 1e-4 * np.eye(6)[i]
+        difference = (run(one + step) - run(one - step)) / 2e-4
+        np.testing.assert_allclose(
+            forward[:, i], difference, rtol=1e-4, atol=1e-4 * np.abs(forward).max(1).min()
+        )
+
+
+DISC = jc.Grid.square(16, 64e-6)
+
+
+def heated(law, thermal, friction=0.3, **options):
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(G=1e9, nu=0.3), 1e-7)], BASE)
+    times = np.linspace(0.0, 10.0, 3)
+    return jc.rub(
+        body, jc.Sphere(2e-3), jc.Load(2.0), times, velocity=2.0, law=law, grid=DISC, friction=friction, thermal=thermal,
+        thickest=3e-7, **options,
+    )  # fmt: skip
+
+
+def test_friction_heats_the_surface_and_heat_drives_growth(tmp_path):
+    """The temperature is that of ``flash_temperature`` at rest, which has oracles of its own; growth follows Arrhenius."""
+    law = jc.StressActivated(1e-9, 2e-20, 0.0, None)
+    run = heated(law, jc.Thermal(ambient=350.0, conductivity=46.0, share=0.6))
+    flux = 0.6 * 0.3 * run.pressure[0] * 2.0
+    rise = jc.flash_temperature(flux, DISC, velocity=0.0, conductivity=46.0, diffusivity=1e-5)
+    np.testing.assert_allclose(run.temperature[0] - 350.0, rise, rtol=1e-6)
+    assert rise.max() > 5.0
+    speed = np.where(run.pressure[0] > 0.0, 1e-9 * np.exp(-2e-20 / (1.380649e-23 * run.temperature[0])), 0.0)
+    np.testing.assert_allclose(
+        run.thickness[-1] - run.thickness[0], 10.0 * speed, rtol=2e-2, atol=1e-2 * 10.0 * speed.max()
+    )
+    again = jc.load(jc.save(run, tmp_path / "hot.npz"))
+    np.testing.assert_array_equal(again.temperature, run.temperature)
+    cold = heated(jc.Archard(0.0), None)
+    assert cold.temperature is None
+    assert jc.load(jc.save(cold, tmp_path / "cold.npz")).temperature is None
+    work = np.sum(cold.friction_work) * DISC.cell_area
+    assert work == pytest.approx(0.3 * 2.0 * 2.0 * 10.0, rel=1e-6)
+
+
+def test_what_save_keeps_of_a_rubbing():
+    run = heated(jc.Archard(1e-18), None, save=lambda step: step.thickness.min())
+    every = heated(jc.Archard(1e-18), None)
+    np.testing.assert_allclose(run.saved, every.thickness.min((1, 2)), rtol=1e-12)
+    np.testing.assert_array_equal(run.thickness, every.thickness[-1])
