@@ -8,6 +8,7 @@ from fitting.after.planning import design as design
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
+from fitting.data.fields import ContactData as ContactData
 from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
@@ -18,6 +19,8 @@ from fitting.fits.creep import Comparison as Comparison
 from fitting.fits.creep import CreepFit as CreepFit
 from fitting.fits.creep import compare as compare
 from fitting.fits.creep import fit_creep as fit_creep
+from fitting.fits.fields import FieldFit as FieldFit
+from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import fit_growth as fit_growth
 from fitting.fits.indentation import IndentationFit as IndentationFit
@@ -42,9 +45,11 @@ from fitting.search.minimising import minimise as minimise
 __all__ = [
     "BatchFit",
     "Comparison",
+    "ContactData",
     "CreepData",
     "CreepFit",
     "Design",
+    "FieldFit",
     "GrowthData",
     "GrowthFit",
     "GrowthKinetics",
@@ -62,6 +67,7 @@ __all__ = [
     "design",
     "fit_creep",
     "fit_creep_batch",
+    "fit_fields",
     "fit_growth",
     "fit_indentation",
     "fit_oscillation",

@@ -43,6 +43,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.IndentationFit,
     ),
     *(
+        fitting.FieldFit,
         fitting.JointFit,
         fitting.Minimum,
         fitting.ModulusFit,
@@ -52,6 +53,7 @@ GIVEN = [  # what users are given, and do not make
     ),
 ]
 DEAR = (
+    "fit_fields",
     "posterior",
     "fit_together",
     "sensitivity",

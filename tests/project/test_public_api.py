@@ -31,6 +31,7 @@ BatchFit Comparison CreepData CreepFit Design GrowthData GrowthFit GrowthKinetic
 IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated RelaxationData compare design
 fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
 read_creep read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
+ContactData FieldFit fit_fields
 """
 
 
@@ -108,6 +109,7 @@ KEYWORDS = {
     jc.save: "result path case",
     jc.load: "path",
     fitting.minimise: "loss start bounds scale method steps tolerance state",
+    fitting.fit_fields: "data body parameters indenter grid units fixed bounds align blur noise level tolerance",
     fitting.fit_creep: "model weights fixed bounds",
     fitting.fit_indentation: "model indenter nu control layer substrate",
 }
