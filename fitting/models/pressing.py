@@ -13,7 +13,9 @@ import jaxcontact as jc
 from fitting.models.imaging import View, observed
 from fitting.models.structure import ParameterList
 
-NEEDED = {"contact": ("pressure", "gap")}  # fields of the solver for one in an image; else the same
+NEEDED = {
+    "contact": ("pressure", "gap", "smooth_area")
+}  # fields of the solver for one in an image; else the same
 
 
 class BodyParameters(ParameterList):
