@@ -3,7 +3,8 @@
 The coordinates are the logarithms of the parameters, and the nuisance parameters of the instrument over their units. The
 sum of squares can have several minima. It is therefore evaluated first at quasi-random points within a factor of
 exp(``SCAN``) about the start, on a grid with half the cells along each axis; local searches begin at the start and at the
-best of these points. The optimum counts as found if at least two of the searches end there.
+best of these points. The optimum is accepted if at least two searches end there; where the first ones do not agree, two
+more begin at both sides of the best optimum. Optima of the same sum of squares at other parameters lead to rejection.
 """
 
 import dataclasses
@@ -39,6 +40,9 @@ BOX = {
 SCAN = 3.0  # e-folds about the start over which the sum of squares is evaluated first
 POINTS = 8  # number of these points for one parameter; doubled for each further one, up to four times as many
 SEARCHES = 3  # local searches from the best of these points, besides that from the start
+BESIDE = 0.4  # log parameters between the best optimum and the starts beside it
+SAME = 0.02  # largest difference of log parameters of the same optimum
+NEAR, EQUAL = 1e-3, 1e-4  # relative difference of sums of squares at the same optimum, and at equally good ones
 APART = 0.2  # distance in log parameters below which two starting values are the same
 
 
@@ -171,7 +175,7 @@ class FieldSearch:
             status = jc.Status(self.pressing.history(tuple(self.start[: self.k].tolist()))[1])
             raise ValueError(f"parameters: expected a start that can be computed, got: {status.message}")
         first = self.weights(self.start, True)
-        found = nonlinear.minimise_from(self.objective(first), [self.start, *self.scanned(first)])
+        found = self.several(self.objective(first), [self.start, *self.scanned(first)])
         best = found
         images = self.images(best.theta)
         for name, field in self.data.fields.items():
@@ -183,6 +187,27 @@ class FieldSearch:
             weights = self.weights(best.theta)
             best = nonlinear.minimise(self.objective(weights), best.theta)
         return best._replace(starts=found.starts, agreed=found.agreed, others=found.others), weights
+
+    def several(self, objective: Objective, starts: list[np.ndarray]) -> Best:
+        """Return the best of the optima from several starts, with those that differ from it as ``others``."""
+        found = [
+            nonlinear.minimise(objective, start)
+            for start in starts
+            if np.all(np.isfinite(objective.at(start)))
+        ]
+        best = min(found, key=lambda one: one.rss)
+        if sum(self.same(best, one) for one in found) < 2:
+            beside = np.where(np.arange(best.theta.size) < self.k, BESIDE, 0.0)
+            found += [nonlinear.minimise(objective, best.theta + sign * beside) for sign in (-1.0, 1.0)]
+            best = min(found, key=lambda one: one.rss)
+        agreed = [one for one in found if self.same(best, one)]
+        others = tuple(one.theta for one in found if not self.same(best, one))
+        return best._replace(starts=len(found), agreed=len(agreed), others=others)
+
+    def same(self, best: Best, other: Best) -> bool:
+        """Return whether an optimum is the best one: the sum of squares and the parameters agree."""
+        near = bool(np.max(np.abs(other.theta - best.theta)[: self.k]) < SAME)
+        return near and other.rss <= best.rss * (1.0 + NEAR)
 
     def scanned(self, weights: np.ndarray) -> list[np.ndarray]:
         """Return the best starting values among quasi-random points, at least ``APART`` from each other and the start."""
@@ -204,14 +229,24 @@ class FieldSearch:
                 kept.append(points[i])
         return kept[1:]
 
-    def doubts(self, best: Best) -> tuple[str, ...]:
-        """Return the reason for rejecting an optimum that only one search has found, () if several have."""
-        if best.agreed > 1:
-            return ()
-        return (
-            f"only one of {best.starts} searches from different starting values ended at the best optimum: begin elsewhere,"
-            " or narrow the bounds",
-        )
+    def doubts(self, best: Best, rss: list[float]) -> tuple[str, ...]:
+        """Return the reasons for rejecting an optimum, () if there are none; rss: of the other optima."""
+        found = []
+        if best.agreed < 2:
+            found.append(
+                f"only one of {best.starts} searches from different starting values ended at the best optimum: begin"
+                " elsewhere, or narrow the bounds"
+            )
+        equal = [
+            theta for theta, one in zip(best.others, rss, strict=True) if one <= best.rss * (1.0 + EQUAL)
+        ]
+        if equal:
+            names = ", ".join(
+                f"{name} = {math.exp(value):.4g}"
+                for name, value in zip(self.sought.structure.where, equal[0][: self.k], strict=True)
+            )
+            found.append(f"other parameters describe the data as well: {names}")
+        return tuple(found)
 
     def grid_error(self, best: Best, weights: np.ndarray) -> np.ndarray:
         """Return the largest change (m,) of the coordinates between the grid and coarser ones.

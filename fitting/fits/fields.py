@@ -162,10 +162,11 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
     best, weights = search.solve()
     left = search.grid_error(best, weights)
     objective, k = search.objective(weights), search.k
+    others = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     traced = np.arange(best.theta.size) < k
     solved = solution(objective, best, weights)._replace(
         profile=lambda judged: profiles.profile(objective, best, judged.levels(), traced),
-        left=left, notes=search.notes(best.theta, left), against=search.doubts(best),
+        left=left, notes=search.notes(best.theta, left), against=search.doubts(best, others),
     )  # fmt: skip
     duration = float(np.ptp(search.data.times))
     found = conclude(

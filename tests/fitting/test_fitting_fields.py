@@ -158,6 +158,38 @@ def test_the_standard_deviation_of_a_fit_is_the_scatter_of_repeated_fits(blur):
     assert 0.7 < np.std(logs, ddof=1) / np.mean(sds) < 1.3  # chi square of 59 degrees of freedom, 99.9 %
 
 
+def bent(p):
+    """A modulus that is not a monotone function of the parameter: (x^3/3 - x) of its logarithm x has a maximum at -1."""
+    x = jnp.log(p["p"])
+    return plate({"G": TRUE * jnp.exp(0.4 * (x**3 / 3.0 - x) - 0.8832)})
+
+
+def pressure_data(seed=0, noise=0.03):
+    p, rng = seen(IMAGE)[0], np.random.default_rng(seed)
+    field = p + noise * p.max() * rng.standard_normal(p.shape)
+    return fitting.ContactData([0.0], LOAD, {"pressure": field}, IMAGE)
+
+
+@pytest.mark.slow
+def test_a_local_optimum_is_not_taken_for_the_best():
+    """The sum of squares has a local minimum at p = exp(-1), at which a search from exp(-0.6) ends."""
+    fit = fitting.fit_fields(
+        pressure_data(), bent, {"p": np.exp(-0.6)}, indenter=BALL, grid=MODEL, align="none"
+    )
+    assert np.log(fit.values["p"]) == pytest.approx(2.4, abs=0.1) and fit.verdict == "stands"
+
+
+@pytest.mark.slow
+def test_parameters_that_describe_the_data_equally_well_are_rejected():
+    """The modulus is an even function of the logarithm of the parameter."""
+    even = lambda p: plate({"G": TRUE * jnp.exp(jnp.log(p["p"]) ** 2 - 1.0)})
+    fit = fitting.fit_fields(
+        pressure_data(), even, {"p": np.exp(0.5)}, indenter=BALL, grid=MODEL, align="none"
+    )
+    assert fit.verdict == "refused" and any("describe the data as well" in why for why in fit.refused)
+    assert not fit.identified["p"]
+
+
 WRONG_DATA = {
     "unknown field": ({"fields": {"heat": np.zeros((4, 4))}}, "fields: expected some of"),
     "shape": ({"fields": {"gap": np.zeros((5, 4))}}, r"fields\['gap'\]: expected shape"),
