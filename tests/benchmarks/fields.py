@@ -76,8 +76,8 @@ def row(name, n, sets, correlated, verbose=False):
         data = fitting.ContactData(TIMES, jc.Load(LOADS), {name: field}, grid)
         start = {"G": 0.6e9}
         fit = fitting.fit_fields(data, film, start, indenter=jc.Sphere(RADIUS), grid=model, blur=blur)
-        if verbose and seed == 0:
-            print(fit, flush=True)
+        if verbose:
+            print(fit if seed == 0 else f"{seed} {fit.values} {fit.intervals} {fit.refused}", flush=True)
         refused += fit.verdict == "refused"
         low, high = np.array(list(fit.intervals.values())).T
         held.append((low <= truth) & (truth <= high))
