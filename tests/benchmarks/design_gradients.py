@@ -15,6 +15,7 @@ import numpy as np
 
 import jaxcontact as jc
 
+SMALL = 64
 POLYMER = jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=20e9, nu=0.4)
 
 
@@ -43,6 +44,14 @@ def fastest(function, *given, runs=5):
     return min(times)
 
 
+def planned(body, steps, checkpoint):
+    """Return the temporary memory of a gradient over several time steps, in fields of ``SMALL`` x ``SMALL`` numbers."""
+    times = np.linspace(0.0, 100.0, steps)
+    run = jax.jit(jax.grad(lambda z: measure(z, body, times, checkpoint)))
+    plan = run.lower(surface(SMALL)).compile().memory_analysis()
+    return plan.temp_size_in_bytes / (8.0 * SMALL**2)
+
+
 def main():
     """Print times and memory."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -57,12 +66,8 @@ def main():
     body = jc.LayeredHalfSpace([jc.Layer(POLYMER, 40e-6)], jc.Elastic.from_young(210e9, nu=0.3))
     for steps in (10, 100):
         for checkpoint in ("pressures", "blocks"):
-            run = lambda z, t=np.linspace(0.0, 100.0, steps), c=checkpoint: measure(z, body, t, c)
-            plan = jax.jit(jax.grad(run)).lower(surface(n // 4)).compile().memory_analysis()
-            field = 8.0 * (n // 4) ** 2
-            print(
-                f"{steps} steps, checkpoint={checkpoint!r}: {plan.temp_size_in_bytes / field:.0f} fields of n/4 x n/4"
-            )
+            fields = planned(body, steps, checkpoint)
+            print(f"{steps} steps, checkpoint={checkpoint!r}: {fields:.0f} fields of {SMALL} x {SMALL}")
 
 
 if __name__ == "__main__":

@@ -2,10 +2,10 @@
 
 The shear modulus of an elastic film of known thickness on a stiff substrate, under two loads. The data are computed on
 a grid of 8 n cells along each axis and averaged over the 2 n pixels, since counting the cells in contact on the pixels
-themselves would misplace the edge by more than the fit does; blurred by a Gaussian of 1.5 pixels, shifted by a third of a
-pixel along x and y (both by ``scipy.ndimage``), and given noise with a standard deviation of 3 % of the largest value: white, or correlated
-over 1.5 pixels. A contact image is the blurred coverage with this noise, 1 above 1/2, of which 3 % of the pixels are
-inverted. The fit is on n cells.
+themselves would misplace the edge by more than the fit does. They are blurred by a Gaussian of 1.5 pixels, shifted by a
+third of a pixel along x and y (both by ``scipy.ndimage``), and given noise with a standard deviation of 3 % of the
+largest value: white, or correlated over 1.5 pixels. A contact image is the blurred coverage with this noise, 1 above
+1/2, of which 3 % of the pixels are inverted. The fit is on n cells.
 
     python -m tests.benchmarks.fields [--n 128] [--sets 100] [--only pressure] [--correlated]
 
