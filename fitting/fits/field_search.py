@@ -42,7 +42,10 @@ POINTS = 8  # number of these points for one parameter; doubled for each further
 SEARCHES = 3  # local searches from the best of these points, besides that from the start
 BESIDE = 0.4  # log parameters between the best optimum and the starts beside it
 SAME = 0.02  # largest difference of log parameters of the same optimum
-NEAR, EQUAL = 1e-3, 1e-4  # relative difference of sums of squares at the same optimum, and at equally good ones
+NEAR, EQUAL = (
+    1e-3,
+    1e-4,
+)  # relative difference of sums of squares at the same optimum, and at equally good ones
 APART = 0.2  # distance in log parameters below which two starting values are the same
 
 

@@ -94,8 +94,12 @@ def fit_fields(
 
     The images of ``jc.indent(body(p), indenter, data.control, data.times, grid=grid)`` are fitted to the data over the
     logarithms of the parameters p and over the nuisance parameters of the instrument. See ``fitting/models/imaging.py``
-    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise. The intervals from a contact
-    image can be too short on coarse grids, where the error of the contact's edge is not known well enough.
+    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise. Contact images are not
+    accepted, since the coverage of intervals from them has not been established.
+
+    The sum of squares can have several minima. It is first evaluated at quasi-random points, and local searches begin at the
+    start and at the best of these. The fit is rejected if only one search ended at the best optimum, or if other
+    parameters describe the data as well.
 
     Args:
         data: the fields, in pixels of their own.
@@ -144,6 +148,10 @@ def fit_fields(
 def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: Any) -> None:
     if not isinstance(data, ContactData):
         raise ValueError(f"data: expected ContactData, got {type(data).__name__}")
+    if "contact" in data.fields:  # the coverage of their intervals has not been established
+        raise ValueError(
+            "data: expected pressure, gap or displacement; contact images cannot be fitted yet, got 'contact'"
+        )
     good = isinstance(parameters, Mapping) and len(parameters) > 0
     if not good or not all(isinstance(v, int | float) and 0.0 < v < math.inf for v in parameters.values()):
         raise ValueError(f"parameters: expected {{name: starting value > 0}}, got {parameters!r}")

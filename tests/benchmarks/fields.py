@@ -5,7 +5,8 @@ a grid of 8 n cells along each axis and averaged over the 2 n pixels, since coun
 themselves would misplace the edge by more than the fit does. They are blurred by a Gaussian of 1.5 pixels, shifted by a
 third of a pixel along x and y (both by ``scipy.ndimage``), and given noise with a standard deviation of 3 % of the
 largest value: white, or correlated over 1.5 pixels. A contact image is the blurred coverage with this noise, 1 above
-1/2, of which 3 % of the pixels are inverted. The fit is on n cells.
+1/2, of which 3 % of the pixels are inverted; ``fit_fields`` does not accept these yet, and they are left out unless
+named. The fit is on n cells.
 
     python -m tests.benchmarks.fields [--n 128] [--sets 100] [--only pressure] [--correlated]
 
@@ -100,7 +101,7 @@ def main():
     parser.add_argument("--verbose", action="store_true")
     chosen = parser.parse_args()
     for name in ("pressure", "gap", "contact"):
-        if chosen.only in name:
+        if chosen.only in name and (name != "contact" or chosen.only):
             begin = time.time()
             held, rms, bias, half, share, refused = row(
                 name, chosen.n, chosen.sets, chosen.correlated, chosen.verbose
