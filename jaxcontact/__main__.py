@@ -38,8 +38,8 @@ STUDY_HELP = (
 
 EXAMPLES = (
     "jaxcontact run tribofilm_creep -o out        # a case that comes with the package",
-    "jaxcontact new mine.toml                     # a case of your own, to change",
-    "jaxcontact check mine.toml                   # valid? grid and steps fine enough?",
+    "jaxcontact new mine.toml                     # write a template of a case file",
+    "jaxcontact check mine.toml                   # validate the case, its grid and its time steps",
     "jaxcontact sweep film_map -o study           # variations of a case, in one table",
     "jaxcontact fit creep film.csv -o film        # material parameters from data",
     "jaxcontact reproduce figure_4 -o paper       # compare with the paper",
@@ -52,7 +52,7 @@ OF_RUN = (
 )
 OF_CHECK = (
     "jaxcontact check tribofilm_creep             # a case that comes with the package",
-    "jaxcontact check mine.toml                   # a case of your own: also memory, disk and time steps",
+    "jaxcontact check mine.toml                   # a case of your own",
 )
 OF_NEW = (
     "jaxcontact new mine.toml                     # an indentation",
@@ -72,7 +72,7 @@ OF_CONVERT = (
 )
 OF_REPRODUCE = (
     "jaxcontact reproduce figure_4 -o paper       # one figure, and paper/report.html",
-    "jaxcontact reproduce -o paper                # all: some minutes",
+    "jaxcontact reproduce -o paper                # all figures, which takes minutes",
 )
 
 
@@ -120,7 +120,7 @@ def _parser_with_fits() -> argparse.ArgumentParser:
 def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="jaxcontact",
-        description="Time-dependent contact with a layered body.",
+        description="Time-dependent contact with viscoelastic and layered bodies.",
         epilog=_examples(EXAMPLES),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -129,13 +129,13 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
         "--completion",
         choices=SHELLS,
         action=completing(_parser_with_fits),
-        help='for a shell: eval "$(jaxcontact --completion bash)"',
+        help='print the completion script of a shell, for: eval "$(jaxcontact --completion bash)"',
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_run(commands)
     _add_case_commands(commands)
     _add_sweep(commands)
-    fit = commands.add_parser("fit", help="material parameters from creep or indentation data")
+    fit = commands.add_parser("fit", help="identify material parameters from measured curves")
     add_fits(fit.add_subparsers(metavar="KIND"))
     _add_result_commands(commands)
     command = _add(commands, "reproduce", "compare with the paper's figures and tables", OF_REPRODUCE)
@@ -143,7 +143,7 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
     command.add_argument("names", nargs="*", metavar="NAME", help=names)
     _add_output(command, required=True)
     command.set_defaults(command=_reproduce)
-    commands.add_parser("cite", help="how to cite").set_defaults(command=look.cite)
+    commands.add_parser("cite", help="print citations in BibTeX").set_defaults(command=look.cite)
     return parser
 
 
@@ -171,7 +171,7 @@ def _add_run(commands: Commands) -> None:
     command.add_argument(
         "--save",
         choices=(ALL, FEW, LAST),
-        help="keep maps at all times, at nine, or at the last; by default as in the case, or all up to 32 MB, else nine",
+        help="times of the stored maps: all, nine, or the last; by default as in the case, or all up to 32 MB, else nine",
     )
     how = _add_output(command, required=False)
     how.add_argument("--resume", action="store_true", help="continue the run that was stopped in DIR")
@@ -226,10 +226,16 @@ def _add_sweep(commands: Commands) -> None:
 
 def _add_result_commands(commands: Commands) -> None:
     plot = _add(commands, "plot", "draw a saved result", OF_PLOT)
-    plot.add_argument("-o", dest="picture", type=Path, metavar="FILE", help=".png, .svg or .pdf")
+    plot.add_argument(
+        "-o",
+        dest="picture",
+        type=Path,
+        metavar="FILE",
+        help="figure to write, .png, .svg or .pdf; by default RESULT with .png",
+    )
     plot.set_defaults(command=look.plot)
     convert = _add(commands, "convert", "write a saved result for another program", OF_CONVERT)
-    kinds = ".pvd for ParaView, .nc (NetCDF) or .npz (numpy)"
+    kinds = "file to write: .pvd for ParaView, .nc (NetCDF) or .npz (numpy)"
     convert.add_argument("-o", dest="file", type=Path, metavar="FILE", required=True, help=kinds)
     convert.set_defaults(command=look.convert)
     for command in (plot, convert):

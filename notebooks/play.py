@@ -61,14 +61,14 @@ def drawn(history, time):
 
 
 @app.function
-def said(history):
-    """What may be wrong with a run, and how far its film is strained."""
+def validity(history):
+    """Return a warning if a run failed or its film strain is large, and the film strain."""
     status, strain = int(np.max(np.asarray(history.status))), float(np.max(np.asarray(history.film_strain)))
     if status:
         return mo.callout(mo.md(f"No result: {jc.Status(status).message}."), kind="danger")
     note = f"The film is shortened by {100 * strain:.2g} % of its thickness at most"
     if strain > 0.1:
-        return mo.callout(mo.md(f"{note}: more than linear theory stands for."), kind="warn")
+        return mo.callout(mo.md(f"{note}, which is beyond the range of linear theory."), kind="warn")
     return mo.md(f"{note}.")
 
 
@@ -104,7 +104,7 @@ def _(G1, delay, flow, load, radius, softening, thickness):
 
 @app.cell
 def _(history, time):
-    mo.vstack([drawn(history, time.value), said(history)])
+    mo.vstack([drawn(history, time.value), validity(history)])
     return
 
 

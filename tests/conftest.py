@@ -25,12 +25,11 @@ if "XLA_FLAGS" not in os.environ:
     known = subprocess.run(compiling, env=os.environ | {"XLA_FLAGS": HASTE}, capture_output=True)
     os.environ["XLA_FLAGS"] = HASTE if known.returncode == 0 else ""
 
-import jax  # noqa: E402
-
-import jaxcontact as jc  # noqa: E402
-
 # tests share cases and helpers across folders
 sys.path[:0] = [str(folder) for folder in sorted(Path(__file__).parent.glob("*/"))]
+
+import bodies  # noqa: E402
+import jax  # noqa: E402
 
 
 def pytest_unconfigure():
@@ -39,23 +38,22 @@ def pytest_unconfigure():
 
 @pytest.fixture(scope="session")
 def steel():
-    return jc.Elastic.from_young(210e9, nu=0.3)
+    return bodies.STEEL
 
 
 @pytest.fixture(scope="session")
 def film():
-    """The paper's film, Eq. (14) with J = 2 phi."""
-    return jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
+    return bodies.FILM
 
 
 @pytest.fixture(scope="session")
-def ball(steel):
-    return jc.Sphere(radius=9.525e-3, material=steel)
+def ball():
+    return bodies.BALL
 
 
 @pytest.fixture(scope="session")
-def body(film, steel):
-    return jc.LayeredHalfSpace([jc.Layer(film, thickness=150e-9)], substrate=steel)
+def body():
+    return bodies.BODY
 
 
 @pytest.fixture(autouse=True, scope="module")

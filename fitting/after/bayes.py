@@ -163,7 +163,7 @@ def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> 
     if not isinstance(fit, Fit):
         raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
     if fit.refused:
-        raise ValueError(f"fit: expected a fit that stands, got one that is refused: {fit.refused[0]}")
+        raise ValueError(f"fit: expected an accepted fit, got one that is rejected: {fit.refused[0]}")
     land = fit.estimate.landscape
     if land is None:
         raise ValueError(

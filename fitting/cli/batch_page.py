@@ -16,11 +16,11 @@ h1 { font-size: 1.5rem; line-height: 1.25 } h2 { font-size: 1.15rem; margin-top:
 table { border-collapse: collapse; width: 100%; font-size: .87rem; font-variant-numeric: tabular-nums }
 th, td { padding: .35rem .6rem; text-align: left; border-bottom: 1px solid #d8dee4; vertical-align: top }
 th { background: #f4f6f8 } td, li, figcaption { overflow-wrap: anywhere } small { color: #57606a; display: block }
-span.stands { color: #0b5394; font-weight: 600 } span.refused, .failed { color: #9a3412; font-weight: 600 }
+span.accepted { color: #0b5394; font-weight: 600 } span.rejected, .failed { color: #9a3412; font-weight: 600 }
 .many { display: grid; grid-template-columns: repeat(auto-fill, minmax(11rem, 1fr)); gap: 1rem }
 figure { margin: 0 } svg { width: 100%; height: auto; border: 1px solid #d8dee4 } figcaption { font-size: .85rem }
 text { font: 9px system-ui, sans-serif; fill: #57606a } circle { fill: #57606a; opacity: .6 }
-polyline { fill: none; stroke: #0b5394; stroke-width: 1.6 } .refused polyline { stroke: #9a3412 }
+polyline { fill: none; stroke: #0b5394; stroke-width: 1.6 } .rejected polyline { stroke: #9a3412 }
 @media (max-width: 40rem) {
   thead { display: none } tr { display: block; padding: .5rem 0; border-bottom: 2px solid #d8dee4 }
   td { display: grid; grid-template-columns: 6rem 1fr; border: 0; padding: .15rem 0 }
@@ -35,11 +35,12 @@ def page(model: str, outcomes: Sequence[Any]) -> str:
     """Return the HTML page of the outcomes, a sequence of ``batch_command.FileFit``."""
     fits = [one for one in outcomes if one.fit is not None]
     failed = [one for one in outcomes if one.fit is None]
-    stand = sum(not one.fit.refused for one in fits)
+    accepted = sum(not one.fit.refused for one in fits)
     body = [
         f"<h1>{escape(model)} fits of {len(outcomes)} creep curves</h1>",
-        f"<p>{stand} stand, {len(fits) - stand} are refused, {len(failed)} could not be read or fitted. Intervals are"
-        f" profile likelihoods at {100 * fits[0].fit.level:g} %; a fit that is refused determines no parameter.</p>",
+        f"<p>Fits accepted: {accepted}; fits rejected: {len(fits) - accepted}; files that could not be read or fitted:"
+        f" {len(failed)}. Intervals are those of the profile likelihood at {100 * fits[0].fit.level:g} %. No parameter is"
+        " determined by a rejected fit.</p>",
         *_failures(failed),
         "<h2>Parameters</h2>",
         _table(fits),

@@ -26,7 +26,9 @@ MODELS = "Maxwell,StandardLinearSolid,Burgers"
 def main(arguments: list[str]) -> int:
     """Run the fit command of the arguments after ``fit`` and return 0; ValueError on bad input, SystemExit on bad
     usage."""
-    parser = argparse.ArgumentParser(prog="jaxcontact fit", description="Material parameters from data.")
+    parser = argparse.ArgumentParser(
+        prog="jaxcontact fit", description="Identify material parameters from measured curves."
+    )
     add_parser(parser.add_subparsers(required=True, metavar="KIND"))
     options = parser.parse_args(arguments)
     return options.command(options)
@@ -36,25 +38,29 @@ def add_parser(kinds: Any) -> None:
     """Add the commands to subparsers."""
     for name, command, what in (
         ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
-        ("prony", _prony, "a creep curve as a series of retardation times"),
-        ("compare", _compare, "a creep curve by several models"),
+        ("prony", _prony, "a creep curve: series of retardation times"),
+        ("compare", _compare, "a creep curve: comparison of several models"),
         (
             "batch",
             batch_command.run,
-            "many creep curves, a folder of results for each, one table and one page",
+            "many creep curves: a folder of results for each, a table and a report of all",
         ),
         (
             "propagate",
             further_commands.carry,
-            "predict from a creep curve, at other times or under a ball, with a confidence band",
+            "prediction from a creep curve, at other times or under a ball, with a confidence band",
         ),
     ):
-        parser = kinds.add_parser(name, help=what)
+        parser = _add(kinds, name, what)
         flags.add_file(parser, several=command is batch_command.run)
         if command is _prony:
-            parser.add_argument("--tau", metavar="T,T,...", help="retardation times [s] (chosen by BIC)")
+            parser.add_argument(
+                "--tau", metavar="T,T,...", help="retardation times [s]; by default chosen by BIC"
+            )
         elif command is _compare:
-            parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=f"({MODELS})")
+            parser.add_argument(
+                "--models", default=MODELS, metavar="M,M,...", help=f"models to compare ({MODELS})"
+            )
             flags.add_known(parser)
         else:
             flags.add_model(parser, laws=True)
@@ -62,27 +68,33 @@ def add_parser(kinds: Any) -> None:
             further_commands.add_carry(parser)
         flags.add_creep(parser)
         parser.set_defaults(command=command)
-    further_commands.add_design(kinds.add_parser("design", help="the shortest creep tests for a material"))
-    _add_indentation(kinds.add_parser("indentation", help="a ball, cone or punch: time, load and depth"))
+    further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
+    _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     _add_moduli(kinds)
-    growth_command.add_growth(
-        kinds.add_parser("growth", help="growth kinetics of a film: time and thickness")
-    )
+    growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
+
+
+def _add(kinds: Any, name: str, what: str) -> Any:
+    """Add a command with its description."""
+    return kinds.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.")
 
 
 def _add_moduli(kinds: Any) -> None:
-    relaxation = kinds.add_parser("relaxation", help="a relaxation modulus over time")
+    relaxation = _add(kinds, "relaxation", "a relaxation modulus over time")
     flags.add_file(relaxation)
     flags.add_model(relaxation)
     flags.add_test(relaxation, "t, modulus")
     relaxation.set_defaults(command=_relaxation)
-    oscillation = kinds.add_parser("oscillation", help="storage and loss modulus over frequency")
+    oscillation = _add(kinds, "oscillation", "storage and loss modulus over frequency")
     flags.add_file(oscillation)
     flags.add_model(oscillation)
     errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
-    flags.add_common(oscillation, "relative", errors, "omega, storage, loss, complex, delta, tan_delta")
+    columns = "omega, storage, loss, complex, delta, tan_delta"
+    flags.add_common(oscillation, "relative", errors, columns, window="angular frequencies [rad/s]")
     flags.add_volume(oscillation)
-    flags.add_segment(oscillation, "a sweep of several, by name or position from 0; repeat to join")
+    flags.add_segment(
+        oscillation, "one of several sweeps, by name or position from 0; repeat to join several"
+    )
     oscillation.set_defaults(command=_oscillation)
 
 
@@ -92,8 +104,8 @@ def _add_indentation(press: Any) -> None:
     errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
     flags.add_common(press, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
     flags.add_resample(press)
-    flags.add_segment(press, "approach, hold or retract; repeat for several")
-    press.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
+    flags.add_segment(press, "approach, hold or retract; repeat to select several")
+    press.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
     press.add_argument(
         "--spring-constant", type=float, metavar="K", help="spring constant of the cantilever [N/m]"
     )
@@ -101,11 +113,15 @@ def _add_indentation(press: Any) -> None:
     press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
     _add_indenter(press)
     press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
-    press.add_argument("--bulk-modulus", type=float, metavar="PA", help="of the material, in place of --nu")
+    press.add_argument(
+        "--bulk-modulus", type=float, metavar="PA", help="bulk modulus of the material [Pa], in place of --nu"
+    )
     press.add_argument(
         "--control", default="load", metavar="C", help="prescribed quantity, load or depth (load)"
     )
-    press.add_argument("--layer", type=float, metavar="H", help="thickness of a film [m]; else a half-space")
+    press.add_argument(
+        "--layer", type=float, metavar="H", help="thickness of a film [m]; by default a half-space"
+    )
     press.add_argument(
         "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
     )
@@ -114,15 +130,21 @@ def _add_indentation(press: Any) -> None:
     )
     sticks = "work of adhesion of an adhesive ball on a half-space [J/m2] (0)"
     press.add_argument("--adhesion", type=float, default=0.0, metavar="W", help=sticks)
-    for name, unit in (("contact-point", "m"), ("drift", "m/s"), ("machine-compliance", "m/N")):
-        press.add_argument(f"--{name}", default="0", metavar="X", help=f"in the depth [{unit}], or fit (0)")
+    for name, what in (
+        ("contact-point", "offset of the depth [m]"),
+        ("drift", "drift of the depth [m/s]"),
+        ("machine-compliance", "compliance of the instrument [m/N]"),
+    ):
+        press.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
     press.set_defaults(command=_indentation)
 
 
 def _add_indenter(press: Any) -> None:
     press.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
     press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
-    press.add_argument("--cone", metavar="A", help="a cone in its place: half-angle [degrees], or berkovich")
+    press.add_argument(
+        "--cone", metavar="A", help="a cone in place of a ball: half-angle [degrees], or berkovich"
+    )
     press.add_argument(
         "--ball-modulus",
         type=float,

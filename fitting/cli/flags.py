@@ -26,34 +26,35 @@ def add_file(parser: Any, several: bool = False) -> None:
     what = "CSV, TSV or an export with columns that name their units"
     parser.add_argument("file", metavar="FILE", help=what, **({"nargs": "+"} if several else {}))
     parser.add_argument(
-        "-o", dest="directory", type=Path, metavar="DIR", required=True, help="where results go"
+        "-o", dest="directory", type=Path, metavar="DIR", required=True, help="directory of the results"
     )
-    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    parser.add_argument("--force", action="store_true", help="overwrite the contents of DIR")
 
 
-def add_common(parser: Any, weights: str, text: str, kinds: str) -> None:
-    """Add the flags for reading a file and weighting a fit."""
+def add_common(parser: Any, weights: str, text: str, kinds: str, window: str = "times [s]") -> None:
+    """Add the flags for reading a file and weighting a fit; window: the quantity by which points are selected."""
     parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
     parser.add_argument(
         "--level", type=float, default=0.95, metavar="L", help="confidence level of the intervals (0.95)"
     )
-    parser.add_argument("--window", metavar="BEGIN:END", help="selected times [s], one side may be empty")
-    parser.add_argument("--decimal", metavar="MARK", help='"." or ",", if it is ambiguous')
-    _add_pairs(parser, "column", "KIND=HEADER", f"where a quantity is ({kinds})")
-    _add_pairs(parser, "unit", "KIND=UNIT", "its unit, which takes precedence over the header")
+    selected = f"selected {window}; one side may be empty"
+    parser.add_argument("--window", metavar="BEGIN:END", help=selected)
+    parser.add_argument("--decimal", metavar="MARK", help='decimal mark, "." or ",", if it is ambiguous')
+    _add_pairs(parser, "column", "KIND=HEADER", f"column of a quantity ({kinds})")
+    _add_pairs(parser, "unit", "KIND=UNIT", "unit of a quantity, which takes precedence over the header")
 
 
 def add_model(parser: Any, laws: bool = False) -> None:
     """Add the flags for the model, with fractional laws if ``laws``, and for known parameters."""
     names = ", ".join([*(cls.__name__ for cls in CLASSICAL), *(LAWS if laws else ())])
-    parser.add_argument("--model", default="Burgers", metavar="M", help=f"{names} (Burgers)")
+    parser.add_argument("--model", default="Burgers", metavar="M", help=f"material model: {names} (Burgers)")
     add_known(parser)
 
 
 def add_known(parser: Any) -> None:
     """Add the flags for fixed and bounded parameters."""
-    _add_pairs(parser, "fix", "NAME=VALUE", "hold a parameter")
-    _add_pairs(parser, "bound", "NAME=LOW:HIGH", "bound a parameter, one side may be empty")
+    _add_pairs(parser, "fix", "NAME=VALUE", "hold a parameter at a value")
+    _add_pairs(parser, "bound", "NAME=LOW:HIGH", "bounds of a parameter; one side may be empty")
 
 
 def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
@@ -66,7 +67,9 @@ def add_test(parser: Any, kinds: str) -> None:
     add_common(parser, "estimated", errors, kinds)
     add_volume(parser)
     parser.add_argument("--start", type=float, metavar="T", help="time of loading on the file's clock [s]")
-    add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+    add_segment(
+        parser, "one of several steps or intervals, by name or position from 0; repeat to join several"
+    )
 
 
 def add_resample(parser: Any) -> None:
@@ -77,7 +80,9 @@ def add_resample(parser: Any) -> None:
 
 def add_volume(parser: Any) -> None:
     """Add the flags for Poisson's ratio."""
-    parser.add_argument("--tension", type=float, metavar="NU", help="Poisson's ratio of a tensile test")
+    parser.add_argument(
+        "--tension", type=float, metavar="NU", help="the test is in tension, with this Poisson's ratio"
+    )
     parser.add_argument(
         "--nu", type=float, default=0.3, help="Poisson's ratio of the resulting material (0.3)"
     )
@@ -86,7 +91,12 @@ def add_volume(parser: Any) -> None:
 def add_creep(parser: Any) -> None:
     """Add the flags for reading and weighting a creep curve."""
     add_test(parser, "t, J, strain, stress, sigma: standard deviations")
-    parser.add_argument("--convention", default="J", metavar="C", help='"J" (gamma/tau) or "1/(2G)"')
+    parser.add_argument(
+        "--convention",
+        default="J",
+        metavar="C",
+        help='convention of the compliance, "J" (gamma/tau) or "1/(2G)" (J)',
+    )
     add_resample(parser)
     parser.add_argument(
         "--stress", type=float, metavar="S", help="constant stress of a file with strain alone [Pa]"

@@ -22,9 +22,9 @@ def add_design(parser: Any) -> None:
     parser.add_argument(
         "--model", default="Burgers", metavar="M", help="model of the expected material (Burgers)"
     )
-    what = "a parameter of the material in SI, as G1=2e9; one for each"
+    what = "value of a parameter of the material in SI, such as G1=2e9; one for each parameter"
     parser.add_argument("--value", action="append", default=[], metavar="NAME=VALUE", help=what)
-    target = "target sd of the logarithm of each parameter (0.1)"
+    target = "largest standard deviation of the logarithm of each parameter (0.1)"
     parser.add_argument("--target", type=float, default=0.1, metavar="SD", help=target)
     noise = "standard deviation of a point relative to its value (0.01)"
     parser.add_argument("--noise", type=float, default=0.01, metavar="S", help=noise)
@@ -32,14 +32,16 @@ def add_design(parser: Any) -> None:
         "--points", type=int, default=200, metavar="N", help="number of points of the test (200)"
     )
     parser.add_argument(
-        "--first", type=float, default=1.0, metavar="T", help="first of logarithmic times [s] (1)"
+        "--first", type=float, default=1.0, metavar="T", help="first of the logarithmic times [s] (1)"
     )
     parser.set_defaults(command=_design)
 
 
 def add_carry(parser: Any) -> None:
     """Add the flags of ``fit propagate`` beyond those of ``fit creep``."""
-    what = "creep J(t), relaxation G(t), or depth of a rigid ball on a half-space under a held load (creep)"
+    what = (
+        "creep J(t), relaxation G(t), or depth of a rigid ball on a half-space under a constant load (creep)"
+    )
     parser.add_argument("--of", default="creep", choices=tuple(RESULTS), help=what)
     parser.add_argument("--times", required=True, metavar="T,T,...", help="times of the result [s]")
     parser.add_argument("--load", type=float, metavar="P", help="load on the ball [N]")
@@ -73,7 +75,7 @@ def carry(options: argparse.Namespace) -> int:
         found = fit_creep(data, options.model, **given, **flags.known(options))
     if found.refused:
         raise ValueError(
-            f"{options.file}: the fit is refused, so no result can be propagated: {found.refused[0]}"
+            f"{options.file}: the fit is rejected, so that no result can be propagated: {found.refused[0]}"
         )
     band = propagate(found, result)
     name, rows = RESULTS[options.of], np.column_stack([times, band.value, band.sd, band.low, band.high])

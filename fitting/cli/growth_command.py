@@ -15,15 +15,19 @@ from fitting.views.shell_words import in_flags
 def add_growth(parser: Any) -> None:
     """The flags of ``fit growth``."""
     flags.add_file(parser, several=True)
-    each = "of each file, separated by commas, or of all"
+    each = "one for each file, separated by commas, or one for all"
     parser.add_argument(
-        "--stress", required=True, metavar="S,S,...", help=f"that drives the growth [Pa], {each}"
+        "--stress", required=True, metavar="S,S,...", help=f"stress that drives the growth [Pa], {each}"
     )
-    parser.add_argument("--temperature", required=True, metavar="T,T,...", help=f"[K], {each}")
-    parser.add_argument("--start", type=float, metavar="T", help="when growth began, on the files' clock [s]")
+    parser.add_argument("--temperature", required=True, metavar="T,T,...", help=f"temperature [K], {each}")
+    parser.add_argument(
+        "--start", type=float, metavar="T", help="time at which growth began, on the clock of the files [s]"
+    )
     errors = "estimated, relative, absolute, or a standard deviation in m"
     flags.add_common(parser, "estimated", errors, "t, thickness, sigma: standard deviations")
-    flags.add_segment(parser, "a step or interval of several, by name or position from 0; repeat to join")
+    flags.add_segment(
+        parser, "one of several steps or intervals, by name or position from 0; repeat to join several"
+    )
     flags.add_known(parser)
     parser.set_defaults(command=run)
 

@@ -16,19 +16,20 @@ COLD = 200.0  # K, below which a temperature was probably given in degrees Celsi
 class GrowthData:
     """Thickness of a film over time, under a constant stress at a constant temperature.
 
-    Several curves, at other stresses and temperatures, are a list of these.
+    Curves at several stresses and temperatures are given to ``fit_growth`` as a list of these objects.
 
     Args:
-        t: (n,) [s] since growth began, >= 0, not decreasing; n is at least 5.
-        thickness: (n,) [m], some of it > 0.
-        stress: the stress that drives the growth [Pa] >= 0, pressure or shear stress as the law to be fitted has it.
-        temperature: [K] > 0. A note is added below 200 K, where degrees Celsius are likely.
-        sigma: (n,) standard deviations of the thickness [m], or one for all, if they are known.
+        t: (n,) time since growth began [s], >= 0, not decreasing; n is at least 5.
+        thickness: (n,) [m], with at least one value > 0.
+        stress: the stress that drives the growth [Pa] >= 0; the pressure or the shear stress, depending on the law that is
+            to be fitted.
+        temperature: [K] > 0. A note is added below 200 K, since such values are usually in degrees Celsius.
+        sigma: (n,) standard deviations of the thickness [m], or one value for all, if they are known.
         initial: thickness at t = 0 [m] >= 0.
-        notes: remarks on the data, which a fit repeats.
+        notes: remarks on the data, which are repeated in the notes of a fit.
 
     Raises:
-        ValueError: values out of range, with what was expected and what was received.
+        ValueError: values out of range, with the expected and the received value.
 
     Example:
         >>> data = fitting.GrowthData(t=[0, 60, 120, 180, 240], thickness=[0, 4e-9, 7e-9, 9e-9, 1e-8],

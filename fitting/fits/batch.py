@@ -26,7 +26,7 @@ class BatchFit(NamedTuple):
         values: {parameter: (m,)} [Pa, Pa s].
         intervals: {parameter: (m, 2)}, empty unless requested.
         lag1: lag-1 correlation of the residuals (m,), nan without intervals.
-        refused: (m,) bool, fits that are rejected by their residuals (``fitting.inference.verdict``); False without
+        refused: (m,) bool, True for fits that are rejected by their residuals (``fitting.inference.verdict``); False without
             intervals.
         notes: remarks on the data.
     """
@@ -40,7 +40,7 @@ class BatchFit(NamedTuple):
     def __repr__(self) -> str:
         rows = [(name, values, "") for name, values in self.values.items()]
         rows += [(f"{name} interval", ends, "") for name, ends in self.intervals.items()]
-        rows += [("lag1", self.lag1, ""), ("refused", np.sum(self.refused), "")]
+        rows += [("lag1", self.lag1, ""), ("rejected", np.sum(self.refused), "")]
         return described(f"BatchFit: {self.refused.size} curves, parameters in Pa and Pa s", rows, self.notes)
 
 

@@ -23,15 +23,15 @@ from fitting.views import growth_picture, report
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class GrowthFit(Fit):
-    """The fit of growth kinetics; ``Fit`` has what it shares with other fits.
+    """Result of the fit of growth kinetics; the attributes common to all fits are documented in ``Fit``.
 
-    Its parameters are "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and "removal_rate" [1/s], its
+    The parameters are "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and "removal_rate" [1/s],
     ``material`` is a ``GrowthKinetics``, and ``data`` a tuple of curves. ``curve``, ``fitted`` and ``residuals`` hold all
     curves one after the other.
 
     Attributes:
         reference: (stress [Pa], temperature [K]) of the mean conditions of the data.
-        starts: (sought, agreed): minima that were sought, and those as low as this one.
+        starts: (number of local searches, number that reached this minimum).
     """
 
     reference: tuple[float, float]
@@ -41,8 +41,10 @@ class GrowthFit(Fit):
     def growth_rate(
         self, stress: float | None = None, temperature: float | None = None
     ) -> tuple[float, float, float]:
-        """Return the growth rate without removal R [m/s] and the ends of its interval, linearised in log R, at a stress [Pa]
-        and a temperature [K], each by default that of ``reference``."""
+        """Return the growth rate without removal R [m/s] and the limits of its interval, linearised in log R.
+
+        stress [Pa] and temperature [K]: by default those of ``reference``.
+        """
         at = [
             own if given is None else given
             for given, own in zip((stress, temperature), self.reference, strict=True)
@@ -53,8 +55,10 @@ class GrowthFit(Fit):
             return best, best * float(np.exp(-spread)), best * float(np.exp(spread))
 
     def predict(self, t: Any, stress: Any = None, temperature: Any = None, initial: Any = 0.0) -> np.ndarray:
-        """Return the thickness [m] at times t [s], of any shape, from an initial one [m]; stress [Pa] and temperature [K]:
-        by default those of ``reference``."""
+        """Return the thickness [m] at times t [s] of any shape, with an initial thickness [m].
+
+        stress [Pa] and temperature [K]: by default those of ``reference``.
+        """
         return np.asarray(self._thickness(t, stress, temperature, initial)(self.material))
 
     def band(
@@ -84,7 +88,7 @@ class GrowthFit(Fit):
         return student.two_sided(self.level) * sd.reshape(gradient.shape[:-1])
 
     def plot(self, path: Any = None) -> Any:
-        """Figure of the curves with the fit, the residuals and the parameters; saved where a path is given."""
+        """Return a figure of the curves with the fit, the residuals and the parameters; save it where a path is given."""
         return growth_picture.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
@@ -124,30 +128,30 @@ def fit_growth(
 
         dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h
 
-    with the stress and the temperature T of each curve, which are constant. All curves have one law of errors.
+    with the constant stress and temperature T of each curve. One error model applies to all curves.
 
-    Curves at one temperature do not determine the activation energy apart from the rate, and curves at one stress do not
-    determine the activation volume apart from the activation energy. Such parameters are reported as not determined, unless
-    enough of them are held by ``fixed``; the growth rate at the conditions of the data, ``GrowthFit.growth_rate()``, is
-    determined in any case. Curves in their steady state determine only the ratio of growth and removal rate.
+    If all curves have the same temperature, activation energy and rate cannot be determined separately, and if all have the
+    same stress, activation volume and activation energy. Such parameters are reported as not determined, unless enough
+    of them are held by ``fixed``; the growth rate at the conditions of the data, ``GrowthFit.growth_rate()``, is determined
+    in any case. From curves in the steady state only the ratio of growth rate and removal rate can be determined.
 
     Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24.
 
     Args:
         data: one ``GrowthData``, or a sequence of them for several stresses and temperatures.
         weights: "estimated" (the default without standard deviations in the data): errors a + b h, estimated;
-            "relative" (errors in proportion to the thickness) or "absolute" (one error for all).
+            "relative" (errors proportional to the thickness) or "absolute" (one error for all).
         fixed: {parameter: value} of any subset of "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and
             "removal_rate" [1/s]; all but the rate may be 0.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
-        level: of the intervals.
+        level: confidence level of the intervals.
 
     Returns:
-        The kinetics with their intervals, and how well the data determine them.
+        The kinetics with the intervals of their parameters, and how well the data determine them.
 
     Raises:
-        ValueError: other data, standard deviations in some of the curves only, unknown parameters, two choices of weights,
-            or too few points.
+        ValueError: data of another type, standard deviations for some of the curves only, unknown parameters, two choices
+            of weights, or too few points.
 
     Example:
         >>> t, kinetics = np.linspace(0.0, 3600.0, 13), fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 5e-4)

@@ -98,8 +98,8 @@ class Fit(Evidence, Parameters):
 
     @property
     def verdict(self) -> str:
-        """The verdict on the goodness of fit: "stands" if the fit is accepted, "refused" if its residuals reject it."""
-        return "refused" if self.refused else "stands"
+        """The verdict on the goodness of fit, "accepted" or "rejected"; ``refused`` has the reasons for a rejection."""
+        return "rejected" if self.refused else "accepted"
 
     def compliances(self) -> Compliances:
         """Return the compliances of the material as found by the search, finite where a parameter is infinite."""

@@ -24,20 +24,20 @@ def read_growth(
         path: a text file.
         stress: the stress that drives the growth [Pa].
         temperature: [K].
-        columns: where the header does not say it: {"t": header or position from 0, "thickness": ...}, and {"sigma": ...}
-            for a column of standard deviations of the thickness.
+        columns: columns that the header does not identify: {"t": header or position from 0, "thickness": ...}, and
+            {"sigma": ...} for a column of standard deviations of the thickness.
         units: {"t": "min", "thickness": "nm"}; they take precedence over the header.
         initial: thickness at t = 0 [m].
-        start: when the growth began [s], on the file's clock, from which t counts; 0 without it.
+        start: time [s] on the file's clock at which the growth began, which is subtracted; 0 by default.
         segment: the step or interval of a file with several, by name or position from 0; several are joined.
         window: (begin, end) [s] of the file's clock, None for an open side.
-        decimal: the decimal mark, "." or ",", where the numbers read both ways.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
 
     Returns:
-        The curve in SI, with notes on what was taken and mended.
+        The curve in SI, with notes on what was read and corrected.
 
     Raises:
-        ValueError: what cannot be read, in one line.
+        ValueError: a file that cannot be read, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile

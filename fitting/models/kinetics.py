@@ -36,7 +36,7 @@ class GrowthKinetics:
     Example:
         >>> kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4)
         >>> print(f"{kinetics.thickness(3600.0, stress=1e9, temperature=373.0):.3g} m")
-        2.4e-09 m
+        4.99e-09 m
     """
 
     rate: Array | float
@@ -50,14 +50,16 @@ class GrowthKinetics:
         return self.rate * jnp.exp(-energy / (BOLTZMANN * jnp.asarray(temperature)))
 
     def thickness(self, t: Any, stress: Any, temperature: Any, initial: Any = 0.0) -> Array:
-        """Return the thickness h(t) [m] at times t [s], from an initial one [m]; shapes that broadcast."""
+        """Return the thickness h(t) [m] at times t [s], with an initial thickness [m]; the shapes must broadcast."""
         t = jnp.asarray(t, dtype=float)
         decay = self.removal_rate * t
         return initial * jnp.exp(-decay) + self.growth_rate(stress, temperature) * t * phi1(decay)
 
     def law(self, temperature: float | None = None, stress: str = "pressure") -> Any:
-        """Return the law for ``jaxcontact.rub``, at a temperature [K], or that of the contact if it is None; stress:
-        "pressure" or "shear", which drives the growth."""
+        """Return the law for ``jaxcontact.rub`` at a temperature [K], by default that of the contact.
+
+        stress: the stress that drives the growth, "pressure" or "shear".
+        """
         grown = (self.rate, self.activation_energy, self.activation_volume)
         return jc.StressActivated(*grown, temperature, stress=stress) + jc.ProportionalRemoval(
             self.removal_rate

@@ -68,7 +68,9 @@ def draw_tests(fit: Any, path: Any) -> Any:
 
 def title(figure: Any, fit: Any) -> None:
     """Write the verdict above a figure."""
-    lines = [textwrap.fill(f"refused: {reason}", LETTERS) for reason in fit.refused] or ["the fit stands"]
+    lines = [textwrap.fill(f"rejected: {reason}", LETTERS) for reason in fit.refused] or [
+        "the fit is accepted"
+    ]
     figure.suptitle("\n".join(lines), fontsize="medium", color="C3" if fit.refused else "black")
 
 

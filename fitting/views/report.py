@@ -64,5 +64,5 @@ def quality(fit: Any) -> list[str]:
 def verdict(fit: Any) -> list[str]:
     """Return lines with the verdict and the reasons for a rejection."""
     if not fit.refused:
-        return ["  verdict: stands"]
-    return [*(f"  REFUSED: {reason}" for reason in fit.refused), "  no parameter is determined by this fit"]
+        return ["  verdict: accepted"]
+    return [*(f"  REJECTED: {reason}" for reason in fit.refused), "  no parameter is determined by this fit"]

@@ -31,8 +31,7 @@ def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
 
     Args:
         folder: location of the cache; by default the one that jax is configured to use (``JAX_COMPILATION_CACHE_DIR``),
-            or
-            else the user's cache folder (on Linux ``~/.cache/jaxcontact``).
+            or else the user's cache folder (on Linux ``~/.cache/jaxcontact``).
 
     Returns:
         The folder in use.

@@ -63,15 +63,17 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "contact_radius": Field(
         TIME, "m", "radius of a circle with the smooth area, in plane strain half the width", shown=True
     ),
-    "contact_area": Field(TIME, "m2", "contact area, a count of cells", shown=True),
+    "contact_area": Field(TIME, "m2", "contact area, that of the cells in contact", shown=True),
     "smooth_area": Field(TIME, "m2", "contact area within an edge resolved below the cell size"),
     "film_strain": Field(TIME, "m/m", "shortening of the film over its thickness", shown=True),
     "tangential_force": Field(
         TIME, "N", "force against the motion, hysteresis and Coulomb friction", shown=True
     ),
     "friction_coefficient": Field(TIME, "N/N", "tangential force over normal load", shown=True),
-    "hysteresis_force": Field(TIME, "N", "force against the motion by hysteresis of the body", shown=True),
-    "coulomb_force": Field(TIME, "N", "force against the motion by Coulomb friction", shown=True),
+    "hysteresis_force": Field(
+        TIME, "N", "force against the motion due to hysteresis of the body", shown=True
+    ),
+    "coulomb_force": Field(TIME, "N", "force against the motion due to Coulomb friction", shown=True),
     "tangential_load": Field(VECTOR, "N", "tangential load on the indenter", shown=True),
     "tangential_displacement": Field(VECTOR, "m", "tangential displacement of the indenter", shown=True),
     "creepage": Field(
@@ -106,9 +108,9 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "friction_work": Field(
         PLANE, "J m-2", "energy dissipated by friction per area from the first time to the last"
     ),
-    "thickness": Field(MAP, "m", "thickness of the film, or of what has formed on the indenter"),
+    "thickness": Field(MAP, "m", "thickness of the film, or of the material added to the indenter"),
     "temperature": Field(MAP, "K", "temperature of the surface"),
-    "step_error": Field(TIME, "m", "estimated error of the thickness by the steps in time"),
+    "step_error": Field(TIME, "m", "estimated error of the thickness due to the time steps"),
     "dropped": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
 }
 
@@ -120,7 +122,7 @@ INSIDE: dict[str, Field] = {  # fields below the surface
     "displacement": Field(("depth", "component", *PLANE), "m", "displacement (x, y, z), z into the body"),
     "von_mises": Field(("depth", *PLANE), "Pa", "von Mises stress"),
     "response_error": Field(("depth",), "1", "largest relative error of the response over all wavelengths"),
-    "status": Field(("depth",), "1", "how far the fields at a depth can be trusted"),
+    "status": Field(("depth",), "1", "status of the fields at a depth, 0 if they are resolved"),
 }
 
 

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jax import Array
 
 LARGEST_ERROR = 1e-2
-"""Relative error beyond which a result is marked: of the response ``NOT_RESOLVED``, of growth ``STEP_TOO_LONG``."""
+"""Relative error above which the status is ``NOT_RESOLVED`` (of the response) or ``STEP_TOO_LONG`` (of growth)."""
 
 
 class Status(IntEnum):
@@ -17,7 +17,7 @@ class Status(IntEnum):
     Example:
         >>> import jaxcontact as jc
         >>> jc.Status(2).name, jc.Status.AT_EDGE.message
-        ('AT_EDGE', 'contact at the edge of the grid: a wider grid')
+        ('AT_EDGE', 'contact at the edge of the grid: use a wider grid')
     """
 
     FINE = 0
@@ -44,19 +44,19 @@ class Status(IntEnum):
 
 MESSAGES = {
     Status.FINE: "converged",
-    Status.NOT_CONVERGED: "not converged: more iterations (max_iterations) or a looser tolerance",
-    Status.AT_EDGE: "contact at the edge of the grid: a wider grid",
-    Status.TOO_COARSE: "fewer than 3 cells across the contact: a finer grid",
-    Status.MOVED_TOO_FAR: "a step of sliding moved more than half the grid's width: more substeps",
-    Status.CAME_BACK: "the indenter returned to where part of the history has left the grid: a wider grid",
+    Status.NOT_CONVERGED: "not converged: increase max_iterations, or use a looser tolerance",
+    Status.AT_EDGE: "contact at the edge of the grid: use a wider grid",
+    Status.TOO_COARSE: "fewer than 3 cells across the contact: use a finer grid",
+    Status.MOVED_TOO_FAR: "a step of sliding moved more than half the grid's width: use more substeps",
+    Status.CAME_BACK: "the indenter returned to where part of the history has left the grid: use a wider grid",
     Status.NOT_STEADY: "no steady state: the body flows indefinitely, or rolling had not settled after 20 grid lengths",
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say) and could not be checked inside jit or vmap",
-    Status.SLIDES: "friction cannot hold the tangential load: a smaller load, or a prescribed displacement",
+    Status.SLIDES: "friction cannot hold the tangential load: use a smaller load, or prescribe the displacement",
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
-    Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: kernels with more nodes, or a shorter time",
-    Status.STEP_TOO_LONG: "growth or wear in a step is off by more than 1 %: more substeps",
-    Status.TOO_THICK: "the film has grown thicker than its kernels are made for: a larger thickest",
+    Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: use kernels with more nodes, or a shorter time",
+    Status.STEP_TOO_LONG: "the error of growth or wear in a step exceeds 1 %: use more substeps",
+    Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }
 

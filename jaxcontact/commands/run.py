@@ -77,7 +77,9 @@ def run(options: argparse.Namespace) -> int:
         print(case_text(case), end="")
         return FINE
     if options.directory is None:
-        return complain("run: -o: missing; accepted: -o DIR, where results go, or --show", BAD_INPUT)
+        return complain(
+            "run: -o: missing; accepted: -o DIR, the directory of the results, or --show", BAD_INPUT
+        )
     advice.check(case, options.case)
     advice.check_disk(case, options.case, options.directory)
     return _run_into(options.directory, case, options)

@@ -186,13 +186,15 @@ SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
 
 MATERIAL = Key(choice(*MATERIALS), "the model, whose parameters stand beside it", required=True)
 
-LOAD_ON = Key(LOAD, "normal load [N], held or one per time")
-APPROACH = Key(NUMBERS, "approach from first touch [m], held or one per time")
+LOAD_ON = Key(LOAD, "normal load [N], constant or one per time")
+APPROACH = Key(NUMBERS, "approach from first touch [m], constant or one per time")
 STEADY_LOAD = Key(POSITIVE, "normal load [N]")
 STEADY_APPROACH = Key(NUMBER, "approach from first touch [m]")
 TANGENTIAL = {
-    "tangential_load": Key(VECTORS, "tangential load on the indenter [N], held or one per time"),
-    "tangential_displacement": Key(VECTORS, "of the indenter from first touch [m], held or one per time"),
+    "tangential_load": Key(VECTORS, "tangential load on the indenter [N], constant or one per time"),
+    "tangential_displacement": Key(
+        VECTORS, "displacement of the indenter from first touch [m], constant or one per time"
+    ),
 }
 CREEPAGE = {
     "creepage": Key(VECTOR, "slip velocity of the indenter over the body, as rigid bodies, over the speed"),
@@ -204,25 +206,25 @@ SLIP_FRICTION = Key(COEFFICIENT, "coefficient of friction, or a file of one per 
 SLIDE_FRICTION = Key(
     COEFFICIENT, "coefficient of friction, or a file of one per cell (nx, ny); none when absent"
 )
-COUPLED = Key(FLAG, "whether shear moves the pressure, and pressure the surface sideways", default=True)
+COUPLED = Key(FLAG, "whether tractions cause normal, and pressure tangential, displacement", default=True)
 
 TOLERANCE = Key(POSITIVE, "dimensionless error of a step", default=1e-8)
-ITERATIONS = Key(whole_number(1, MOST_ITERATIONS), "most iterations of a step", default=500)
+ITERATIONS = Key(whole_number(1, MOST_ITERATIONS), "largest number of iterations of a step", default=500)
 MORE_ITERATIONS = Key(ITERATIONS.accept, ITERATIONS.meaning, default=2000)
-SUBSTEPS = Key(whole_number(1, 1000), "inner steps between two times", default=1)
-CORRESPONDENCE = Key(choice("exact", "quasi-elastic"), "of layer and time", default="exact")
+SUBSTEPS = Key(whole_number(1, 1000), "number of inner steps between two times", default=1)
+CORRESPONDENCE = Key(choice("exact", "quasi-elastic"), "time dependence of the response", default="exact")
 SAVE = Key(
     choice(ALL, FEW, LAST),
-    "maps written: of all times, of nine at most, of the last; absent: all where they take up to 32 MB, or a few",
+    "times of the stored maps: all, at most nine, or the last; absent: all up to 32 MB, else nine",
 )
 
 Keys = dict[str, Key]
 TIMES_KEYS: Keys = {
     "end": Key(POSITIVE, "the last time [s]; the first is 0"),
     "steps": Key(whole_number(1, MOST_TIMES), "number of steps to the end"),
-    "spacing": Key(choice("uniform", "logarithmic"), "of the times", default="uniform"),
+    "spacing": Key(choice("uniform", "logarithmic"), "spacing of the times", default="uniform"),
     "first": Key(POSITIVE, "the first time after 0 of logarithmic spacing [s]"),
-    "values": Key(TIMES, "the times themselves [s], in place of the others"),
+    "values": Key(TIMES, "list of the times [s], in place of the other keys"),
 }
 
 
@@ -288,7 +290,7 @@ KINDS: dict[str, Kind] = {
         slide,
         SlidingHistory,
         {
-            "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, held or one per time", required=True),
+            "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, constant or one per time", required=True),
             "friction": SLIDE_FRICTION,
         },
         {"load": LOAD_ON, "approach": APPROACH},
@@ -344,7 +346,9 @@ def sections_of(kind: str) -> dict[str, Keys]:
             "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
             "spacing": Key(SPACING, "size of a cell [m]; with shape"),
             "periodic": Key(
-                PERIODIC, "whether all repeats itself along x, y; [false, true]: plane strain", default=False
+                PERIODIC,
+                "whether the grid is periodic along x, y; [false, true]: plane strain",
+                default=False,
             ),
         },
         "solver": own.solver,

@@ -14,6 +14,9 @@ from jaxcontact.inputs.controls import check_friction
 from jaxcontact.inputs.grid import Grid
 
 FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
+GAUSS_PLACES, GAUSS_WEIGHTS = (
+    np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])
+) / 2.0  # on 0 to 1
 RETURN = 1 / 4  # of the grid's width: nearer than this to an old place is back at it
 SAMPLES = 1500  # places of the track at which a return is looked for, beside its turning points
 
@@ -34,6 +37,41 @@ def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
     share = (jnp.arange(substeps + 1) / substeps)[:, None]
     fine = before[:, None] + (values - before)[:, None] * share
     return fine[:, :-1], fine[:, 1:]
+
+
+def mean_speed(start: Array, end: Array) -> Array:
+    """Return the mean of |v| over a step in which the velocity v changes linearly between two vectors (..., 2).
+
+    With v = b + a s, 0 <= s <= 1, it is the integral of sqrt(A (s - s0)^2 + h^2), A = |a|^2, s0 = -a.b/A and h the smallest
+    speed on the line: in closed form, or by a Gauss-Legendre rule of 12 nodes (error 1e-15) where v changes by less than half
+    of its mean. It differs from the mean of both speeds where the direction changes: after a reversal it is half of it.
+    """
+    change, middle = end - start, (start + end) / 2.0
+    squared = jnp.sum(change**2, -1)
+    steady = squared <= 0.25 * jnp.sum(middle**2, -1)
+    at_rest = (squared == 0.0) & jnp.all(middle == 0.0, -1)
+    between = start[..., None, :] + change[..., None, :] * GAUSS_PLACES[:, None]
+    between = jnp.where((steady & ~at_rest)[..., None, None], between, 1.0)  # safe to differentiate
+    smooth = jnp.sum(GAUSS_WEIGHTS * jnp.sqrt(jnp.sum(between**2, -1)), -1)
+    square = jnp.where(steady, 1.0, squared)
+    nearest = -jnp.sum(change * start, -1) / square
+    across = start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]
+    ratio = jnp.where(steady, 1.0, (across / square) ** 2)  # h^2/A
+    integral = lambda x: 0.5 * (x * _root(x**2 + ratio) + _times_asinh(ratio, x))
+    turning = jnp.sqrt(square) * (integral(1.0 - nearest) - integral(-nearest))
+    return jnp.where(at_rest, 0.0, jnp.where(steady, smooth, turning))
+
+
+def _root(x: Array) -> Array:
+    """Return the square root; at zero its derivative is zero."""
+    return jnp.where(x > 0.0, jnp.sqrt(jnp.where(x > 0.0, x, 1.0)), 0.0)
+
+
+def _times_asinh(g: Array, x: Array) -> Array:
+    """Return g asinh(x/sqrt(g)), zero at g = 0."""
+    some = g > 0.0
+    safe = jnp.where(some, g, 1.0)
+    return jnp.where(some, safe * jnp.arcsinh(x / jnp.sqrt(safe)), 0.0)
 
 
 def over_times(velocity: Array, times: Array) -> Array:

@@ -42,7 +42,7 @@ class Indenter(abc.ABC):
 
     @abc.abstractmethod
     def check(self, grid: Grid) -> Verdict:
-        """Return whether the sizes are in range; raise ValueError for concrete values or shapes that are not."""
+        """Return whether the dimensions are in range; raise ValueError for concrete values or shapes that are not."""
 
     @abc.abstractmethod
     def outline(self) -> Outline:
@@ -87,7 +87,7 @@ class Sphere(Indenter):
 
     Args:
         radius: R [m] > 0.
-        material: ``Elastic``; None: rigid.
+        material: an ``Elastic`` material; None for a rigid indenter.
 
     Example:
         >>> ball = jc.Sphere(radius=5e-3, material=jc.Elastic.from_young(210e9, nu=0.3))
@@ -120,8 +120,8 @@ class Cone(Indenter):
     of the inverse cell size (A. E. H. Love, Q. J. Math. 10 (1939) 161).
 
     Args:
-        half_angle: between axis and side [rad], above 0 and below pi/2.
-        material: ``Elastic``; None: rigid.
+        half_angle: angle between axis and side [rad], above 0 and below pi/2.
+        material: an ``Elastic`` material; None for a rigid indenter.
 
     Example:
         >>> tip = jc.Cone(half_angle=np.radians(80.0))
@@ -169,8 +169,8 @@ class Cylinder(Indenter):
 
     Args:
         radius: R [m] > 0.
-        length: along y [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
-        material: ``Elastic``; None: rigid.
+        length: length along y [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
+        material: an ``Elastic`` material; None for a rigid indenter.
 
     Example:
         >>> roller = jc.Cylinder(radius=10e-3, length=2e-3)
@@ -200,9 +200,7 @@ class Cylinder(Indenter):
         return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()), length)
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """Estimate the half-width of the line contact, with a margin for its wider ends, and return half the length with
-        it.
-        """
+        """Return estimates of the half-width of the line contact, with a margin for its ends, and of half its length."""
         return ROLLER_END_FACTOR * super().half_widths(body, control, times)[0], float(self.length) / 2.0
 
 
@@ -211,8 +209,8 @@ class FlatPunch(Indenter):
     """A flat-ended circular punch: profile 0 within the radius, no contact beyond.
 
     Args:
-        radius: [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
-        material: ``Elastic``; None: rigid.
+        radius: radius [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
+        material: an ``Elastic`` material; None for a rigid indenter.
 
     Example:
         >>> punch = jc.FlatPunch(radius=1e-3)
@@ -239,15 +237,15 @@ class FlatPunch(Indenter):
 
 @pytree
 class HeightField(Indenter):
-    """Measured or generated heights in place of a ball; larger heights touch first.
+    """An indenter with measured or generated heights; larger heights touch first.
 
-    On a periodic grid the heights are periodic. On any other grid the indenter ends with its heights, as a block of the
-    grid's size: it may touch at the grid's edge, where a ball may not (status 2), and the surface beside it is
-    free. So heights cut out of a larger surface need a periodic grid, or a margin that does not touch.
+    On a periodic grid the heights are periodic. On any other grid the indenter is a block of the size of the grid, and the
+    surface of the body beside it is free. It may therefore be in contact at the edge of the grid, which gives status 2 for
+    other indenters. Heights that are part of a larger surface need a periodic grid or a margin that is not in contact.
 
     Args:
         heights: (nx, ny) [m], finite, on the grid.
-        material: ``Elastic``; None: rigid.
+        material: an ``Elastic`` material; None for a rigid indenter.
 
     Example:
         >>> wavy = jc.HeightField(1e-8 * np.cos(np.arange(16.0))[:, None] * np.ones(16))

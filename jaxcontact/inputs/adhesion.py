@@ -32,7 +32,7 @@ RAMP = (
 class Adhesion(abc.ABC):
     """The interface of a law of adhesion: attraction, energy and stiffness as functions of the gap, cell by cell.
 
-    A law whose attraction does not rise with the gap can be added by subclassing: the solver needs no more than this.
+    Further laws can be defined as subclasses with these methods. The attraction must not increase with the gap.
     """
 
     work: Array | float
@@ -48,7 +48,7 @@ class Adhesion(abc.ABC):
 
     @abc.abstractmethod
     def energy(self, gap: Array) -> Array:
-        """Return the work that is left to be done from a gap g on, int_g^infinity s dg [J/m^2]."""
+        """Return the work of separation from a gap g to infinity, int_g^infinity s dg [J/m^2]."""
 
     @abc.abstractmethod
     def stiffness(self, gap: Array) -> Array:
@@ -59,12 +59,12 @@ class Adhesion(abc.ABC):
         """Return the law in units of a length [m] and of the inverse of a compliance [1/Pa]."""
 
     def resolved(self, cell_compliance: Array) -> Adhesion:
-        """Return the law as cells of a compliance (displacement over pressure) can resolve it."""
+        """Return the law that cells of a compliance (displacement over pressure) can resolve."""
         return self
 
     @property
     def characteristic_range(self) -> Array:
-        """The gap over which the attraction at contact would do all the work, w/s(0) [m]."""
+        """The characteristic range of the attraction, w/s(0) [m]."""
         return jnp.asarray(self.work) / self.largest_traction
 
     def tabor_number(self, radius: Any, modulus: Any) -> Array:
@@ -82,8 +82,8 @@ class ExponentialAdhesion(Adhesion):
     """Attraction that decays exponentially with the gap, s = (work/range) exp(-g/range).
 
     Args:
-        work: of adhesion [J/m^2] > 0.
-        range: of the attraction [m] > 0.
+        work: work of adhesion [J/m^2] > 0.
+        range: decay length of the attraction [m] > 0.
 
     Example:
         >>> law = jc.ExponentialAdhesion(work=50e-3, range=2e-9)
@@ -120,8 +120,8 @@ class DugdaleAdhesion(Adhesion):
     its half-width is 1.2 times the displacement of a cell under the strength.
 
     Args:
-        work: of adhesion [J/m^2] > 0.
-        strength: the attraction [Pa] > 0.
+        work: work of adhesion [J/m^2] > 0.
+        strength: attraction within its range [Pa] > 0.
 
     Example:
         >>> law = jc.DugdaleAdhesion(work=50e-3, strength=20e6)

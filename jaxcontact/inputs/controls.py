@@ -18,10 +18,10 @@ class Control:
 
 @pytree
 class Load(Control):
-    """Normal load, linear between the times.
+    """A prescribed normal load, linear between the times.
 
     Args:
-        value: [N] >= 0 and positive at some time, a number (constant) or (nt,); with adhesion of either sign.
+        value: load [N] >= 0 and positive at some time, a number (constant) or (nt,). With adhesion it may be negative.
 
     Example:
         >>> ramp = jc.Load([0.0, 30.0, 60.0])
@@ -32,10 +32,10 @@ class Load(Control):
 
 @pytree
 class Approach(Control):
-    """Approach of the indenter from first touch, linear between the times.
+    """A prescribed approach of the indenter from first touch, linear between the times.
 
     Args:
-        value: [m], a number (constant) or (nt,); below zero there is no contact without adhesion.
+        value: approach [m], a number (constant) or (nt,). Without adhesion there is no contact at negative values.
 
     Example:
         >>> constant = jc.Approach(2.5e-6)
@@ -72,7 +72,7 @@ class TangentialLoad(TangentialControl):
     """Tangential load on the indenter, transmitted to the body as traction; linear between the times.
 
     Args:
-        value: (x, y) [N], (2,) (constant) or (nt, 2); less than friction can hold.
+        value: load (x, y) [N], (2,) (constant) or (nt, 2), smaller than friction coefficient times normal load.
 
     Example:
         >>> reversed_load = jc.TangentialLoad([[0.0, 0.0], [5.0, 0.0], [-5.0, 0.0]])
@@ -86,7 +86,7 @@ class TangentialDisplacement(TangentialControl):
     """Tangential displacement of the indenter from its position at first touch, linear between the times.
 
     Args:
-        value: (x, y) [m], (2,) (constant) or (nt, 2).
+        value: displacement (x, y) [m], (2,) (constant) or (nt, 2).
 
     Example:
         >>> constant = jc.TangentialDisplacement((1e-7, 0.0))

@@ -213,7 +213,7 @@ class FractionalMaxwell(PowerLaw):
     Args:
         G: instantaneous shear modulus [Pa] > 0.
         V: quasi-property of the springpot [Pa s^alpha] > 0.
-        alpha: its order, 0 < alpha < 1.
+        alpha: order of the springpot, 0 < alpha < 1.
         nu: Poisson's ratio, -1 < nu <= 0.5.
         bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 
@@ -245,7 +245,7 @@ class FractionalKelvinVoigt(Fractional):
     Args:
         G: relaxed shear modulus [Pa] > 0.
         V: quasi-property of the springpot [Pa s^alpha] > 0.
-        alpha: its order, 0 < alpha < 1.
+        alpha: order of the springpot, 0 < alpha < 1.
         nu: Poisson's ratio, -1 < nu <= 0.5.
         bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
 

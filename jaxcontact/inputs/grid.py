@@ -41,12 +41,13 @@ MARGIN = 2.0  # width of the grid over the expected width of the contact
 
 @pytree
 class Grid:
-    """Rectangular cells in the plane of the contact; the module gives their positions.
+    """A grid of rectangular cells in the plane of the contact, centred at the origin.
 
     Args:
-        shape: (nx, ny), at least 4 each; static. One cell along a periodic y is plane strain.
-        spacing: (dx, dy) [m] > 0.
-        periodic: along x and y, static: True for both; the module defines the displacement in each case.
+        shape: number of cells (nx, ny), at least 4 each, static. One cell along a periodic y represents plane strain.
+        spacing: cell sizes (dx, dy) [m] > 0.
+        periodic: whether the grid is periodic, (along x, along y) or one value for both, static. The reference of the
+            displacement in each case is defined in ``inputs.grid``.
 
     Example:
         >>> grid = jc.Grid(shape=(64, 32), spacing=(1e-6, 2e-6))
@@ -72,9 +73,9 @@ class Grid:
     def around(cls, body: Any, indenter: Any, control: Any, times: Any, n: int = 256) -> Grid:
         """Choose an n x n grid wide enough for the contact at all times (concrete values only).
 
-        The contact takes 10 to 60 % of the grid's width along x and along y, by the indenter's estimate of its largest
-        half-widths: the cells under a long roller are rectangles. If the contact nevertheless reaches the edge, the
-        result's status says so.
+        The contact takes 10 to 60 % of the width of the grid along x and along y, according to an estimate of its largest
+        half-widths. The cells under a long roller are therefore rectangles that are not squares. If the contact
+        nevertheless reaches the edge, the status of the result is 2.
         """
         given = (
             ("body", body, "substrate"),

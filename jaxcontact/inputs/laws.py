@@ -1,4 +1,4 @@
-"""Laws of films that form and wear in a contact: the rate of change of the thickness, from pressure, thickness and heat.
+"""Laws of film growth and wear: the rate of change of the thickness from pressure, thickness and temperature.
 
 A law is a frozen pytree with a method ``rate(step)`` that returns dh/dt [m/s], (nx, ny), where ``step`` is a
 ``RubbingState``. The laws of this module can be added, to each other and to any such object:
@@ -13,7 +13,7 @@ A law is a frozen pytree with a method ``rate(step)`` that returns dh/dt [m/s], 
 
     law = Oxidation(1e-12) + jc.Archard(1e-18)
 
-Where a film wears it stops at thickness zero.
+The thickness of a film that wears does not become negative.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BOLTZMANN = 1.380649e-23  # J/K, exact
 
 @pytree
 class RubbingState:
-    """The contact at an instant as a law sees it, SI units.
+    """The state of the contact at one time, the argument of a law, in SI units.
 
     pressure [Pa], gap [m], thickness [m] of the film (with ``wears="indenter"``: what has formed on the indenter, negative
     where it is worn), friction_stress [Pa] = friction x pressure: (nx, ny); speed [m/s], (); temperature [K], (nx, ny), None
@@ -49,7 +49,7 @@ class RubbingState:
 
 
 class KineticLaw:
-    """The base of laws: they can be added."""
+    """Base class of the laws, which can be added."""
 
     def rate(self, step: RubbingState) -> Array:
         """Return the rate of change of the thickness, dh/dt [m/s], (nx, ny)."""

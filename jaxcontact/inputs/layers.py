@@ -20,11 +20,11 @@ class Layer:
 
     Args:
         material: any material.
-        thickness: h [m] > 0, a number; in ``indent`` also (nt,) over its times, linear between them: a film that
-            grows or wears uniformly (``history.growing`` states the assumptions). In ``indent`` also (nx, ny) on the
-            grid, or (nt, nx, ny), >= 0, for the only layer on an elastic substrate: a film that varies in the plane. It
-            stands on a flat base, so that its surface is higher where it is thicker, and where it is 0 the base is bare
-            (``operators.varying`` has the operator and its error).
+        thickness: h [m] > 0, a number. In ``indent`` it may be (nt,), linear between the times, for a film that grows or
+            wears uniformly (the assumptions are stated in ``history.growing``), and, for the only layer on an elastic
+            substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
+            a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
+            (``operators.varying``).
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
@@ -39,7 +39,7 @@ class Graded:
     """A layer whose material varies with depth, divided into equal sublayers with the material at their mid-depth.
 
     The error of the response decreases with the square of the number of sublayers. Derivatives with respect to all
-    numbers that the profile closes over are available. The film strain of a run is that of the uppermost sublayer.
+    numbers that the profile uses are available. The film strain of a run is that of the uppermost sublayer.
 
     Args:
         profile: function from the depth below the layer's top [m] to a material, of the same or another class at each.

@@ -47,10 +47,10 @@ class Material(abc.ABC):
 
     @abc.abstractmethod
     def spectrum(self) -> Spectrum:
-        """Return the material's canonical form."""
+        """Return the retardation spectrum of the material."""
 
     def nu_at(self, compliance: Array) -> Array:
-        """Return nu where the shear compliance is j [1/Pa], real, or complex at a frequency: nu(s) of the module."""
+        """Return Poisson's ratio for a shear compliance j [1/Pa], which is complex at a frequency: nu(s) of the module."""
         if self.bulk_modulus is None:
             return jnp.asarray(self.nu, float)
         stiff = 3.0 * self.bulk_modulus * compliance

@@ -105,23 +105,24 @@ class ImageKernels:
 
 
 def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: int = DEFAULT_NODES) -> Kernels:
-    """Build the kernels of a body, an indenter and a grid, for many runs on them (``indent(kernels=...)``).
+    """Compute the kernels of a body, an indenter and a grid, for use in several runs (``indent(kernels=...)``).
 
     Args:
         body: a ``LayeredHalfSpace``.
-        indenter: its material counts, its shape does not.
-        grid: a ``Grid``; the runs must be on the same.
-        nodes: decay rates per band that all wavenumbers share, static, 1 to 8. Two are good to 4e-7 of the
-            displacement for a film a tenth as stiff as its substrate and to 3e-4 for one as stiff; take
-            more for a stiffer film (``separation_error`` says how good they are). Of several layers, or on a substrate
-            that creeps, each stands for 12 rates spread over the times of the materials, and 4 shapes; for 18 and 10
-            where a layer that does not flow lies over one that may, whose response has a latest time, ``horizon``.
+        indenter: the indenter, of which only the material is used.
+        grid: the ``Grid`` of the runs.
+        nodes: number of common decay rates in each band of rates, static, 1 to 8. With two, the error of the displacement
+            is 4e-7 for a film a tenth as stiff as its substrate and 3e-4 for a film as stiff as its substrate; use more for
+            a stiffer film. The measured error is ``separation_error``. For several layers, or on a viscoelastic
+            substrate, each node stands for 12 rates spread over the times of the materials, and for 4 coefficient
+            functions; for 18 and 10 if a layer that does not flow lies over one that may, in which case the response is
+            valid up to the time ``horizon``.
 
     Returns:
         ``Kernels``.
 
     Raises:
-        ValueError: a body, an indenter or a grid that cannot be computed.
+        ValueError: an invalid or unsupported body, indenter or grid.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
@@ -170,7 +171,7 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
 
 def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
     """dx, and the compliance of a very wide contact; held constant in derivatives."""
-    compliance = limits.long_term() + indenter.compliance()
+    compliance = limits.relaxed_compliance() + indenter.compliance()
     held = jax.lax.stop_gradient
     return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
 

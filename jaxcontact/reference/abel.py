@@ -47,7 +47,7 @@ class Layered(NamedTuple):
         return self._replace(layer_modulus=modulus)
 
 
-class Pile(NamedTuple):
+class LayerStack(NamedTuple):
     """Layers on a half-space, and an elastic indenter's (1 - nu)/G [1/Pa].
 
     Shear moduli [Pa] and nu are given from the top down, (layers + 1,), thicknesses [m] as (layers,).
@@ -92,7 +92,7 @@ def scaled_response(alpha, body):
     the response is found from all interface conditions, with alpha times the total thickness bounded below by
     ``LONGEST``.
     """
-    if isinstance(body, Pile):
+    if isinstance(body, LayerStack):
         alpha = np.maximum(alpha, LONGEST / np.sum(body.thicknesses))
         G, nu, h = (np.broadcast_to(part, (*alpha.shape, len(part))) for part in body[:3])
         response = alpha * surface_response(G, nu, h, alpha, np.zeros_like(alpha))[..., 2, 2]

@@ -64,7 +64,7 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
         N [m/Pa] of the broadcast shape; nan where a value traced by jit or vmap is outside its range.
 
     Raises:
-        ValueError: a body that cannot be computed, a negative k or a negative t.
+        ValueError: an invalid or unsupported body, a negative k or a negative t.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))

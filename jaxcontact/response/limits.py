@@ -1,7 +1,8 @@
-"""Facts about a body that follow from its solids, whatever the formula of its response.
+"""Properties of a body that follow from its materials, independent of the formula of its response.
 
-Contacts far wider than the layers meet the substrate, contacts far narrower than the top layer meet its material. Both
-are half-spaces, of compliance (1 - nu) J(t) at a constant Poisson's ratio (``response.volume.surface_creep``).
+The compliance for contacts much wider than the layers is that of the substrate, and for contacts much narrower than the
+top layer that of its material. Both are compliances of half-spaces, (1 - nu) J(t) at
+a constant Poisson's ratio (``response.volume.surface_creep``).
 """
 
 import jax
@@ -56,28 +57,30 @@ class BodyLimits:
         return film_shape(self.film.material, wavenumber * self.film.thickness)
 
     def wide(self, t: Array | float) -> Array:
-        """Compliance [1/Pa] that a contact far wider than the layers meets after a time t [s]."""
+        """Return the compliance [1/Pa] at a time t [s] of the substrate, for contacts much wider than the layers."""
         return surface_creep(self.substrate).creep(t)
 
     def narrow(self, t: Array | float) -> Array:
-        """Compliance [1/Pa] that a contact far narrower than the top layer meets after a time t [s]."""
+        """Return the compliance [1/Pa] at a time t [s] of the top layer, for contacts much narrower than it."""
         return surface_creep(self.surface).creep(t)
 
-    def long_term(self) -> Array:
-        """``wide`` after a very long time, without unlimited flow [1/Pa]: a scale that is never zero."""
+    def relaxed_compliance(self) -> Array:
+        """Return the relaxed compliance of the substrate without its steady-state flow [1/Pa], which is never zero."""
         creep = surface_creep(self.substrate)
         return creep.instantaneous + jnp.sum(jnp.where(creep.rates > 0.0, creep.amplitudes, 0.0))
 
-    def flows(self) -> Array:
-        """True if the surface displacement grows without limit under a load, () bool."""
+    def is_fluid(self) -> Array:
+        """Return whether the surface displacement grows without limit under a load, () bool."""
         return jnp.any(jnp.stack([may_flow(solid) for solid in self.solids]))
 
-    def rigid_at_first(self) -> Array | bool:
-        """True if a solid has J(0) = 0, so that a step load cannot deform it at once; a bool where its class determines
-        it."""
+    def has_zero_instantaneous_compliance(self) -> Array | bool:
+        """Return whether a solid has J(0) = 0 and does not respond to a step load instantaneously.
+
+        The result is a bool where the class of the material determines it.
+        """
         if any(isinstance(solid, KelvinVoigt) for solid in self.solids):
             return True
-        return _rigid_at_first(self.solids)
+        return _has_zero_instantaneous_compliance(self.solids)
 
     def stiffness_ratio(self) -> Array:
         """The largest initial modulus of a layer over that of a solid below it, (); zero without layers."""
@@ -94,5 +97,5 @@ def limits_of(body: LayeredHalfSpace) -> BodyLimits:
 
 
 @jax.jit  # one program of every check instead of one for each operation
-def _rigid_at_first(solids: list[Material]) -> Array:
+def _has_zero_instantaneous_compliance(solids: list[Material]) -> Array:
     return jnp.any(jnp.stack([solid.spectrum().instantaneous == 0.0 for solid in solids]))

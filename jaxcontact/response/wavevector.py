@@ -28,22 +28,22 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
     Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Appendix A, whose nine functions agree
     with these after correction of its misprints: Eq. (1) must read sigma_xz = -q_x (the functions are for a traction +q_x
     on the body); B-bar(2),m in R3 to R6 must be B(2),m; theta is exp(-2 alpha h), with nu_1, nu_2 those of coating and
-    substrate. As printed they overflow for thick layers and lose all digits for thin ones; this function uses the
-    recursion of ``response.stack``, accurate to 4e-14 at all times.
+    substrate. In their printed form they overflow for thick layers and lose all significant digits for
+    thin ones; this function uses the recursion of ``response.stack``, whose relative error is 4e-14 at all times.
 
-    At wavevector zero, where the displacement of a half-space is unbounded and the direction is undefined, the diagonal
-    is ``inf`` and the rest 0, the mean over all directions, with zero derivative.
+    At the wavevector zero the displacement of a half-space is unbounded, and the direction is undefined. The diagonal
+    entries are then ``inf``, and the others 0, which is their mean over all directions; the derivatives are zero.
 
     Args:
         body: a ``LayeredHalfSpace``.
         kx, ky: components of the wavevector [rad/m], of shapes that broadcast.
-        t: time [s], >= 0; broadcasts with them.
+        t: time [s], >= 0, of a shape that broadcasts with them.
 
     Returns:
         (..., 3, 3) complex [m/Pa], displacement first; nan where a value traced by jit or vmap is outside its range.
 
     Raises:
-        ValueError: a body that cannot be computed, a wavevector that is not finite or a negative t.
+        ValueError: an invalid or unsupported body, a wavevector that is not finite, or a negative t.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))

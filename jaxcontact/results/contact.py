@@ -14,6 +14,10 @@ from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
 
+CLOSED = (
+    1e-6  # gap of a cell in contact, relative to the heights of the surface, at most; the solver leaves 1e-8
+)
+
 
 @pytree
 class ContactStep:
@@ -55,6 +59,11 @@ class ContactResult:
         ValueError inside a transformation, where the numbers are not known.
         """
         return notes_of(self)
+
+    @property
+    def in_contact(self) -> Array:
+        """Whether a cell is in contact, of the shape of ``pressure``."""
+        return self.pressure > 0.0
 
     def summary(self) -> str:
         """Return the first, last and largest values of the main quantities, the grid and the convergence status, as text."""
@@ -98,7 +107,7 @@ def _check_one(result: Any) -> None:
 
 @pytree
 class ContactHistory(ContactResult):
-    """A contact over time, SI units.
+    """The result of a contact over time, in SI units.
 
     times (nt,) [s]; pressure [Pa] and displacement [m] (of both surfaces, towards each other): (nt, nx, ny), or (nx, ny)
     at the last time with ``save="last"`` or a function; saved: the return values of that function, stacked over time;
@@ -171,21 +180,28 @@ class ContactHistory(ContactResult):
 
 @pytree
 class AdhesiveHistory(ContactHistory):
-    """A ``ContactHistory`` with adhesion, SI units.
+    """A ``ContactHistory`` with adhesion, in SI units.
 
-    pressure is the sum of what contact carries and of the attraction, negative where the surfaces pull on each other;
-    load is its integral; contact_area and smooth_area are those of the cells whose gap is zero.
+    pressure is the contact pressure minus the attraction, which is negative where the surfaces attract each other; load is
+    its integral; contact_area and smooth_area are those of the cells whose gap is zero.
 
-    jumps (nt,): how often the solution has left its branch since times[0], as contact snaps in or off; jump_energy
-    (nt,) [J]: what was lost by that, so that of the energy lost in a cycle of approach and retraction it is the part
-    of adhesion, and the rest is lost in the body; cohesive_cells (nt,): cells across the zone at the edge of contact
-    in which the surfaces attract each other (pi E* w/(4 s(0)^2) on a half-space with the compliance of a cell): below
-    three the pull-off load depends on the grid. Jumps are found from the energy, as ``history.adhering`` says.
+    jumps (nt,): number of jumps into or out of contact since times[0], at which the solution left its branch of equilibria;
+    jump_energy (nt,) [J]: energy dissipated in these jumps (in a cycle of approach and retraction, the energy lost by
+    adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the zone of attraction
+    at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell. Below three the pull-off load
+    depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
     """
 
     jumps: Array
     jump_energy: Array
     cohesive_cells: Array
+
+    @property
+    def in_contact(self) -> Array:
+        """Whether a cell is in contact, of the shape of ``pressure``: its gap is zero, whether it is pressed or pulled."""
+        relief = jnp.max(self.profile, (-2, -1)) - jnp.min(self.profile, (-2, -1))
+        height = relief + jnp.max(jnp.abs(self.displacement), tuple(range(-self.displacement.ndim, 0)))
+        return self.gap <= CLOSED * height
 
 
 @pytree
@@ -229,10 +245,10 @@ def radius_of(area: Array, grid: Grid) -> Array:
     return jnp.where(touches, jnp.sqrt(jnp.where(touches, area, 1.0) / jnp.pi), 0.0)
 
 
-def marked(result: Any, valid: Array | None) -> Any:
+def nan_where_invalid(result: Any, valid: Array | None) -> Any:
     """Return the result with all its numbers nan and status OUT_OF_RANGE where ``valid`` is false; None means valid."""
     if valid is None:
         return result
-    nan_where_invalid = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
+    masked = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
     status = jnp.where(valid, result.status, int(Status.OUT_OF_RANGE))
-    return replace(jax.tree.map(nan_where_invalid, result), status=status)
+    return replace(jax.tree.map(masked, result), status=status)

@@ -70,9 +70,13 @@ class InteriorFields:
         if not error > IMAGE_LIMIT:
             return ()
         limit = LARGEST_ERROR if error > LARGEST_ERROR else IMAGE_LIMIT
-        kind = f"response below the surface off by more than {limit:g}"
+        kind = f"error of the response below the surface above {limit:g}"
         return (
-            Note(f"the response below the surface is off by up to {error:.1g} (response_error)", kind, error),
+            Note(
+                f"the response below the surface has a relative error of up to {error:.1g} (response_error)",
+                kind,
+                error,
+            ),
         )
 
     def summary(self) -> str:

@@ -214,16 +214,16 @@ def _of_thickness(run: _Run) -> Iterator[Note]:
     limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
     if slope > limit:
         yield Note(
-            f"the film's thickness varies with a slope of {slope:.2g}: above {limit} the displacement of a {film} film is"
-            " off by more than 1 to 2 %",
+            f"the film's thickness varies with a slope of {slope:.2g}: above {limit} the error of the displacement of a"
+            f" {film} film exceeds 1 to 2 %",
             f"slope of the film's thickness above {limit}",
             slope,
         )
     if error > SERIES_LIMIT:
         yield Note(
-            f"the series in the film's thickness is off by up to {error:.1g}: the thickness varies over too wide a range of"
-            " cells",
-            f"series in the film's thickness off by more than {SERIES_LIMIT:g}",
+            f"the series in the film's thickness has a relative error of up to {error:.1g}: the range of thicknesses is too"
+            " wide relative to the cell size",
+            f"error of the series in the film's thickness above {SERIES_LIMIT:g}",
             error,
         )
 
@@ -233,11 +233,14 @@ def _of_adhesion(run: _Run) -> Iterator[Note]:
     steps = np.flatnonzero(np.diff(run.jumps, prepend=0) > 0)
     if steps.size:
         first = _at(run, int(steps[0])).replace(", at", ", first at")
-        text = f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives do not see the jump move"
+        text = (
+            f"the contact jumps in {steps.size} of {run.status.size} steps{first}: derivatives exclude a change of the"
+            " time of jumps"
+        )
         yield Note(text, "the contact jumps", float(steps.size))
     cells = float(np.min(run.cohesive_cells))
     if cells < FEW_COHESIVE:
-        worse = ", and the edge may stick to rows of cells" if cells < TRAPPING else ""
+        worse = ", and the edge may be pinned at rows of cells" if cells < TRAPPING else ""
         yield Note(
             f"{cells:.2g} cells across the zone of attraction at the edge of contact: below {FEW_COHESIVE} pull-off depends"
             f" on the grid{worse}",

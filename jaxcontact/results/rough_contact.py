@@ -1,8 +1,9 @@
 """Statistics of rough contacts: real contact area, pressure distribution and contact patches.
 
-The nominal area A0 is that of the grid. Cells under pressure are in contact, and the contact boundary runs along the
-sides between them and open neighbours; the sides of a grid that is not periodic do not count. Counting whole cells
-overestimates the area by part of the cells that the boundary crosses: with S cell sides along the boundary, the area is
+The nominal area A0 is that of the grid. Cells under pressure are in contact, with adhesion those whose gap is zero. The
+contact boundary runs along the sides between them and open neighbours; the sides of a grid that is not periodic do not
+count. Counting whole cells overestimates the area by part of the cells that the boundary crosses: with S cell sides
+along the boundary, the area is
 
     A = dx dy (n - (pi - 1 + ln 2)/24 S)
 
@@ -36,10 +37,11 @@ class ContactStatistics(InWords):
 
     ``area_fraction`` over ``mean_pressure`` gives contact area against load.
 
-    mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all cells; corrected_fraction: the
-    same with the correction for cells on the contact boundary given in the module (in plane strain the error vanishes to
-    first order, and it equals the counted one); perimeter [m]: length of the contact boundary, pi/4 of that of the cells'
-    sides, as for edges of all directions; mean_gap [m]: over the nominal area, contact included.
+    mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all cells; corrected_fraction: area
+    fraction with a correction for the cells on the contact boundary, defined in ``results.rough_contact`` (in plane strain
+    the error vanishes to first order, and it equals ``area_fraction``); perimeter [m]: length of the contact boundary,
+    estimated as pi/4 of the length of the cell sides along it, which is correct on average over all directions; mean_gap
+    [m]: mean over the nominal area, including the contact.
     """
 
     mean_pressure: Array
@@ -53,9 +55,10 @@ class ContactStatistics(InWords):
 class PressureHistogram(InWords):
     """The pressure distribution over the nominal area.
 
-    edges [Pa], (bins + 1,): from zero to the largest pressure of all times; density [1/Pa], (nt, bins), or (bins,) for
-    fields at one time: of cells in contact only, so that its integral is the area fraction and that of density times
-    pressure the mean pressure.
+    edges [Pa], (bins + 1,): limits of the bins, from zero, or with adhesion from the largest tension, to the largest
+    pressure of all times; density [1/Pa], (nt, bins), or (bins,) for fields at one time: share of the nominal area per
+    unit of pressure. Only cells under pressure or tension are counted: without adhesion the integral of the density is
+    the area fraction. The integral of density times pressure is the mean pressure.
     """
 
     edges: Array
@@ -66,7 +69,8 @@ class PressureHistogram(InWords):
 class ContactClusters:
     """Patches of contact: sets of cells in contact that are connected by their sides.
 
-    labels (nx, ny): 0 where open, 1 in the largest patch, then by decreasing area; areas (n,) [m^2], by counting cells.
+    labels (nx, ny): 0 outside contact, 1 in the largest patch, and so on by decreasing area; areas (n,) [m^2]: areas of the
+    cells in each patch.
     """
 
     labels: np.ndarray
@@ -83,12 +87,11 @@ class ContactClusters:
 
 
 def contact_statistics(result: Any) -> ContactStatistics:
-    """Compute mean area, pressure and gap over the nominal area of the grid; see ``ContactStatistics``.
+    """Compute the area fraction in contact, the mean pressure and the mean gap; see ``ContactStatistics``.
 
     Args:
-        result: the result of ``indent``, ``slide``, ``slide_steady`` and the like. Also under jit, grad and vmap; counts
-            of
-            cells have no derivative, the mean gap and pressure have.
+        result: the result of ``indent``, ``slide``, ``slide_steady`` and similar functions. It may be traced by jit, grad
+            and vmap. The derivatives of numbers of cells are zero; those of the mean gap and the mean pressure are not.
 
     Returns:
         ``ContactStatistics``.
@@ -104,8 +107,8 @@ def contact_statistics(result: Any) -> ContactStatistics:
     """
     _check_contact(result)
     grid, pressure = result.grid, result.pressure
-    counted = jnp.mean(pressure > 0.0, (-2, -1), dtype=float)
-    along_x, along_y = _boundary_sides(pressure > 0.0, grid)
+    counted = jnp.mean(result.in_contact, (-2, -1), dtype=float)
+    along_x, along_y = _boundary_sides(result.in_contact, grid)
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     excess = 0.0 if grid.plane_strain else AREA_CORRECTION * (along_x + along_y) / (nx * ny)
     return ContactStatistics(
@@ -140,10 +143,14 @@ def pressure_histogram(result: Any, bins: int = 50) -> PressureHistogram:
     _check_contact(result)
     checks.whole("bins", bins, 1, MOST_BINS)
     pressure = result.pressure
-    edges = jnp.linspace(0.0, jnp.maximum(jnp.max(pressure), jnp.finfo(float).tiny), bins + 1)
+    lowest, highest = (
+        jnp.minimum(jnp.min(pressure), 0.0),
+        jnp.maximum(jnp.max(pressure), jnp.finfo(float).tiny),
+    )
+    edges = jnp.linspace(lowest, highest, bins + 1)
     maps = pressure.reshape(-1, pressure.shape[-2] * pressure.shape[-1])
     share = (
-        jax.vmap(lambda p: jnp.histogram(p, edges, weights=jnp.where(p > 0.0, 1.0, 0.0))[0])(maps)
+        jax.vmap(lambda p: jnp.histogram(p, edges, weights=jnp.where(p != 0.0, 1.0, 0.0))[0])(maps)
         / maps.shape[-1]
     )
     return PressureHistogram(edges, (share / jnp.diff(edges)).reshape(*pressure.shape[:-2], bins))
@@ -175,10 +182,10 @@ def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
         "result: expected the result of one run, outside jit,"
         f" got a status of shape {getattr(getattr(result, 'status', None), 'shape', None)}",
     )
-    maps = np.asarray(result.pressure)
+    maps = np.asarray(result.in_contact)
     maps = maps if maps.ndim == 3 else maps[None]
     checks.whole("step", step, -len(maps), len(maps) - 1)
-    labels = _joined(scipy.ndimage.label(maps[step] > 0.0)[0], result.grid)
+    labels = _joined(scipy.ndimage.label(maps[step])[0], result.grid)
     cells = np.bincount(labels.ravel())[1:]
     order = np.argsort(-cells, kind="stable")
     rank = np.zeros(cells.size + 1, int)
@@ -210,8 +217,8 @@ def _boundary_sides(touching: Array, grid: Grid) -> tuple[Array, Array]:
 
 
 def _check_contact(result: Any) -> None:
-    """Raise ValueError unless the result has a pressure and a gap on a grid."""
+    """Raise ValueError unless the result has a contact and a gap on a grid."""
     checks.require(
-        all(hasattr(result, name) for name in ("pressure", "gap", "grid")),
+        all(hasattr(result, name) for name in ("in_contact", "gap", "grid")),
         f"result: expected the result of indent, slide, slide_steady, ..., got {type(result).__name__}",
     )

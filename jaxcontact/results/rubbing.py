@@ -20,16 +20,17 @@ class RubbedStep(ContactStep):
 
 @pytree
 class RubbingHistory(ContactHistory):
-    """A ``ContactHistory`` of surfaces that form and wear, SI units.
+    """A ``ContactHistory`` of a contact with film growth and wear, in SI units.
 
-    thickness (nt, nx, ny) [m]: of the film, or, with ``wears="indenter"``, of what has formed on the indenter, negative
-    where it is worn; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; both (nx, ny) of the last time
-    unless save="all"; friction_work (nx, ny) [J/m2]: of friction from the first time to the last; step_error (nt,) [m]: sum
-    of the estimated errors of the thickness by the steps in time, each the largest over the grid.
+    thickness (nt, nx, ny) [m]: thickness of the film, or, with ``wears="indenter"``, of the material added to the indenter,
+    which is negative where it is worn; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; both are
+    (nx, ny) at the last time unless save="all"; friction_work (nx, ny) [J/m^2]: frictional work from the first time to the
+    last; step_error (nt,) [m]: accumulated estimate of the error of the thickness due to the time steps, the largest value
+    over the grid of each step.
 
-    displacement is that of the surface: elastic and viscous displacement less what has formed; profile is the gap at first
-    touch of the surfaces as they are at first. status 12: a step of growth or wear is too long; 13: the film is thicker than
-    what its kernels are made for.
+    displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
+    touch of the initial surfaces. status 12: a time step is too long for the rate of growth or wear; 13: the film is thicker
+    than the largest thickness for which its kernels were computed.
     """
 
     thickness: Array

@@ -50,20 +50,20 @@ class _RenamedTotal:
 
 @pytree
 class SlidingHistory(_RenamedTotal, ContactHistory):
-    """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, SI units.
+    """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, in SI units.
 
     velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero without
     friction; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
-    axis; stored_energy (nt,) [J]: of the pressure and its displacement; dropped (nt,) [m]: bound on the displacement in
-    contact that the part of the history that left the grid would add.
+    axis; stored_energy (nt,) [J]: energy stored in the body under the pressure; dropped (nt,) [m]: bound on the displacement
+    of the contact due to the part of the history that left the grid.
 
-    Forces against the motion [N] and powers dissipated [W], (nt,), are positive where they resist and zero at rest. The
-    totals, as a dynamometer on the indenter's holder measures them, are tangential_force, friction_coefficient (over the
-    load) and power. Their parts are hysteresis_force and hysteresis_power of the viscoelastic body (zero on an elastic
-    one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
+    Forces [N] and powers [W], (nt,), are positive if they resist the motion and are dissipated, and zero at rest. The
+    totals, as a dynamometer on the holder of the indenter would measure them, are tangential_force, friction_coefficient
+    (over the load) and power. Their parts are hysteresis_force and hysteresis_power of the viscoelastic body (zero on an
+    elastic one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
     friction the totals equal the hysteresis parts. See ``history.observables`` for the convention, and for a term of the
-    order of a slope times coulomb_force that is neglected. lateral_force (nt, 2) [N]: force of the pressure on the
-    indenter due to the slopes of its profile (walls steeper than 1 do not count).
+    order of the slope of the profile times coulomb_force that is neglected. lateral_force (nt, 2) [N]: force of the
+    pressure on the indenter due to the slopes of its profile (slopes above 1 are left out).
 
     hysteresis_force times speed plus load times rate of approach (without friction) equals hysteresis_power plus the rate
     of stored_energy, as long as no part of the history leaves the grid.

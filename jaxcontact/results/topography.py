@@ -27,9 +27,9 @@ from jaxcontact.results.summaries import InWords
 class SurfaceStatistics(InWords):
     """Statistics of a rough surface.
 
-    rms_height [m], from the mean; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m], of the mean curvature (h_xx +
-    h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): C averaged over rings as wide as the smallest |k| of the
-    grid, at the mean of |k| over the ring.
+    rms_height [m] with respect to the mean height; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m] of the mean
+    curvature (h_xx + h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): the power spectral density C, averaged over
+    rings in the plane of wavevectors, whose width is the smallest |k| of the grid, at the mean |k| of each ring.
     """
 
     rms_height: np.ndarray

@@ -30,7 +30,7 @@ from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_s
 from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
 from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
-from jaxcontact.results.contact import ContactHistory, ContactStep, marked
+from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
@@ -206,10 +206,10 @@ def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: s
     bulky = any(solid.bulk_modulus is not None for solid in solids(body))
     checks.require(
         correspondence == "exact" or not bulky,
-        f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}": it would be 5 % off',
+        f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
     )
     limits = limits_of(body)
-    rigid = limits.rigid_at_first()
+    rigid = limits.has_zero_instantaneous_compliance()
     alone, film = indenter.material is None, limits.film is not None and correspondence == "exact"
     if not is_concrete(rigid):
         return ~(jnp.asarray(rigid) & (alone or film))
@@ -252,7 +252,7 @@ def _can_be_reached(
     checks.require(
         bool(inside),
         f"Approach [m]: expected less than {float(highest):g} on a periodic grid, the mean gap at first touch, got"
-        f" {float(np.max(control.value)):g}: the surface does not sink in the mean, and is all in contact there",
+        f" {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface would be in contact",
     )
     return True
 
@@ -337,7 +337,9 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
     if experiment.film_map is not None:
         told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment))
-    return marked(replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid)
+    return nan_where_invalid(
+        replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
+    )
 
 
 def _steepness(experiment: Experiment) -> dict[str, Array]:
@@ -364,7 +366,7 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 
 
 def _doubted(result: Any, errors: Errors) -> Array:
-    """Return the status, with the steps marked that are known to be off; a steady state lasts as long as its grid passes."""
+    """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
     if hasattr(result, "times"):
         return doubted(result.status, result.times - result.times[0], errors)
     speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
@@ -373,7 +375,7 @@ def _doubted(result: Any, errors: Errors) -> Array:
 
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
-    """Return the status, with those marked that are fine but for a response known to be off by more than 1 %."""
+    """Return the status, with ``NOT_RESOLVED`` in place of ``FINE`` where the error of the response exceeds 1 %."""
     largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
     off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
     return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

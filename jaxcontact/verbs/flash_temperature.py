@@ -52,22 +52,22 @@ NEWTON = 60  # iterations that invert u(s); it starts from above on a convex fun
 def flash_temperature(
     heat_flux: Array, grid: Grid, *, velocity: Any, conductivity: Any, diffusivity: Any
 ) -> Array:
-    """Return the steady rise of surface temperature under a heat flux that moves over a half-space.
+    """Compute the steady rise of surface temperature under a heat flux that moves over a half-space.
 
         T(k) = q(k)/(conductivity sqrt(|k|^2 - i k . v/diffusivity))
 
-    in wavenumbers, for a flux of any form; it is computed for the free half-space, cell by cell (module). The flux is
-    uniform over each cell and moves with ``velocity`` along +x over the body; behind it, towards -x, the body is hotter.
-    At rest (velocity 0) it is the steady state of a half-space under a constant flux. With friction the flux is the
-    share that the body takes of friction coefficient x pressure x |velocity|. Differentiable with respect to flux,
-    velocity, conductivity and diffusivity.
+    is its Fourier transform for a flux of any form. The rise is computed for a non-periodic half-space by the
+    superposition of uniform fluxes on the cells (``verbs.flash_temperature``). The flux moves with ``velocity`` over the
+    body; behind it the body is hotter. At zero velocity the result is the steady state under a constant flux. In a
+    contact with friction, the flux is the fraction of friction coefficient x pressure x |velocity| that enters the body.
+    The result is differentiable with respect to flux, velocity, conductivity and diffusivity.
 
     Args:
         heat_flux: [W/m2], (nx, ny) on the grid.
-        grid: a ``Grid`` that is not periodic, or one in plane strain (one cell along a periodic y), which stands for a
-            band without end along y.
-        velocity: of the flux over the body [m/s]: a number along x, or (2,). In plane strain it must not be zero: the
-            rise of a band at rest grows without limit.
+        grid: a ``Grid`` that is not periodic, or one in plane strain (one cell along a periodic y), which represents a
+            band of infinite length along y.
+        velocity: velocity of the flux over the body [m/s]: a number along x, or (2,). In plane strain it must not be zero,
+            since the temperature under a stationary band grows without limit.
         conductivity: thermal conductivity of the body [W/(m K)] > 0.
         diffusivity: thermal diffusivity of the body [m2/s] > 0.
 

@@ -48,55 +48,59 @@ def indent(
     checkpoint: str = "pressures",
     adhesion: Adhesion | None = None,
 ) -> ContactHistory:
-    """Press an indenter on a body and follow the contact in time.
+    """Compute the contact of an indenter with a body under a prescribed load or approach over time.
 
         u(x, t) = int_0^t K(x, t - s) * dp(x, s),   g = profile + u - approach >= 0,   p >= 0,   p g = 0
 
-    All numbers in body, indenter and control are differentiable: differentiate a field of the result, not the
-    whole (it has integers). Where a cell enters contact the derivative is that of the side on which it is
-    out; without contact pressure, load and area have derivative zero. Second derivatives hold the area of
-    contact: ``contact.implicit``. Source: Wang et al., Tribology Letters 2025, doi
-    10.1007/s11249-025-01990-5, sections 2.2 to 2.4, with the correspondence principle made exact and the
-    integral second order in time.
+    The fields of the result are differentiable with respect to all numbers in body, indenter and control. Differentiate a
+    field and not the whole result, which contains integers. Where a cell is just entering contact, the derivative is the
+    one-sided derivative with the cell outside. Without contact the derivatives of pressure, load and area are zero. Second
+    derivatives are those at constant contact area (``contact.implicit``).
+
+    Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, sections 2.2 to 2.4, with the exact
+    correspondence principle and a time integration of second order.
 
     Args:
-        body: a ``LayeredHalfSpace``, SI units; a ``Layer`` may have a thickness (nt,) over the times, which costs
-            kernels at each step, or (nx, ny) or (nt, nx, ny) in the plane; both take no ``kernels``: ``history.growing``,
-            ``operators.varying``.
+        body: a ``LayeredHalfSpace`` in SI units. The thickness of a ``Layer`` may be (nt,), one value for each time,
+            which requires new kernels at each step (``history.growing``), or (nx, ny) or (nt, nx, ny) if it varies in the
+            plane (``operators.varying``). With such a layer, ``kernels`` cannot be given.
         indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
-        control: ``Load`` [N] or ``Approach`` [m], a number or (nt,), which steps on at times[0] and is linear
-            between times.
-        times: (nt,) [s], not decreasing; two equal times are a jump.
-        grid: a ``Grid``; where it is periodic, displacement and approach are measured from the mean of the body's
-            surface, in plane strain from the surface at a distance of one width of the grid. "auto", outside of jit, vmap
-            and grad: ``Grid.around``, made wider, with a warning, for as long as the contact reaches its edge.
-        tolerance: dimensionless, up to 0.01, see ``contact.normal``.
-        max_iterations: of each contact.
-        save: "all" keeps the fields of all times, "last" those of the last; a function of one step
-            (``.pressure`` (nx, ny) [Pa], ``.gap``, ``.approach``, ...: ``results.ContactStep``) has its values
-            stacked over time in ``saved``.
-        substeps: inner steps between two times, static.
-        correspondence: "exact" (recursion over common decay rates), or "quasi-elastic" (the paper's
-            substitution of phi(t) for 1/(2G), by direct superposition; time grows with nt^2, memory with nt).
-        kernels: from ``jaxcontact.kernels(body, indenter, grid)``, to skip building them; the response and its
-            derivatives are then those of the kernels: ``body`` and ``indenter.material`` have none of their own.
-        checkpoint: what reverse mode keeps: "pressures" (a field for each inner step, and no contact is solved
-            again) or "blocks" (the state of every sqrt(nt)-th step, and every contact is solved twice): 2.7
-            or 0.7 GB for 2000 steps at 256 x 256 cells with save="last".
-        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None: the surfaces do not attract each other. With it the
-            control may be negative, the pressure is the sum of contact and attraction, and contact is where the gap is zero.
-            A step follows the branch of solutions from the step before, and jumps where it ends (``contact.adhesive``). The
-            tolerance is then the largest traction out of balance over the largest traction.
+        control: ``Load`` [N] or ``Approach`` [m], a number or (nt,). It is applied as a step at times[0] and is linear
+            between the times.
+        times: (nt,) [s], not decreasing; two equal times define a step change.
+        grid: a ``Grid``. On a grid that is periodic along both axes, displacement and approach are measured from the mean
+            of the body's surface, and in plane strain from the surface at a distance of one width of the grid. "auto"
+            takes ``Grid.around`` and, while the contact reaches the edge, a wider grid, with a warning; it cannot be used
+            inside jit, vmap and grad.
+        tolerance: stopping error of each contact problem, dimensionless, up to 0.01 (``contact.normal``).
+        max_iterations: largest number of iterations of each contact problem.
+        save: "all" keeps the fields of all times, "last" those of the last time. A function of one step
+            (``.pressure`` (nx, ny) [Pa], ``.gap``, ``.approach``, ...: ``results.contact.ContactStep``) is called at each
+            time, and its return values are stacked over time in ``saved``.
+        substeps: number of inner steps between two times, static.
+        correspondence: "exact" (recursion over common decay rates), or "quasi-elastic" (the substitution of phi(t) for
+            1/(2G) in the paper, by direct superposition, with a computing time proportional to nt^2 and memory to nt).
+        kernels: the result of ``jaxcontact.kernels(body, indenter, grid)``, which are then not computed again. The response
+            and its derivatives are those of the kernels; the derivatives with respect to ``body`` and
+            ``indenter.material`` are then zero.
+        checkpoint: the quantities stored for the reverse mode: "pressures" (a field for each inner step; no contact is
+            solved again) or "blocks" (the state at every sqrt(nt)-th step; every contact is solved twice). 2000 steps on
+            256 x 256 cells with save="last" take 2.7 and 0.7 GB.
+        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None for surfaces without attraction. With adhesion the
+            control may be negative, the pressure is the contact pressure minus the attraction, and a cell is in contact if
+            its gap is zero. The solution follows the branch of equilibria of the previous step, and jumps where this branch
+            ends (``contact.adhesive``). The stopping error is then the largest unbalanced traction over the largest
+            traction.
 
     Returns:
-        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failure to converge is data: ``status`` and
-        ``converged``. Its ``notes`` tell of film strain above 0.2, of fewer than 10 cells across the contact, of
-        shared decay rates off by more than 1e-3, and of a response that is off on the grid by more than 1e-4; outside
-        of jit, vmap and grad they are warnings as well.
+        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failures are reported in ``status`` and ``converged``,
+        not raised. Its ``notes`` report a film strain above 0.2, fewer than 10 cells across the contact, an error of the
+        common decay rates above 1e-3, and an error of the response on the grid above 1e-4. Outside jit, vmap and grad
+        the notes are also issued as warnings.
 
     Raises:
-        ValueError: what cannot be computed, before anything is; on a periodic grid, an approach beyond the mean gap at
-            first touch.
+        ValueError: invalid or unsupported input, before the computation starts; on a grid that is periodic along both
+            axes, an approach that is not less than the mean gap at first touch.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))

@@ -50,35 +50,35 @@ def roll_steady(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 2000,
 ) -> SteadyRolling:
-    """The contact of an indenter that has rolled for ever in one direction, with creepage or a tangential force.
+    """Compute the steady state of an indenter that rolls over a body, with creepage or a tangential force.
 
         slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    slip: of the body's surface over the indenter, u the sum of both surfaces' tangential displacements, to which a body that
-    creeps adds what it remembers of all tractions that it has passed (``verbs.steady.rolled``). Material flows through the
-    contact from its leading edge, where it enters without traction; of the displacement it is the difference from a cell
-    to the one ahead that slips, askew to the axes between its neighbours, and the error is of first order in the cell. The
-    steady state is the limit of a rolling start (``verbs.steady.rolling_contact``). Derivatives, in both modes, are
-    those of the state itself, with what touches, sticks and slips held.
+    Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
+    of both surfaces, which on a viscoelastic body includes the effect of all earlier tractions (``verbs.steady.rolled``).
+    Material enters the contact without traction at the leading edge. The gradient is the difference between neighbouring
+    cells along the track, interpolated for oblique directions, so that the error is of first order in the cell size. The
+    steady state is the limit of transient rolling (``verbs.steady.rolling_contact``). Derivatives in both modes are those
+    of the steady state at constant areas of contact, stick and slip.
 
-    In plane strain a cylinder rolls along x; creepage along y shears across it.
+    In plane strain a cylinder rolls along x; a creepage along y causes antiplane shear.
 
     Args:
         body: a ``LayeredHalfSpace``.
-        indenter, grid: as in ``indent``; a grid that is periodic along both axes is refused.
+        indenter, grid: as in ``indent``; a grid that is periodic along both axes is rejected.
         control: ``Load`` or ``Approach`` with a single value.
-        velocity: of the indenter over the body [m/s], not zero: a number (along x) or (2,); of elastic bodies its
-            direction counts alone.
-        creepage: (xi_x, xi_y), slip velocity of the indenter over the body (as rigid bodies) over |v|; or a
-            ``TangentialLoad`` with one vector, for the creepage that it takes.
-        friction, coupled, tolerance, max_iterations: as in ``shear``; iterations of each step of the start.
+        velocity: velocity of the indenter over the body [m/s], not zero: a number (along x) or (2,). For elastic bodies
+            only its direction matters.
+        creepage: (xi_x, xi_y), the slip velocity of the indenter over the body, both taken as rigid, over |v|; or a
+            ``TangentialLoad`` with one vector, for which the creepage is computed.
+        friction, coupled, tolerance, max_iterations: as in ``shear``; the limit applies to each step of the transient.
 
     Returns:
-        A ``SteadyRolling``. Failure is data, as in ``shear``; status 6 where tractions still change after
-        20 steps for each cell along the grid, or where ``slide_steady`` has no steady state.
+        A ``SteadyRolling``. Failures are reported in its status, as in ``shear``. It is 6 if the tractions still change
+        after rolling over 20 lengths of the grid, or if ``slide_steady`` has no steady state.
 
     Raises:
-        ValueError: what cannot be computed; no steady state, as in ``slide_steady``.
+        ValueError: invalid or unsupported input, or a case without steady state, as in ``slide_steady``.
 
     Example:
         >>> steel, grid = jc.Elastic.from_young(210e9, nu=0.3), jc.Grid.square(n=16, width=300e-6)

@@ -42,15 +42,15 @@ REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at
 
 @pytree
 class Thermal:
-    """Friction heats the surface that is rubbed: flash temperature of a half-space in steady state at each instant.
+    """Heating of the rubbed surface by friction, as the steady flash temperature of a half-space at each time.
 
-    The film stays under the contact, so that the heat enters a body at rest: T = ambient + the rise by ``flash_temperature``
-    with a velocity of zero under the flux share x friction x pressure x speed.
+    Since the contact does not move over the film, the temperature is T = ambient + rise, where the rise is that of
+    ``flash_temperature`` at zero velocity under the flux share x friction x pressure x speed.
 
     Args:
         ambient: temperature far from the contact [K] > 0.
-        conductivity: of the body [W/(m K)] > 0.
-        share: of the heat of friction that enters the body, from 0 to 1.
+        conductivity: thermal conductivity of the body [W/(m K)] > 0.
+        share: fraction of the frictional heat that enters the body, from 0 to 1.
 
     Example:
         >>> steel_at_100_degrees = jc.Thermal(ambient=373.0, conductivity=46.0, share=0.5)
@@ -86,37 +86,41 @@ def rub(
     substeps: int = 1,
     checkpoint: str = "pressures",
 ) -> RubbingHistory:
-    """Press an indenter on a body, rub it in place and follow the film that the contact forms and wears.
+    """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed in place.
 
         dh/dt = law(p, h, T, v),      h >= 0
 
-    at each point, with the pressure p of the contact on the film as it is: its thickness, its creep and its relief. The film
-    stays under the indenter. What forms in the contact is not strained by the pressure under which it forms; what is worn
-    gives nothing back (``history.growing``). Friction does not move the pressure here.
+    at each point. The pressure p is that of the contact on the film with its present thickness, including its creep and its
+    relief. The film does not move relative to the indenter. New film material is free of strain at the pressure under which
+    it forms, and the removal of material causes no displacement (``history.growing``). The effect of friction on the
+    pressure is neglected.
 
-    A step is one of Heun's method: thickness and pressure are consistent to second order in the step
-    (``history.living``). It is explicit: ``step_error`` of the result estimates its error, and a step that is too long for
-    the law has status 12. Wear that flattens the pressure of single cells is the stiffest part of most laws: a step may wear
-    about coefficient x |velocity| x dt < twice the displacement of a cell per pressure on it while its neighbours are held.
+    The time integration is Heun's method, which is explicit and of second order, with thickness and pressure consistent
+    with each other (``history.living``). ``step_error`` of the result is an estimate of the error, and a step that is too
+    long for the law has status 12. The step is usually limited by wear at the scale of a cell: the wear
+    coefficient x |velocity| x dt must be less than about twice the displacement of a cell per unit of pressure on it, with
+    its neighbours held.
 
     Args:
-        body: one ``Layer`` on an ``Elastic`` substrate, its thickness a number or (nx, ny), >= 0; with wears="indenter"
-            any body of layers with one thickness each.
-        velocity: of the rubbing [m/s]: a number, (2,), or (nt, 2) over times, linear between them; its magnitude counts.
+        body: one ``Layer`` on an ``Elastic`` substrate, with a thickness >= 0, a number or (nx, ny); with wears="indenter"
+            any body whose layers have one thickness each.
+        velocity: rubbing velocity [m/s]: a number, (2,), or (nt, 2) over the times, linear between them; only its
+            magnitude matters.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
-            frozen pytree with ``rate(step)`` -> (nx, ny) [m/s], step an ``inputs.laws.RubbingState``.
-        friction: coefficient of friction, a number or (nx, ny): for the shear stress and the heat.
-        wears: "film", or "indenter": the law changes the profile of the indenter.
-        thermal: None, or ``Thermal``: friction heats the surface.
-        thickest: largest thickness for which kernels are made [m]; None: twice that at first, or an eighth of a cell if that
-            is more. A film that outgrows it has status 13.
+            frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
+            ``inputs.laws.RubbingState``.
+        friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat.
+        wears: "film" if the law changes the thickness of the film, "indenter" if it changes the profile of the indenter.
+        thermal: ``Thermal`` to compute the temperature of the surface, or None.
+        thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
+            eighth of a cell. The status is 13 if the film becomes thicker.
         indenter, control, times, grid, tolerance, max_iterations, save, substeps, checkpoint: as in ``indent``.
 
     Returns:
-        A ``RubbingHistory``, warnings as in ``indent``.
+        A ``RubbingHistory``; status, notes and warnings are as in ``indent``.
 
     Raises:
-        ValueError: what cannot be computed, before anything is.
+        ValueError: invalid or unsupported input, before the computation starts.
 
     Example:
         >>> film = jc.Layer(jc.Elastic(G=1e9, nu=0.3), thickness=100e-9)

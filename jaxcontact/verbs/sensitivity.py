@@ -20,8 +20,8 @@ from jaxcontact._support.pytree import as_float64
 class Sensitivity:
     """d log(output)/d log(parameter), without unit.
 
-    parameters: names, (m,); values: by the output's name, (m, ...) with the output's own shape behind;
-    nan where an output is zero and has no logarithm. ``print`` it for a table of the last values.
+    parameters: names of the parameters, (m,); values: {output: array (m, ...)}, whose further axes are those of the output,
+    with nan where an output is zero and has no logarithm. ``print`` shows a table of the last values.
     """
 
     parameters: tuple[str, ...]
@@ -43,9 +43,9 @@ class Sensitivity:
     __repr__ = __str__
 
     def plot(self, times: Array) -> Any:
-        """A figure of every output's sensitivities over times [s], (nt,), as those of the outputs.
+        """Return a figure of the sensitivities of every output over the times [s], (nt,), of its values.
 
-        Raises ValueError when no output has a value for each time.
+        Raises ValueError if no output has one value for each time.
         """
         from jaxcontact.results import plotting
 
@@ -57,23 +57,23 @@ class Sensitivity:
 
 
 def sensitivity(f: Callable[[Any], Mapping[str, Array]], body: Any) -> Sensitivity:
-    """The table d log(output)/d log(parameter) of a calculation, by forward mode, one tangent a parameter.
+    """Compute the table d log(output)/d log(parameter) of a calculation in forward mode, one tangent per parameter.
 
-    f is called once with the values themselves, so that it refuses what it refuses and warns of what it
-    warns of, and then compiled for the derivatives: not itself to be put under jit. A parameter that is zero
-    has sensitivity zero.
+    f is called once with the given values, so that its errors and warnings are those of an ordinary call, and is then
+    compiled for the derivatives. ``sensitivity`` can therefore not be called inside jit. The sensitivity to a parameter
+    whose value is zero is zero.
 
     Args:
-        f: takes ``body`` and returns outputs by name, each a number or an array (of one value per time, say).
-        body: a ``LayeredHalfSpace``, or any pytree of numbers (a dict of body and indenter): every number
-            in it is a parameter, named by its path, and so is every array as a whole (all of it moves by one
-            per cent).
+        f: function of ``body`` that returns a dict of outputs, each a number or an array, such as one value per time.
+        body: a ``LayeredHalfSpace``, or any pytree of numbers, such as a dict of body and indenter. Every number in it is a
+            parameter, named by its path. An array is a single parameter: all its elements are multiplied by the same
+            factor.
 
     Returns:
         A ``Sensitivity``.
 
     Raises:
-        ValueError: f does not return outputs by name; and what f raises.
+        ValueError: f does not return a dict of outputs; errors of f are passed on.
 
     Example:
         >>> grid, ball = jc.Grid.square(n=24, width=330e-6), jc.Sphere(9.525e-3)

@@ -44,38 +44,42 @@ def shear(
     substeps: int = 1,
     checkpoint: str = "pressures",
 ) -> ShearHistory:
-    """Press an indenter on a body and move it sideways, with Coulomb friction: partial slip in time.
+    """Compute partial slip over time: an indenter under normal and tangential control, with Coulomb friction.
 
         |q| <= mu p,      slip = 0 where |q| < mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    Beside the law of contact of ``indent``, for the tangential tractions q on the body and the slip of its surface over
-    the indenter from one step to the next. Tangential displacements are small: body and indenter keep their cells.
-    Pressure and traction are solved in turns (``contact.partial_slip``): with ``coupled`` the shear moves the pressure
-    and the pressure draws the surface sideways, as they do unless the two solids are elastically similar. The order of
-    events counts: what rises together must rise in steps (``substeps``), while a tangential load put on after the normal
-    one may come in a single step (R. D. Mindlin, H. Deresiewicz, J. Appl. Mech. 20 (1953) 327).
+    These equations for the tangential traction q on the body, and the slip of its surface over the indenter from one step
+    to the next, hold in addition to those of ``indent``. Tangential displacements are taken as small, so that opposite
+    cells of body and indenter stay the same. Pressure and traction are solved in turn until both are satisfied
+    (``contact.partial_slip``). With ``coupled``, tractions cause normal displacements and the pressure causes tangential
+    displacements; these vanish only if the two solids are elastically similar. The result depends on the order of
+    loading: loads that increase simultaneously need several steps (``substeps``), while a tangential load that is applied
+    after the normal one may be applied in a single step (R. D. Mindlin, H. Deresiewicz, J. Appl. Mech. 20 (1953) 327).
 
-    All numbers are differentiable, also the coefficient of friction, with the sets of stick, slip and separation held:
-    differentiate a field of the result, not the whole (it has integers).
+    The fields of the result are differentiable with respect to all numbers, including the coefficient of friction; the
+    derivatives are those at constant areas of stick, slip and separation. Differentiate a field and not the whole
+    result, which contains integers.
 
     Args:
-        body, indenter, times, grid: as in ``indent``; a grid that is periodic along both axes is refused. In plane
-            strain tangential displacement, too, is that from one width of the grid away (``grid``).
+        body, indenter, times, grid: as in ``indent``; a grid that is periodic along both axes is rejected. In plane
+            strain, tangential displacements are also measured from the surface at a distance of one width of the grid.
         control: ``Load`` or ``Approach``, as in ``indent``.
-        tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter: (2,) or (nt, 2), which
-            steps on at times[0] together with the control and is linear between times.
+        tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter, (2,) or (nt, 2). It is applied
+            as a step at times[0] together with the control, and is linear between the times.
         friction: coefficient of friction mu >= 0, a number or (nx, ny).
-        coupled: whether normal and tangential problem feel each other, static; without, each step is solved once.
-        tolerance, max_iterations: as in ``indent``, of both problems; iterations of all rounds of a step.
-        save: as in ``indent``; a function is given one step (``.traction`` (2, nx, ny) [Pa], ``.slip`` [m], ``.stick``,
-            ``.tangential_load`` [N], ...: ``results.friction.ShearStep``).
+        coupled: whether the coupling of normal and tangential problem is included, static. Without it each problem is
+            solved once in a step.
+        tolerance, max_iterations: as in ``indent``, for both problems; the limit applies to all outer iterations of a
+            step together.
+        save: as in ``indent``; the argument of a function has also ``.traction`` (2, nx, ny) [Pa], ``.slip`` [m],
+            ``.stick``, ``.tangential_load`` [N] and others (``results.friction.ShearStep``).
         substeps, checkpoint: as in ``indent``.
 
     Returns:
-        A ``ShearHistory``. Failure is data: ``status`` and ``converged``; warnings as in ``indent``.
+        A ``ShearHistory``. Failures are reported in ``status`` and ``converged``; warnings are as in ``indent``.
 
     Raises:
-        ValueError: what cannot be computed, before anything is.
+        ValueError: invalid or unsupported input, before the computation starts.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))

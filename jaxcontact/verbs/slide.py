@@ -53,49 +53,51 @@ def slide(
     checkpoint: str = "pressures",
     friction: Array | float | None = None,
 ) -> SlidingHistory:
-    """Press an indenter on a body, move it over the body and follow the contact in time.
+    """Compute the contact of an indenter that slides over a body, over time.
 
         u(x, t) = int_0^t K(x + X(t) - X(s), t - s) * dp(x, s),   g = profile + u - approach >= 0,  p >= 0,  p g = 0
 
-    in the frame of the indenter, whose place over the body is X(t) = int velocity dt.
+    in the frame of the indenter, whose position over the body is X(t) = int velocity dt.
 
-    An inner step may move up to half the grid's width: take more ``substeps`` beyond. Steady pressure is moved
-    without error at any step; otherwise the error is of second order in the step, which should stay well below
-    a contact's radius while the pressure changes (one of 0.45 widths is off by a tenth at first).
+    The indenter may move by up to half the width of the grid in an inner step; use more ``substeps`` for longer steps. A
+    steady pressure is convected without error for any step length. Otherwise the error is of second order in the step,
+    which should be well below the contact radius while the pressure changes (with a step of 0.45 widths the initial
+    error is about 10 %).
 
-    What the indenter leaves behind on the grid is remembered, also when it comes back: the grid must be
-    twice as wide as the stroke and the contact's radius together. What leaves the grid is dropped, and
-    ``dropped`` of the result bounds what it would still do: nothing for a film (doubling the grid changes the
-    peak by 1e-5), but 4 % of peak and approach for a half-space of Table 4's material after 4 h at 0.4 um/s on
-    5 mm. A track that leaves the grid and comes back is refused; one that brings the contact back to what was
-    dropped has status 5.
+    The deformation that remains on the grid behind the indenter is included, also when the indenter returns to it. For a
+    reversing motion the grid must be twice as wide as the sum of the stroke and the contact radius. The part of the
+    history that leaves the grid is neglected, and the field ``dropped`` of the result is a bound on its effect. The effect
+    is negligible for a film (with a grid of twice the width the peak pressure changes by 1e-5), but is 4 % of peak
+    pressure and approach for a half-space of the material of the paper's Table 4 after 4 h at 0.4 um/s on a grid of 5 mm.
+    A track that leaves the grid and returns is rejected. If the contact returns to a place where history was neglected,
+    the step has status 5.
 
-    With friction the traction mu p, along the velocity on the body, sinks the surface too and moves the pressure; see
+    With friction, the traction mu p along the velocity also causes normal displacement and changes the pressure; see
     ``slide_steady``.
 
-    On a grid that is periodic along both axes nothing leaves: a step may be of any length, and the indenter comes upon
-    the tracks of others like it. In plane strain the velocity is one number.
+    On a grid that is periodic along both axes no history leaves the grid. A step may then have any length, and the
+    indenter encounters the tracks of its periodic images. In plane strain the velocity has one component.
 
     Args:
-        velocity: of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
-            times, linear between them; +x has its leading edge, and the higher pressure, on the +x side. It
-            steps on with the load at times[0].
+        velocity: velocity of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
+            the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
+            +x side. The motion starts with the load at times[0].
         friction: as in ``slide_steady``, along the velocity at the end of each inner step.
         body, indenter, control, times, grid, tolerance, max_iterations, save, substeps, kernels, checkpoint: as
-            in ``indent``. There is no ``correspondence``: the quasi-elastic way has no common rates, without
-            which history cannot be moved.
+            in ``indent``. There is no ``correspondence``, since the convection of the history requires the common decay
+            rates of the exact response.
 
     Returns:
-        A ``SlidingHistory``, warnings as in ``indent``.
+        A ``SlidingHistory``; status, notes and warnings are as in ``indent``.
 
     Raises:
-        ValueError: what cannot be computed, before anything is.
+        ValueError: invalid or unsupported input, before the computation starts.
 
     Example:
         >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
         >>> grid, times = jc.Grid.square(n=24, width=4e-3), [0.0, 1.0, 2.0]
         >>> history = jc.slide(rubber, jc.Sphere(5e-3), jc.Load(0.1), times, velocity=5e-4, grid=grid)
-        >>> bool(history.tangential_force[-1] > 0.0)             # it resists
+        >>> bool(history.tangential_force[-1] > 0.0)             # a force that resists the motion
         True
     """
     sliding = Sliding.of(

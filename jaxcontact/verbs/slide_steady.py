@@ -44,34 +44,36 @@ def slide_steady(
     kernels: Kernels | None = None,
     friction: Array | float | None = None,
 ) -> SteadySliding:
-    """The contact of an indenter that has slid for ever at one velocity.
+    """Compute the steady state of an indenter that slides over a body at constant velocity.
 
         u(x) = int_0^infinity dK/ds * p(x + v s) ds,   g = profile + u - approach >= 0,   p >= 0,   p g = 0
 
-    One contact problem with a kernel that is not symmetric; differentiable as one. At rest a body that cannot
-    flow is fully relaxed. Under a load a flowing half-space has a steady pressure, while its approach drifts:
-    see ``approach_drift`` of the result.
+    The steady state is the solution of a single contact problem with an unsymmetric kernel, and is differentiable. At
+    zero velocity a body without steady-state flow is fully relaxed. On a half-space with steady-state flow under a load
+    the pressure is steady, while the approach grows; see ``approach_drift`` of the result.
 
-    With friction the traction mu p, along the velocity on the body, sinks the surface too, unless the two solids are
-    similar: it moves the pressure, of elastic bodies as well (K. L. Johnson, Contact Mechanics, 1985, section 7.1).
+    With friction, the traction mu p along the velocity also causes normal displacement unless the two solids are
+    elastically similar, and changes the pressure, on elastic bodies too (K. L. Johnson, Contact Mechanics, 1985, section
+    7.1).
 
     Args:
-        velocity: of the indenter over the body [m/s]: a number (along x) or (2,), of any size.
-        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``; kernels of a half-space
-            save little, since its wake is built on a larger grid.
+        velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
+        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
+            time, since its wake is computed on a larger grid.
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
-            contact slides. None or rest: no traction. ``friction_coefficient`` of the result is the total, with hysteresis.
+            contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
+            the total, which includes hysteresis.
         control: as in ``indent``, with a single value.
 
-    There is one state and no march to it, hence no ``times``, ``save``, ``substeps`` or ``checkpoint``.
+    Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
 
     Returns:
-        A ``SteadySliding``; under jit, status 6 where there is no steady state. Warnings as in ``indent``.
+        A ``SteadySliding``; under jit, its status is 6 if there is no steady state. Warnings are as in ``indent``.
 
     Raises:
-        ValueError: what cannot be computed; no steady state: a flowing body at rest or on a periodic grid, and a
-            flowing half-space under a fixed approach or in plane strain; a half-space or substrate that creeps, on
-            a grid that is periodic along one axis with several cells along it.
+        ValueError: invalid or unsupported input; a case without steady state, i.e. a body with steady-state flow at zero
+            velocity or on a periodic grid, or a half-space with such flow under a fixed approach or in plane strain; a
+            viscoelastic half-space or substrate on a grid that is periodic along one axis with several cells along it.
 
     Example:
         >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
@@ -107,23 +109,23 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
         "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
         f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
     )
-    flows = limits.flows()
-    if not is_concrete(flows, velocity) or not bool(flows):
+    fluid = limits.is_fluid()
+    if not is_concrete(fluid, velocity) or not bool(fluid):
         return finite
     checks.require(
         bool(np.any(np.asarray(velocity) != 0.0)),
         "velocity [m/s]: expected not 0: the body flows without limit, so that at rest the contact grows"
-        " for ever and there is no steady state",
+        " indefinitely and there is no steady state",
     )
     checks.require(
         not _tilts_or_thins(experiment),
-        "body: expected one that does not flow without limit, on this grid: under an indenter in plane strain a half-space"
-        " tilts for ever, and on a periodic grid the body sinks for ever under the mean pressure",
+        "body: expected one that does not flow without limit, on this grid: in plane strain a half-space tilts indefinitely"
+        " under an indenter, and on a periodic grid the body creeps indefinitely under the mean pressure",
     )
     checks.require(
         not limits.creeps_far or not isinstance(experiment.control, Approach),
-        "control: expected a Load on a half-space or substrate that flows without limit: its surface sinks for ever, so"
-        " that under a fixed approach the load falls to nothing and there is no steady state",
+        "control: expected a Load on a half-space or substrate that flows without limit: it creeps indefinitely, so that"
+        " under a fixed approach the load decreases to zero and there is no steady state",
     )
     return finite
 
@@ -169,7 +171,7 @@ def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array)
     limits = limits_of(experiment.body)
     sinks = limits.creeps_far and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
-    return jnp.where(limits.flows() & endless, int(Status.NOT_STEADY), status)
+    return jnp.where(limits.is_fluid() & endless, int(Status.NOT_STEADY), status)
 
 
 def _fields(

@@ -40,8 +40,8 @@ THREADS = ("NPROC", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"
 class Study:
     """The results of a sweep, read from its folder on demand.
 
-    folder: where; cases: in the order given; failures: {index of a case: what went wrong, in one line}; ``notes``:
-    {index of a case: the warnings that f issued there}.
+    folder: folder of the results; cases: in the order given; failures: {index of a case: reason of the failure, in one
+    line}; ``notes``: {index of a case: warnings that f issued there}.
     """
 
     folder: Path
@@ -105,11 +105,12 @@ def sweep(
     processes: int | None = None,
     version: str | None = None,
 ) -> Study:
-    """Call f for each case, in parallel, and keep what it returns; what is in ``out`` already is not computed again.
+    """Call f for each case in parallel and store the results; cases whose result is already in ``out`` are skipped.
 
-    Each case is a file of its own, written whole when it is done: however a sweep ends, what was finished stays,
-    and the same call goes on. A case that raises, or whose process dies, is reported, and the others go on; the next
-    call tries it again. Warnings that f issues are kept with its case, in place of being shown: ``study.notes``.
+    The result of each case is written to a file of its own as soon as it is complete. If a sweep is interrupted, the
+    finished cases are kept, and the same call continues with the others. A case that raises an exception, or whose
+    process dies, is reported and does not affect the others; the next call repeats it. Warnings issued by f are stored
+    with the case instead of being shown (``study.notes``).
 
     The folder belongs to one f and one state of this package. f is compared by content: its code, its defaults and the
     variables that it closes over; the functions, classes and constants of your own modules that it uses, and what those
@@ -120,20 +121,20 @@ def sweep(
     Args:
         f: a function of a dict that returns a dict of arrays or numbers. A module's function or one of a notebook.
         cases: dicts of numbers, text, or lists of them; ``itertools.product`` makes a grid of them.
-        out: the folder, made if need be; one sweep at a time writes into it.
-        executor: any ``concurrent.futures.Executor``, ``distributed.Client(...).get_executor()`` and
-            ``mpi4py.futures.MPIPoolExecutor`` among them; by default processes of this machine, which share the store
-            of compiled programs.
-        processes: how many of those; by default one for each core.
+        out: folder of the results, created if necessary; only one sweep at a time may write into it.
+        executor: any ``concurrent.futures.Executor``, such as ``distributed.Client(...).get_executor()`` or
+            ``mpi4py.futures.MPIPoolExecutor``; by default processes of this machine, which share the cache of compiled
+            programs.
+        processes: number of processes of this machine, by default one for each core.
         version: a text of your own that names the version of f; it replaces the comparison of f by content.
 
     Returns:
         A ``Study``: ``study[i]`` is the result of a case, ``study.stacked(name)`` one result of all cases.
 
     Raises:
-        ValueError: cases that are not such dicts; f that is no function, or that uses a value without content to
-            compare, such as an open file, where no ``version`` is given; a folder of another f, of another state of
-            this package, or in use; or processes beside an executor.
+        ValueError: cases that are not such dicts; f that is not a function, or that uses a value whose content cannot be
+            compared, such as an open file, if no ``version`` is given; a folder of another f or of another state of
+            this package, or one in use; or both processes and an executor.
 
     Example:
         >>> import tempfile

@@ -20,10 +20,10 @@ from jaxcontact.operators.coupled import spectrum
 from jaxcontact.response.influence.interior_coefficients import (
     OF_DISPLACEMENTS,
     OF_GRADIENTS,
-    Buried,
-    bury,
+    SubsurfaceImages,
     displacements,
     gradients,
+    subsurface_images,
     summed,
 )
 from jaxcontact.response.interior import poisson_at
@@ -42,35 +42,38 @@ def subsurface(
     depths: Array,
     times: Array | None = None,
 ) -> InteriorFields:
-    """Stresses and displacements in layers and substrate under pressure and traction on the surface.
+    """Compute stresses and displacements in layers and substrate under pressure and traction on the surface.
 
         sigma_ij(x, z, T) = sum over cells of int S_ijk(x - x', z, T - t) d t_k(x', t)
 
-    Uniform tractions on rectangular cells, linear between times. The only approximations are the images of a layered
-    body and the combination of responses at different times; ``response_error`` of the result is their measured error
-    (1e-6 as a rule; up to 1e-3 near interfaces once a layer is a thousand times as stiff as what lies below it has become
-    by flowing). Above 1e-4 it is a note and a warning, above 1 % the status of the depth is ``NOT_RESOLVED``. A half-space
-    is exact.
-    S_ijk is that of an elastic body by the correspondence principle. In a half-space of one material stresses are those
-    of an elastic body at any time, while displacements creep. A creeping film takes stress off what lies below: with the
-    paper's film on steel under 60 N the largest von Mises stress falls from 720 MPa to 403 MPa in 7200 s (739 MPa
-    without a film). The stress sigma_xx, sigma_yy, sigma_xy jumps at interfaces; at one, it is that below it. Source: the
-    transfer of tractions through the layers, ``response.interior``, and in time ``response.time.interior_time``;
-    derived here.
+    The tractions t_k are uniform over rectangular cells and linear between the times. The result is exact for a
+    half-space. For a layered body the response is approximated by images and by combining responses at different times;
+    ``response_error`` of the result is the measured error of this approximation. It is about 1e-6, and up to 1e-3 near
+    interfaces if a layer is a thousand times as stiff as the material below it has become by flow. Above 1e-4 the result
+    has a note, with a warning, and above 1 % the status of the depth is ``NOT_RESOLVED``.
+
+    S_ijk follows from that of an elastic body by the correspondence principle. In a half-space of one material with a
+    constant Poisson's ratio the stresses are those of an elastic body at any time, while the displacements creep. A
+    creeping film spreads the pressure and thereby reduces the stresses below it: with the film of the paper on steel
+    under 60 N the largest von Mises stress falls from 720 MPa to 403 MPa in 7200 s (739 MPa without a film). The
+    stresses sigma_xx, sigma_yy and sigma_xy are discontinuous at interfaces; the value at an interface is that just
+    below it. The transfer of tractions through the layers (``response.interior``) and its development in time
+    (``response.time.interior_time``) were derived for this package.
 
     Args:
-        body: a ``LayeredHalfSpace``; without times a material that creeps has its first, elastic response.
+        body: a ``LayeredHalfSpace``. Without ``times`` the response is the instantaneous one.
         grid: a ``Grid``.
         pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``; (nt, nx, ny) with times.
-        traction: (2, nx, ny) [Pa] on the body, or (nt, 2, nx, ny), as in ``ShearHistory.traction``; None: none.
+        traction: (2, nx, ny) [Pa] on the body, or (nt, 2, nx, ny), as in ``ShearHistory.traction``; None for zero.
         depths: (nz,) [m] >= 0.
-        times: (nt,) [s], as in ``indent``: the tractions step on at the first. Solids that creep then have a nu.
+        times: (nt,) [s], as in ``indent``; the tractions are applied as a step at the first time. Viscoelastic materials
+            must then be defined by ``nu`` and not by ``bulk_modulus``.
 
     Returns:
-        ``InteriorFields``, at the last time; nan where jit or vmap brought a value outside its range.
+        ``InteriorFields`` at the last time; nan where a value traced by jit or vmap is outside its range.
 
     Raises:
-        ValueError: what cannot be computed.
+        ValueError: invalid or unsupported input.
 
     Example:
         >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
@@ -136,7 +139,7 @@ def _check_volume(body: LayeredHalfSpace, times: Any) -> None:
     moving = [s for s in solids(body) if creeps(s) and s.bulk_modulus is not None]
     checks.require(
         times is None or not moving,
-        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio moves with time",
+        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio varies with time",
     )
 
 
@@ -155,7 +158,7 @@ def _fields(
     sizes = jnp.max(jnp.abs(changes), (-1, -2))
 
     def at(z: Array) -> tuple[Array, Array, Array]:
-        images = bury(body, z, lags)
+        images = subsurface_images(body, z, lags)
         mixed = spectral.transform(jnp.tensordot(images.shares, changes, (0, 0)))
         passed, strains = _kernels_of_stress(grid, images)
         apply = lambda kernels: spectral.inverse(
@@ -172,7 +175,7 @@ def _fields(
 Rows = list[list[Array]]
 
 
-def _kernels_of_stress(grid: Grid, images: Buried) -> tuple[Rows, Rows]:
+def _kernels_of_stress(grid: Grid, images: SubsurfaceImages) -> tuple[Rows, Rows]:
     """Spectra (M, my/2 + 1, mx) from (q_x, q_y, p) to the tractions (x, y, z), and to the strains xx, yy and 2 xy times
     the modulus, at a depth."""
     zero, one, two, three = summed(grid, gradients, OF_GRADIENTS, images)
@@ -195,7 +198,7 @@ def _kernels_of_stress(grid: Grid, images: Buried) -> tuple[Rows, Rows]:
     return tractions, strains
 
 
-def _kernels_of_displacement(grid: Grid, images: Buried) -> Rows:
+def _kernels_of_displacement(grid: Grid, images: SubsurfaceImages) -> Rows:
     """Spectra from (q_x, q_y, p) to the displacements (x, y, z) in cells of dx."""
     one, two = summed(grid, displacements, OF_DISPLACEMENTS, images)
     (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)

@@ -8,10 +8,7 @@ import numpy as np
 
 import fitting
 import jaxcontact as jc
-
-FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
-STEEL = jc.Elastic.from_young(210e9)
-BALL = jc.Sphere(radius=9.525e-3, material=STEEL)
+from tests.support.bodies import BALL, FILM, STEEL
 
 
 def noisy(t, load, depth):

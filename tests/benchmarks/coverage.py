@@ -5,7 +5,7 @@ kinds of noise with a standard deviation of 1 %, and even and logarithmic times.
 
     python -m tests.benchmarks.coverage [--sets 400] [--only TEXT]
 
-Every row has the coverage of each parameter's 95 % interval over the fits that stand, and the share that was refused.
+Every row has the coverage of each parameter's 95 % interval over the accepted fits, and the share of rejected ones.
 The exit status is 1 if a coverage is outside 92 to 98 %.
 """
 

@@ -6,7 +6,7 @@ relative error, fitted with the default weights and with those that match the er
     python -m tests.benchmarks.growth_coverage [--sets 400] [--only TEXT]
 
 Every row has the coverage of each parameter's 95 % interval, and of that of the growth rate at the mean conditions, over
-the fits that stand, and the share that was refused. The exit status is 1 if a coverage is outside 92 to 98 %.
+the accepted fits, and the share of rejected ones. The exit status is 1 if a coverage is outside 92 to 98 %.
 """
 
 import argparse

@@ -10,11 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
+from tests.support.bodies import BALL, BODY, FILM, STEEL
 
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
-FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
-BODY = jc.LayeredHalfSpace([jc.Layer(FILM, thickness=150e-9)], substrate=STEEL)
-BALL = jc.Sphere(radius=9.525e-3, material=STEEL)
 ON_STEEL = jc.LayeredHalfSpace([], STEEL)
 WIDTH = 600e-6
 PASS_SPEED, PASS_STEP = 1611e-6, 0.005  # of the paper's Fig. 15: a pixel of 8.0551 um in each step

@@ -4,11 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import GLASS
 from tolerances import CENTRAL_DIFFERENCE
 
 import jaxcontact as jc
 
-GLASS, BALL = jc.LayeredHalfSpace([], jc.Elastic(30e9, 0.25)), jc.Sphere(5e-3)
+BALL = jc.Sphere(5e-3)
 GRID = jc.Grid.square(64, 260e-6)
 
 

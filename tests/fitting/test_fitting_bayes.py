@@ -131,7 +131,7 @@ def test_chains_that_have_not_mixed_are_refused(apart, follow, word, monkeypatch
 def test_what_has_no_posterior_is_refused(monkeypatch):
     good = maxwell(weights="relative")
     bent = fitting.CreepData(t=T, J=1e-6 * (1 + np.sqrt(T)))
-    with pytest.raises(ValueError, match="refused"):
+    with pytest.raises(ValueError, match="rejected"):
         fitting.posterior(fitting.fit_creep(bent, "Maxwell", weights="relative"))
     with pytest.raises(ValueError, match="expected what a fit returned, got float"):
         fitting.posterior(1.0)

@@ -259,7 +259,7 @@ def test_compare_ranks_the_models(tmp_path, capsys):
     path, out = noisy_burgers(tmp_path / "film.csv", 1), tmp_path / "out"
     assert main(["fit", "compare", path, "-o", str(out), "--models", "Maxwell,Burgers"]) == 0
     printed = capsys.readouterr().out
-    assert printed.index("Burgers") < printed.index("Maxwell") and "refused" in printed
+    assert printed.index("Burgers") < printed.index("Maxwell") and "rejected" in printed
     summary = json.loads((out / "summary.json").read_text())
     assert [fit["model"] for fit in summary["models"]] == ["Burgers", "Maxwell"]
     assert summary["model"] == "Burgers" and summary["models"][0]["bic"] < summary["models"][1]["bic"]
@@ -291,7 +291,7 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
     assert "expected rows" in rows[1]["error"] and rows[1]["error"] in printed
     for row, G1 in ((rows[0], 0.75e9), (rows[2], 0.5e9)):
         low, high = row["intervals"]["G1_Pa"]
-        assert low < G1 < high and row["verdict"] == "stands"
+        assert low < G1 < high and row["verdict"] == "accepted"
     assert (out / "0_a" / "fit.png").exists() and (out / "2_a" / "summary.json").exists()
     with open(out / "table.csv", newline="") as file:
         table = list(csv.reader(file))
@@ -300,9 +300,8 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
     assert table[2][-2:] == ["failed", rows[1]["error"]]
     page = (out / "report.html").read_text()
     assert page.count("<svg") == 2 and escape(rows[1]["error"]) in page and 'href="0_a/fit.png"' in page
-    assert (
-        "2 stand, 0 are refused, 1 could not be read" in page and "<img" not in page and "<script" not in page
-    )
+    assert "accepted: 2; fits rejected: 0; files that could not be read or fitted: 1." in page
+    assert "<img" not in page and "<script" not in page
     ElementTree.fromstring(
         page.partition("<body>")[2].join(["<body>", ""]).partition("</html>")[0]
     )  # well formed

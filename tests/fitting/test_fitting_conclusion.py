@@ -113,7 +113,7 @@ def test_logarithmic_coordinates_change_nothing_but_the_path():
 def test_a_conclusion_has_all_that_is_said_of_a_fit():
     fit = fit_growth(grown(), fixed={"first": 0.5})
     assert (
-        fit.verdict == "stands"
+        fit.verdict == "accepted"
         and fit.fixed == ("first",)
         and fit.identified == {"first": True, "rate": True}
     )
@@ -131,7 +131,7 @@ def test_a_parameter_at_its_bound_has_an_open_interval():
 
 def test_a_wrong_law_is_refused_and_determines_nothing():
     fit = fit_growth(GrowthData(T, 1.0 + 0.3 * T**2))
-    assert fit.verdict == "refused" and not any(fit.identified.values())
+    assert fit.verdict == "rejected" and not any(fit.identified.values())
 
 
 def test_too_few_points_are_refused_before_a_search():

@@ -70,7 +70,7 @@ def test_the_law_for_rubbing_is_the_same_kinetics(driver):
 def test_exact_data_return_their_kinetics(changed):
     fit = fitting.fit_growth(curves(**changed), weights="absolute")
     assert fit.values == pytest.approx(TRUTH | changed, rel=1e-5)
-    assert fit.verdict == "stands" and all(fit.identified.values())
+    assert fit.verdict == "accepted" and all(fit.identified.values())
 
 
 def by_scipy(data, sigma):
@@ -134,7 +134,7 @@ def test_the_growth_rate_at_the_mean_conditions_is_known_better_than_the_rate():
 def test_what_the_conditions_do_not_determine_is_said(conditions, lost):
     data = curves(conditions, relative=0.02, constant=1e-12)
     fit = fitting.fit_growth(data)
-    assert fit.verdict == "stands" and lost == {name for name, known in fit.identified.items() if not known}
+    assert fit.verdict == "accepted" and lost == {name for name, known in fit.identified.items() if not known}
     assert all(fit.intervals[name][1] == np.inf for name in lost)
     assert all(np.isinf(fit.sd_log[name]) for name in lost)
     (note,) = [note for note in fit.notes if note.startswith("temperatures: ")]
@@ -220,14 +220,14 @@ def test_growth_that_accelerates_is_refused():
         for factor, (stress, temperature) in zip((1.0, 2.0, 4.0, 3.0, 9.0), CONDITIONS, strict=True)
     ]
     fit = fitting.fit_growth(data, weights="absolute")
-    assert fit.verdict == "refused" and not any(fit.identified.values())
+    assert fit.verdict == "rejected" and not any(fit.identified.values())
 
 
 def test_growth_that_falls_with_the_stress_has_no_activation_volume():
     data = curves(relative=0.02, constant=1e-12, activation_volume=-4e-30)
     fit = fitting.fit_growth(data)
     assert fit.values["activation_volume"] == 0.0 and not fit.identified["activation_volume"]
-    assert fit.verdict == "refused"
+    assert fit.verdict == "rejected"
 
 
 def test_an_initial_thickness_decays():
@@ -250,7 +250,7 @@ def test_a_fit_says_its_conditions_in_words_numbers_and_a_figure(tmp_path):
     }
     assert plain["curves"][1] == {"stress_Pa": 6e8, "temperature_K": 353.0, "points": 25}
     text = fit.summary()
-    assert "5 curves, 125 points" in text and "growth rate at" in text and "verdict: stands" in text
+    assert "5 curves, 125 points" in text and "growth rate at" in text and "verdict: accepted" in text
     fit.plot(tmp_path / "growth.png")
     assert (tmp_path / "growth.png").stat().st_size > 10_000
 

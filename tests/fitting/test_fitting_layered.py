@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+from bodies import BALL, STEEL
 from tolerances import DENSE
 
 import fitting
@@ -13,8 +14,6 @@ from fitting.search import layered
 from jaxcontact.reference import abel, lee_radok
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
-STEEL = jc.Elastic.from_young(210e9)
-BALL = jc.Sphere(radius=9.525e-3, material=STEEL)
 # h/a of about 0.5 and of 1e-3 at the start of the hold: thickness [m], load [N], duration [s]
 CASES = {"h/a 0.5": (50e-6, 0.2, 20000.0), "h/a 0.001": (150e-9, 60.0, 20000.0)}
 

@@ -67,7 +67,7 @@ def test_relaxation_has_the_optimum_and_the_profile_of_scipy():
     residual = lambda p: relaxation(T, **p) / data.modulus - 1
     cost = scipy_cost(residual, TRUTH)
     np.testing.assert_allclose(found.rss, cost, rtol=1e-8)
-    assert found.widening == 1.0 and found.verdict == "stands" and all(found.identified.values())
+    assert found.widening == 1.0 and found.verdict == "accepted" and all(found.identified.values())
     rise = stats.f.ppf(0.95, 1, T.size - 4) / (T.size - 4)
     for end in found.intervals["eta1"]:
         height = scipy_cost(residual, found.values, {"eta1": end}) / cost - 1
@@ -115,7 +115,7 @@ def test_oscillation_has_the_optimum_of_scipy(tmp_path):
         assert low < value < high, name
     np.testing.assert_allclose(found.modulus(OMEGA), dynamic(OMEGA, **found.values), rtol=1e-9)
     loaded = json.loads(found.to_json())
-    assert loaded["starts"] == 18 and loaded["verdict"] == "stands"
+    assert loaded["starts"] == 18 and loaded["verdict"] == "accepted"
     assert "omega = 0.02 to 50 rad/s" in found.summary()
     found.plot(tmp_path / "fit.png")
     assert (tmp_path / "fit.png").stat().st_size > 10000
@@ -132,7 +132,7 @@ def test_a_kelvin_voigt_solid_oscillates():
 
 def test_a_wrong_material_is_refused():
     found = fitting.fit_relaxation(relaxed(seed=1), "Maxwell", weights="relative")
-    assert found.verdict == "refused" and not any(found.identified.values())
+    assert found.verdict == "rejected" and not any(found.identified.values())
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_a_relaxation_test_from_the_shell(tmp_path, capsys):
         assert summary["parameters"][f"{name}_Pa" + "_s" * name.startswith("eta")] == pytest.approx(
             value, rel=1e-5
         )
-    assert summary["verdict"] == "stands" and (out / "fit.png").exists()
+    assert summary["verdict"] == "accepted" and (out / "fit.png").exists()
     with pytest.raises(ValueError, match="read_relaxation"):
         fitting.read_creep(path)
 

@@ -179,4 +179,4 @@ def test_means_of_a_measured_hold_give_what_its_samples_give():
     few, many = fit(fitting.resample(whole)), fit(whole)
     for name, value in many.values.items():
         np.testing.assert_allclose(few.values[name], value, rtol=1e-3, err_msg=name)
-    assert few.verdict == many.verdict == "refused"
+    assert few.verdict == many.verdict == "rejected"

@@ -44,7 +44,7 @@ def test_under_white_noise_intervals_are_those_of_all_samples():
     data = noisy(0.0, 10_000)
     short = fitting.resample(data)
     few, all_of_them = fitting.fit_creep(short), fitting.fit_creep(data, weights="relative")
-    assert few.weights == "averaged" and few.verdict == "stands" and "correlated" not in short.notes[0]
+    assert few.weights == "averaged" and few.verdict == "accepted" and "correlated" not in short.notes[0]
     for name in TRUTH:
         ratio = width(few, name) / width(all_of_them, name)
         print(f"{name}: interval {ratio:.3f} of that of all samples")
@@ -72,7 +72,7 @@ def test_a_wander_slower_than_the_bins_is_still_seen():
     white, t = noisy(0.0, 10_000), T[::10]
     wander = fitting.CreepData(t=t, J=white.J + 0.01 * creep(t) * np.sin(2 * np.pi * t / 5000.0))
     found = fitting.fit_creep(fitting.resample(wander))
-    assert found.verdict == "refused" and found.misfit
+    assert found.verdict == "rejected" and found.misfit
 
 
 def test_no_mean_mixes_what_is_before_a_jump_of_the_stress_with_what_is_after():

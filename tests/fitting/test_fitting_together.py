@@ -67,7 +67,7 @@ def test_the_material_is_the_likeliest_of_all_tests(tmp_path):
         np.testing.assert_allclose(found.values[name], value, rtol=1e-4)
         low, high = found.intervals[name]
         assert low < TRUTH[name] < high and found.identified[name]
-    assert found.verdict == "stands"
+    assert found.verdict == "accepted"
     np.testing.assert_allclose(found.errors, [0.01 / 0.7, 0.04], rtol=0.3)
     assert [row["points"] for row in json.loads(found.to_json())["tests"]] == [40, 50]
     assert "40 of J, 50 of G', G''" in found.summary()
@@ -93,7 +93,7 @@ def test_a_test_of_another_material_is_named():
         3, sweep={name: value * (0.5 if name == "G2" else 1) for name, value in TRUTH.items()}
     )
     found = fitting.fit_together([creep, sweep])
-    assert found.verdict == "refused" and not any(found.identified.values())
+    assert found.verdict == "rejected" and not any(found.identified.values())
     assert any(why.startswith(("J:", "G', G''")) for why in found.refused)
 
 

@@ -44,11 +44,11 @@ def test_readings_before_the_load_do_not_decide(early):
     found = fit(t, J)
     for name, value in TRUTH.items():
         assert found.values[name] == pytest.approx(value, rel=1e-4), name
-    assert found.verdict == "stands" and all(found.identified.values())
+    assert found.verdict == "accepted" and all(found.identified.values())
     assert any(f"{len(early)} of {t.size} points left out" in note for note in found.notes)
     assert found.curve[2][0] == 0.5 and found.fitted.size == 40
     obeyed = fit(t, J, weights="relative")
-    assert obeyed.values["G1"] > 1e8 and obeyed.verdict == "refused" and not any(obeyed.identified.values())
+    assert obeyed.values["G1"] > 1e8 and obeyed.verdict == "rejected" and not any(obeyed.identified.values())
 
 
 @pytest.mark.parametrize(("a", "b"), [(2e-8, 0.01), (1e-7, 0.05), (1e-9, 0.02)])
@@ -107,12 +107,12 @@ def test_a_fit_that_is_refused_determines_nothing(name):
     J, options, why = WRONG[name]
     found = fit(TIMES, J, **options)
     fixed = dict.fromkeys(options.get("fixed", {}), True)
-    assert found.verdict == "refused"
+    assert found.verdict == "rejected"
     assert {k: v for k, v in found.identified.items() if v} == fixed
     assert any(re.search(why, reason) for reason in found.refused), found.refused
     loaded = json.loads(found.to_json())
-    assert loaded["verdict"] == "refused" and loaded["reasons"] == list(found.refused)
-    assert "REFUSED" in found.summary()
+    assert loaded["verdict"] == "rejected" and loaded["reasons"] == list(found.refused)
+    assert "REJECTED" in found.summary()
     assert found.refused[0] in " ".join(found.plot().get_suptitle().split())
 
 
@@ -121,7 +121,7 @@ def test_a_constant_may_be_the_truth():
     """R2 of a constant is zero by its definition; that is no reason to refuse one that describes the data."""
     J = 1e-5 * (1 + 0.01 * np.random.default_rng(1).standard_normal(40))
     found = fit(TIMES, J, model="Elastic", weights="relative")
-    assert found.r2 <= 0.01 and found.verdict == "stands" and found.identified["G"]
+    assert found.r2 <= 0.01 and found.verdict == "accepted" and found.identified["G"]
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_compared_models_have_the_same_points():
     J = J * (1 + 0.005 * np.random.default_rng(3).standard_normal(41))
     table = fitting.compare(fitting.CreepData(t=t, J=J), ["Maxwell", "Burgers"])
     assert [found.fitted.size for found in table.fits] == [40, 40]
-    assert [found.verdict for found in table.fits] == ["stands", "refused"] and "verdict" in str(table)
+    assert [found.verdict for found in table.fits] == ["accepted", "rejected"] and "verdict" in str(table)
 
 
 def test_the_noise_is_judged_by_the_restricted_likelihood():
@@ -221,7 +221,7 @@ def test_collinear_parameters_are_open_and_named():
             fitting.IndentationData(t=t, load=P, depth=depth), "StandardLinearSolid", nu=nu,
             indenter=jc.FlatPunch(radius=R), machine_compliance="fit",
         )  # fmt: skip
-        assert found.verdict == "stands" and not found.identified["G1"] and found.identified["G2"]
+        assert found.verdict == "accepted" and not found.identified["G1"] and found.identified["G2"]
         assert found.intervals["G1"][1] == np.inf and found.intervals["G1"][0] < 2e9
         assert any(note.startswith("G1 and machine_compliance are not determined") for note in found.notes)
 
@@ -240,7 +240,7 @@ def test_r2_of_constant_data_is_not_defined():
     """Their variance is zero up to rounding, and nothing can be a share of it."""
     J = np.full(40, 1e-5) * (1 + 1e-15 * np.arange(40) % 3e-15)
     found = fit(TIMES, J, model="Elastic", weights="absolute")
-    assert np.isnan(found.r2) and found.verdict == "stands"
+    assert np.isnan(found.r2) and found.verdict == "accepted"
     assert "R2 not defined" in found.summary() and json.loads(found.to_json())["r2"] is None
 
 
@@ -280,8 +280,8 @@ def test_a_slip_of_the_instrument_is_refused(n, spread):
     t = spread(0.5, 40.0, n)
     J = burgers(t) * (1 + 0.005 * np.random.default_rng(1).standard_normal(n))
     slipped = fit(t, J + 0.2 * np.ptp(J) * (t > 20.0))
-    assert fit(t, J).verdict == "stands"
-    assert slipped.verdict == "refused" and not any(slipped.identified.values())
+    assert fit(t, J).verdict == "accepted"
+    assert slipped.verdict == "rejected" and not any(slipped.identified.values())
     assert any(reason.startswith("the curve slips between t = 1") for reason in slipped.refused)
 
 

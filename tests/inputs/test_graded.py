@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import STEEL
 from scipy.integrate import solve_ivp
 
 import jaxcontact as jc
 
 NU, H = 0.3, 1e-6
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 
 
 def modulus(depth, G=1e9, growth=2.5):

@@ -5,12 +5,13 @@ import warnings
 import jax
 import numpy as np
 import pytest
+from bodies import FILM, GLASS, STEEL
 
 import jaxcontact as jc
 from jaxcontact.indenters.shapes import CONE_RADIUS_FACTOR, ROLLER_END_FACTOR
 from jaxcontact.verbs import indent
 
-GLASS, BALL = jc.LayeredHalfSpace([], jc.Elastic(30e9, 0.25)), jc.Sphere(5e-3)
+BALL = jc.Sphere(5e-3)
 
 
 def small(*given):
@@ -20,7 +21,6 @@ def small(*given):
 AROUND = jc.Grid.around
 
 
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 FILMS = [(nu, h) for nu in (0.3, 0.45, 0.49) for h in (4e-7, 1e-5, 1e-4, 1.3e-3)]
 
 
@@ -47,7 +47,6 @@ def test_a_grid_around_a_film_of_any_thickness_holds_its_contact_and_not_much_mo
     assert thinnest < 0.011 and thickest > 9.0
 
 
-FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
 MELT = jc.Maxwell(1e9, 1e11)
 INDENTERS = {
     "ball": jc.Sphere(5e-3, STEEL),

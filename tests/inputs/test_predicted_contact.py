@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from bodies import STEEL
 from tolerances import FORETOLD_RADIUS, FORETOLD_STRAIN, QUADRATURE
 
 import jaxcontact as jc
 from jaxcontact.indenters.predicted_contact import predicted
 
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 BALL = jc.Sphere(5e-3, STEEL)
 FILMS = [(nu, G, h) for nu in (0.3, 0.49) for G in (1e7, 1e9, 3e11) for h in (1e-7, 1e-5, 1e-4, 1e-3)]
 CONTROLS = {"load": jc.Load(20.0), "approach": jc.Approach(4e-6)}

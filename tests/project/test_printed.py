@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import jax
 import numpy as np
 import pytest
+from bodies import FILM, STEEL
 from test_storage import made_up
 
 import fitting
@@ -18,8 +19,6 @@ RAMP = np.linspace(0.0, 60.0, 500)
 X = np.linspace(-1.0, 1.0, 64)
 HEIGHTS = 1e-6 * (X[:, None] ** 2 + X**2)
 GRID = jc.Grid.square(64, 64e-6)
-FILM = jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
-STEEL = jc.Elastic.from_young(210e9)
 SERIES = jc.Prony(J0=1e-9, J=np.full(30, 1e-10), tau=np.geomspace(1.0, 1e6, 30), nu=0.3)
 BODY = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9), jc.Layer(SERIES, 1e-6)], STEEL)
 HISTORY = made_up(jc.ContactHistory)

@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import GLASS
 
 import jaxcontact as jc
 from jaxcontact.files import storage
 from jaxcontact.reference import hertz
 
-GLASS = jc.LayeredHalfSpace([], jc.Elastic(G=30e9, nu=0.25))
 BALL, NOW = jc.Sphere(5e-3), np.zeros(1)
 GRID = jc.Grid.square(24, 300e-6)
 

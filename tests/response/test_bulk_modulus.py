@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import mpmath as mp
 import numpy as np
 import pytest
+from bodies import STEEL
 from tolerances import APPROACH
 
 import jaxcontact as jc
@@ -17,7 +18,6 @@ from jaxcontact.response.volume import surface_creep
 K, H = 1.625e9, 150e-9
 PARAMETERS = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3.1486e12, "eta2": 120.9e9}
 FILM = jc.Burgers(**PARAMETERS, bulk_modulus=K)
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 ON_STEEL = jc.LayeredHalfSpace([jc.Layer(FILM, H)], STEEL)
 TIMES = np.array([1.0, 60.0, 600.0, 7200.0, 1e6])
 
@@ -175,7 +175,7 @@ def test_derivatives_of_a_film_by_all_its_parameters():
         assert float(getattr(slopes, name)) == pytest.approx(exact, rel=1e-4, abs=1e-7 * up * 0.8 / H / value)
 
 
-class Bulky(abel.Pile):
+class Bulky(abel.LayerStack):
     """Its solids keep their bulk moduli, whatever becomes of their shear moduli."""
 
     def with_modulus(self, moduli):

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import mpmath as mp
 import numpy as np
 import pytest
+from bodies import FILM, STEEL
 from laplace import inverted
 from tolerances import ROUND_OFF
 
@@ -28,8 +29,6 @@ def solid(J0, fluidity=0.0, J=(), tau=(), nu=0.3):
     return jc.Prony(J0=J0, J=J, tau=tau, nu=nu, fluidity=fluidity)
 
 
-FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 RUBBER = solid(1e-9, J=(2e-8, 1e-7, 4e-7, 4e-7), tau=(1e-5, 1e-3, 0.1, 10.0), nu=0.49)
 STACKS = {
     "stiff coating on rubber": (solid(1 / 80e9, nu=0.2), 1e-6, RUBBER),

@@ -5,13 +5,13 @@ import warnings
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import STEEL
 from scipy import integrate, special
 
 import jaxcontact as jc
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.influence.strip_coefficients import strip_coefficients
 
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 FILM = jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=1e9, nu=0.3)
 ON_FILM = jc.LayeredHalfSpace([jc.Layer(FILM, 3e-6)], STEEL)
 ALONG_Y = (False, True)

@@ -25,7 +25,8 @@ def drawn(picture, periodic):
     """A contact drawn by hand, a line for each x."""
     pressure = np.array([[float(cell == "#") for cell in line] for line in picture.split()])
     grid = jc.Grid(pressure.shape, (2e-6, 3e-6), periodic)
-    return SimpleNamespace(pressure=pressure, gap=1.0 - pressure, grid=grid, status=np.array(0))
+    shown = {"pressure": pressure, "in_contact": pressure > 0.0, "gap": 1.0 - pressure}
+    return SimpleNamespace(**shown, grid=grid, status=np.array(0))
 
 
 @pytest.mark.parametrize(
@@ -129,7 +130,7 @@ def test_the_pressures_of_a_wave_are_spread_as_those_of_westergaard(wave):
     s, last = SHARES[2], wave.pressure[2]
     x = (np.arange(100000) + 0.5) / 100000 * np.pi / 2.0
     exact = 2.0 * FULL * np.cos(x) * np.sqrt(np.maximum(s - np.sin(x) ** 2, 0.0))
-    one = SimpleNamespace(pressure=last, gap=wave.gap[2], grid=wave.grid)
+    one = SimpleNamespace(pressure=last, in_contact=last > 0.0, gap=wave.gap[2], grid=wave.grid)
     spread = jc.pressure_histogram(one, bins=4)
     shares = np.histogram(exact, spread.edges, weights=(exact > 0.0) / exact.size)[0]
     np.testing.assert_allclose(spread.density * np.diff(spread.edges), shares, atol=2.0 / 256)
@@ -174,3 +175,20 @@ def test_a_rough_contact_is_drawn_with_its_maps_and_statistics(wave):
     np.testing.assert_allclose(line.get_ydata(), np.mean(wave.pressure > 0.0, (1, 2)), rtol=1e-12)
     values, edges, _ = by_label["pressure [MPa]"].patches[-1].get_data()
     np.testing.assert_allclose(np.sum(values * np.diff(edges)), np.mean(wave.pressure[-1] > 0.0), rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_statistics_with_adhesion_count_cells_that_are_pulled_as_well():
+    """Contact is where the gap is zero, as in ``contact_area``; pressures and tensions sum to the load."""
+    gel, grid = jc.LayeredHalfSpace([], jc.Elastic(G=1e3, nu=0.5)), jc.Grid.square(n=40, width=1.4e-3)
+    adhesion = jc.ExponentialAdhesion(work=10e-3, range=25e-6)
+    load = jc.Load(np.array([0.0, 2e-5]))
+    history = jc.indent(gel, jc.Sphere(1e-3), load, [0.0, 1.0], grid=grid, adhesion=adhesion)
+    nominal, statistics = grid.width[0] * grid.width[1], jc.contact_statistics(history)
+    np.testing.assert_allclose(statistics.area_fraction * nominal, history.contact_area, rtol=1e-12)
+    np.testing.assert_allclose(jc.contact_clusters(history).areas.sum(), history.contact_area[-1], rtol=1e-12)
+    assert np.any(np.asarray(history.in_contact & (history.pressure < 0.0)))
+    histogram = jc.pressure_histogram(history, bins=400)
+    edges = np.asarray(histogram.edges)
+    found = np.asarray(histogram.density) @ (np.diff(edges) * (edges[1:] + edges[:-1]) / 2.0)
+    np.testing.assert_allclose(found, [0.0, 2e-5 / nominal], atol=0.5 * np.diff(edges)[0])

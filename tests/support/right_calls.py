@@ -3,11 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+from bodies import BODY, FILM, STEEL
 
 import jaxcontact as jc
 
-STEEL, FILM = jc.Elastic.from_young(210e9), jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
-BODY = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], STEEL)
 FLOWS = jc.LayeredHalfSpace([], FILM)
 BALL, LOAD, TIMES, GRID = jc.Sphere(9.5e-3), jc.Load(60.0), np.array([0.0, 1.0]), jc.Grid.square(8, 600e-6)
 PERIODIC = jc.Grid(GRID.shape, GRID.spacing, periodic=True)

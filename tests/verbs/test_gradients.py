@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import FILM, STEEL
 from jax.test_util import check_grads
 from tolerances import CENTRAL_DIFFERENCE, MODES, ROUND_OFF, TIGHT_SOLVER
 
@@ -21,8 +22,6 @@ from jaxcontact.response.influence.coefficients import influence_coefficients
 from jaxcontact.response.influence.images import Images
 from jaxcontact.response.one_layer import OneLayer
 
-STEEL = jc.Elastic.from_young(210e9)
-FILM = jc.Burgers(0.75e9, 13.89e6, 3.1486e12, 120.9e9)
 VALUES = {
     "G1": 0.75e9, "G2": 13.89e6, "eta1": 3.1486e12, "eta2": 120.9e9, "nu": 0.3, "thickness": 150e-9,
     "substrate G": 80e9, "substrate nu": 0.3, "radius": 9.525e-3, "ball G": 80e9, "ball nu": 0.3,

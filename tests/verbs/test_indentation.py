@@ -212,8 +212,8 @@ def test_creeping_layer_against_the_axisymmetric_march(film, steel, h, load, tab
 
 @jax.jit
 def step(memory, fields, old, new, inputs):
-    operator, earlier, fields = memory.predict(fields, old, inputs)
-    return earlier + operator(new), memory.update(fields, new, inputs)
+    coming = memory.predict(fields, old, inputs)
+    return coming.earlier + coming.operator(new), memory.update(coming.fields, new, inputs)
 
 
 def both_ways(body, ball, grid, times, pressures):

@@ -4,13 +4,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import STEEL
 from tolerances import CENTRAL_DIFFERENCE, MODES
 
 import jaxcontact as jc
 
 pytestmark = pytest.mark.slow
 
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
 RUBBER = jc.StandardLinearSolid(2e6, 1e6, 1e3, nu=0.45)
 LINE = jc.Grid((48, 1), (6e-6, 1e-3), periodic=(False, True))
 CASES = {

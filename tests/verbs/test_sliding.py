@@ -177,11 +177,13 @@ def in_the_bodys_frame(body, ball, places, times, grid, margin):
 
     @jax.jit
     def step(eta, pressure, dt, place):
-        operator, earlier, eta = memory.predict(eta, pressure, dt)
+        coming = memory.predict(eta, pressure, dt)
         profile = ((x[:, None] - place * dx) ** 2 + y**2) / (2.0 * 9.525e-3) / dx
-        problem = Problem(operator, profile + earlier, target, jnp.zeros(()), load_controlled=True)
+        problem = Problem(
+            coming.operator, profile + coming.earlier, target, jnp.zeros(()), load_controlled=True
+        )
         pressure = solve(problem, pressure, jnp.asarray(1e-10), jnp.asarray(500)).pressure
-        return memory.update(eta, pressure, dt), pressure
+        return memory.update(coming.fields, pressure, dt), pressure
 
     for dt, place in zip(np.diff(times, prepend=0.0), places, strict=True):
         eta, pressure = step(eta, pressure, float(dt), float(place))
@@ -294,7 +296,7 @@ def test_derivatives_reverse_forward_and_central():
 
 @pytest.mark.slow
 def test_equal_calls_compile_once(body, ball):
-    from jaxcontact.verbs.slide import _run
+    from jaxcontact.verbs.experiment import _run
 
     slide(body, ball, velocity=0.1e-6)
     before = _run.compiled._cache_size()

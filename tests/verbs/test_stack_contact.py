@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from bodies import FILM, STEEL
 from tolerances import APPROACH, PEAK
 
 import jaxcontact as jc
@@ -13,8 +14,6 @@ from jaxcontact.reference import abel
 
 RADIUS, A = 10e-3, 100e-6  # of the ball and of the contact [m]
 BALL = jc.Sphere(RADIUS)
-STEEL = jc.Elastic.from_young(210e9, nu=0.3)
-FILM = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
 SOFT = jc.StandardLinearSolid(G1=2e9, G2=1e9, eta2=4e11, nu=0.4)
 
 ELASTIC = {  # moduli [Pa] and nu of the layers and the half-space, thicknesses over the contact's radius
@@ -37,7 +36,7 @@ def body_of(solids, thicknesses):
 def test_elastic_stacks_against_the_axisymmetric_solution(name):
     """Approach, peak and radius under the load of a contact of known radius."""
     moduli, poissons, thicknesses = (np.array(part) for part in ELASTIC[name])
-    oracle = abel.solve_radius(A, abel.Pile(moduli, poissons, thicknesses * A), RADIUS)
+    oracle = abel.solve_radius(A, abel.LayerStack(moduli, poissons, thicknesses * A), RADIUS)
     solids = [jc.Elastic(*each) for each in zip(moduli, poissons, strict=True)]
     run = jc.indent(
         body_of(solids, thicknesses * A), BALL, jc.Load(oracle.load), [0.0], grid=jc.Grid.square(96, 2.6 * A)
@@ -62,7 +61,7 @@ def test_growing_contact_on_creeping_stacks_against_the_axisymmetric_march(name)
     solids, thicknesses = CREEPING[name][0], np.array(CREEPING[name][1]) * A
     at = lambda s: np.array([complex(s / solid.spectrum().transform(s)) for solid in solids])
     moduli = lambda s: at(s) if np.iscomplexobj(s) else at(s + 0j).real
-    pile = abel.Pile(moduli(1.0), np.array([float(solid.nu) for solid in solids]), thicknesses)
+    pile = abel.LayerStack(moduli(1.0), np.array([float(solid.nu) for solid in solids]), thicknesses)
     contacts = abel.march_step_load(1.0, 600.0, 24, pile, moduli, RADIUS, modes=24)
     times, width = jnp.linspace(0.0, 600.0, 25), 2.8 * contacts[-1].radius
     run = jc.indent(body_of(solids, thicknesses), BALL, jc.Load(1.0), times, grid=jc.Grid.square(96, width))

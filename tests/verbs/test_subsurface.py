@@ -9,7 +9,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.response.interior import transfer
-from jaxcontact.response.time.interior_time import lags_before_the_last, recall
+from jaxcontact.response.time.interior_time import kernels_at_lags, lags_before_the_last
 from jaxcontact.verbs.subsurface import _fields
 
 
@@ -136,7 +136,7 @@ def test_a_wave_of_growing_tractions_meets_an_elastic_body(s=0.5):
     soft = 1 / np.array([[in_exponential_growth(solid, s).G] for solid in (FILM, BASE)])
     alpha = jnp.linspace(0.0, 5.0, 50)
     for z in (0.2, 0.9):
-        memory = jax.jit(recall)(body, alpha, z, lags_before_the_last(jnp.asarray(times)))
+        memory = jax.jit(kernels_at_lags)(body, alpha, z, lags_before_the_last(jnp.asarray(times)))
         ours = jnp.einsum("n,nm,fma->fa", np.diff(rise, prepend=0.0), memory.shares, memory.kernels)
         theirs = jnp.stack(transfer(body, alpha, z, soft))
         assert float(jnp.max(jnp.abs(ours - theirs) / jnp.max(jnp.abs(theirs), 1)[:, None])) < 5e-4

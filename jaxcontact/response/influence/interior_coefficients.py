@@ -38,8 +38,8 @@ from jaxcontact.response.influence.linear_fit import decomposed
 from jaxcontact.response.influence.tangential_coefficients import of_image, on_surface
 from jaxcontact.response.interior import Transfer, depths_of_interfaces
 from jaxcontact.response.stack import solids
-from jaxcontact.response.time.band import flows
-from jaxcontact.response.time.interior_time import Lags, Recalled, recall, sampled
+from jaxcontact.response.time.band import has_fluidity
+from jaxcontact.response.time.interior_time import KernelsAtLags, Lags, kernels_at_lags, sampled
 from jaxcontact.response.time.ladder import farthest_image
 
 IMAGES, NODES = 64, 500
@@ -87,12 +87,12 @@ GROUPS, group_of = np.unique(np.stack([CAUSES, POWERS]), axis=1, return_inverse=
 MEMBERS = [np.flatnonzero(group_of == g) for g in range(GROUPS.shape[1])]
 
 
-class Buried(NamedTuple):
-    """Images of ``Recalled.kernels`` at one depth.
+class SubsurfaceImages(NamedTuple):
+    """Images of ``KernelsAtLags.kernels`` at one depth.
 
     depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula; shares (nt, M), as in
-    ``Recalled``; deviations and sizes (nt, groups, s): largest deviation of the images and of the shares from the response
-    at each lag, and the quantity that it is relative to, at some wavenumbers.
+    ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the images and of the shares from the
+    response at each lag, and the quantity that it is relative to, at some wavenumbers.
     """
 
     depths: Array
@@ -113,10 +113,10 @@ class Buried(NamedTuple):
         return jnp.max(jnp.where(size > 0.0, off / jnp.where(size > 0.0, size, 1.0), 0.0))
 
 
-def bury(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> Buried:
+def subsurface_images(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> SubsurfaceImages:
     """Return the images for a depth z >= 0 [m], (), fitted at all wavenumbers but those by which errors are measured."""
     depths, nodes = _depths_and_nodes(body, z, lags)
-    recalled = recall(body, nodes, z, lags)
+    recalled = kernels_at_lags(body, nodes, z, lags)
     own = nodes * z * jnp.exp(-nodes * z)
     columns = jnp.concatenate([jnp.exp(-nodes[:, None] * depths), own[:, None]], 1)
     every = np.arange(nodes.size)
@@ -125,7 +125,7 @@ def bury(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> Buried:
     sizes = jnp.max(_sizes(jnp.moveaxis(recalled.kernels, 1, 0), nodes), 0)
     found = _fitted(columns[among], recalled.kernels[..., among], sizes[:, among])
     deviations, sizes = _deviations(recalled, found, columns[tested], nodes[tested])
-    return Buried(depths, found[..., :-1], found[..., -1], recalled.shares, deviations, sizes)
+    return SubsurfaceImages(depths, found[..., :-1], found[..., -1], recalled.shares, deviations, sizes)
 
 
 def _sizes(kernels: Array, wavenumber: Array) -> Array:
@@ -153,8 +153,10 @@ def _fitted(columns: Array, kernels: Array, sizes: Array) -> Array:
     return jnp.concatenate(found)[np.argsort(np.concatenate(MEMBERS))]
 
 
-def _deviations(recalled: Recalled, weights: Array, columns: Array, wavenumber: Array) -> tuple[Array, Array]:
-    """Return ``deviations`` and ``sizes`` of ``Buried`` at wavenumbers (s,), without derivative."""
+def _deviations(
+    recalled: KernelsAtLags, weights: Array, columns: Array, wavenumber: Array
+) -> tuple[Array, Array]:
+    """Return ``deviations`` and ``sizes`` of ``SubsurfaceImages`` at wavenumbers (s,), without derivative."""
     recalled, weights = jax.lax.stop_gradient((recalled, weights))
     ours = jnp.einsum("nm,fmj,sj->nfs", recalled.shares, weights, columns)
     return _largest(jnp.abs(ours - recalled.exact)), _sizes(recalled.exact, wavenumber)
@@ -170,7 +172,7 @@ def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tu
     closest = jnp.maximum(jnp.min(jnp.abs(interfaces - z)), CLOSEST * total)
     times = jnp.zeros(1) if lags is None else lags.end
     reach = jnp.maximum(REACH * total, farthest_image(body, times))
-    flowing = lags is not None and any(flows(solid) for solid in solids(body))
+    flowing = lags is not None and any(has_fluidity(solid) for solid in solids(body))
     span = jnp.linspace(0.0, 1.0, (MORE_IMAGES if flowing else IMAGES) - 1)
     depths = jnp.append(z, z + closest * (reach / closest) ** span)
     shortest = SHORTEST / jnp.maximum(jnp.minimum(z, closest), CLOSEST * total)
@@ -200,7 +202,7 @@ def summed(
     grid: Grid,
     integrals: Callable[[Array, Array, Array], Kinds],
     functions: tuple[tuple[str, ...], ...],
-    images: Buried,
+    images: SubsurfaceImages,
 ) -> Kinds:
     """Return the sums over images of the named functions times their kinds, each (functions, kinds, M, nx, ny)."""
     index = [jnp.array([Transfer._fields.index(name) for name in group]) for group in functions]

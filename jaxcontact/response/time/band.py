@@ -41,7 +41,8 @@ def creeps(solid: Material) -> bool:
     return spectrum.rates.size > 0 or spectrum.fluidity is not None
 
 
-def flows(solid: Material) -> bool:
+def has_fluidity(solid: Material) -> bool:
+    """Return whether materials of this class may have steady-state flow."""
     return solid.spectrum().fluidity is not None
 
 
@@ -75,8 +76,10 @@ def may_have_no_slowest(body: LayeredHalfSpace) -> bool:
     The rates of such a body have no lower bound: its layer resists bending the less, the longer the wave.
     """
     each = solids(body)
-    may_rest = [not flows(solid) or "fluidity" in solid.may_be_zero for solid in each]
-    return any(may_rest[i] and flows(each[j]) for i in range(len(each)) for j in range(i + 1, len(each)))
+    may_rest = [not has_fluidity(solid) or "fluidity" in solid.may_be_zero for solid in each]
+    return any(
+        may_rest[i] and has_fluidity(each[j]) for i in range(len(each)) for j in range(i + 1, len(each))
+    )
 
 
 def _has_no_slowest(body: LayeredHalfSpace) -> Array:

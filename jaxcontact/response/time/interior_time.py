@@ -37,7 +37,7 @@ class Lags(NamedTuple):
     end: Array
 
 
-class Recalled(NamedTuple):
+class KernelsAtLags(NamedTuple):
     """The kernels F of the module's formula at the picked lags.
 
     kernels: the functions of ``Transfer``, (13, M, n); shares (nt, M); exact: F_n at all lags, (nt, 13, s), at the
@@ -60,16 +60,16 @@ def sampled(count: int) -> slice:
     return slice(None, None, -(-count // SAMPLED))
 
 
-def recall(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: Lags | None) -> Recalled:
+def kernels_at_lags(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: Lags | None) -> KernelsAtLags:
     """Return the kernels at wavenumbers (n,) [rad/m] for the depth z [m], ()."""
     some = sampled(wavenumber.size)
     if lags is None:
         kernels = _at_first(body, wavenumber, z)
-        return Recalled(kernels[:, None], jnp.ones((1, 1)), kernels[None, :, some])
+        return KernelsAtLags(kernels[:, None], jnp.ones((1, 1)), kernels[None, :, some])
     exact = jax.lax.map(lambda lag: _mean(body, wavenumber[some], z, Lags(*lag)), tuple(lags))
     picked, shares = _mixing(exact)
     means = jax.lax.map(lambda n: _mean(body, wavenumber, z, Lags(lags.start[n], lags.end[n])), picked)
-    return Recalled(jnp.moveaxis(means, 0, 1), shares, exact)
+    return KernelsAtLags(jnp.moveaxis(means, 0, 1), shares, exact)
 
 
 def _mixing(means: Array) -> tuple[Array, Array]:

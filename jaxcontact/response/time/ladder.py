@@ -84,16 +84,16 @@ def _wavenumbers(solids: Solids) -> Array:
 def expand(body: LayeredHalfSpace, values: Array) -> Images:
     """Images of responses at ``wavenumbers``, (..., n), relative to the body's response at first."""
     solids = solids_of(body)
-    return fit_images(values, *_ladders(solids, _normal_sizes([_at_first(solids)])))
+    return fit_images(values, *_ladders(solids, _normal_sizes([_unrelaxed(solids)])))
 
 
 def expand_shapes(body: LayeredHalfSpace, shapes: Array) -> Images:
     """Images of C_0 and the S_m, (M + 2, n), the film's shape before them: that relative to the response of the top layer on
     a rigid base, C_0 to the body's response at first and the others to that in the end."""
     solids = solids_of(body)
-    first = _at_first(solids)
+    first = _unrelaxed(solids)
     film = first._replace(compliances=jnp.zeros_like(first.compliances).at[0].set(1.0))
-    ladders = _ladders(solids, _normal_sizes([film, first, _in_the_end(solids)]))
+    ladders = _ladders(solids, _normal_sizes([film, first, _relaxed(solids)]))
     return _joined([shapes[:1], shapes[1:2], shapes[2:]], ladders)
 
 
@@ -106,7 +106,7 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
     solids = solids_of(body)
 
     def sizes(wavenumber: Array) -> Array:
-        each = [_responses(rough, wavenumber) for rough in (_at_first(solids), _in_the_end(solids))]
+        each = [_responses(rough, wavenumber) for rough in (_unrelaxed(solids), _relaxed(solids))]
         return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
 
     ladders = _ladders(solids, sizes, densely=True)
@@ -121,13 +121,13 @@ def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
     return Images(fitted[0].depths, jnp.concatenate([images.heights for images in fitted]))
 
 
-def _at_first(solids: Solids) -> Solids:
-    """The body whose response at first gives the weights."""
+def _unrelaxed(solids: Solids) -> Solids:
+    """Return the body with the instantaneous compliances, rounded, whose response gives the weights."""
     return _rounded(solids, solids.compliances)
 
 
-def _in_the_end(solids: Solids) -> Solids:
-    """The body whose response in the end gives the weights."""
+def _relaxed(solids: Solids) -> Solids:
+    """Return the body with the relaxed compliances, rounded, whose response gives the weights."""
     return _rounded(solids, solids.final)
 
 

@@ -61,7 +61,7 @@ from jaxcontact.response.time.band import (
     MORE_SHAPES,
     Window,
     creeps,
-    flows,
+    has_fluidity,
     may_have_no_slowest,
     rounded,
     window,
@@ -272,7 +272,7 @@ def common_rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
     top = film_creep(solids(body)[0])
     rates = jnp.concatenate([top.rates, grid])
     fluidities = jnp.concatenate([top.rates * top.amplitudes, jnp.zeros_like(grid)])
-    if not any(flows(solid) for solid in solids(body)):
+    if not any(has_fluidity(solid) for solid in solids(body)):
         return rates, fluidities
     flow = 0.0 if top.fluidity is None else top.fluidity
     return jnp.append(rates, 0.0), jnp.append(fluidities, flow)
