@@ -21,6 +21,8 @@ from fitting.fits.creep import compare as compare
 from fitting.fits.creep import fit_creep as fit_creep
 from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
+from fitting.fits.force import ForceFit as ForceFit
+from fitting.fits.force import fit_force as fit_force
 from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import fit_growth as fit_growth
 from fitting.fits.indentation import IndentationFit as IndentationFit
@@ -37,8 +39,10 @@ from fitting.io.growth_reader import read_growth as read_growth
 from fitting.io.modulus_reader import read_oscillation as read_oscillation
 from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
+from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
+from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
 from fitting.search.minimising import Minimum as Minimum
 from fitting.search.minimising import minimise as minimise
 
@@ -50,6 +54,7 @@ __all__ = [
     "CreepFit",
     "Design",
     "FieldFit",
+    "ForceFit",
     "GrowthData",
     "GrowthFit",
     "GrowthKinetics",
@@ -68,6 +73,7 @@ __all__ = [
     "fit_creep",
     "fit_creep_batch",
     "fit_fields",
+    "fit_force",
     "fit_growth",
     "fit_indentation",
     "fit_oscillation",
@@ -78,9 +84,11 @@ __all__ = [
     "posterior",
     "propagate",
     "read_creep",
+    "read_force",
     "read_growth",
     "read_indentation",
     "read_oscillation",
     "read_relaxation",
     "resample",
+    "thin_layer_factor",
 ]

@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, relaxation, oscillation, growth, prony, compare, batch,
-propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, growth, prony, compare,
+batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags.
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, further_commands, growth_command
+from fitting.cli import batch_command, flags, force_command, further_commands, growth_command
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
@@ -70,6 +70,7 @@ def add_parser(kinds: Any) -> None:
         parser.set_defaults(command=command)
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
+    force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
     _add_moduli(kinds)
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
 

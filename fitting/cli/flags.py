@@ -54,6 +54,11 @@ def add_model(parser: Any, laws: bool = False) -> None:
 def add_known(parser: Any) -> None:
     """Add the flags for fixed and bounded parameters."""
     _add_pairs(parser, "fix", "NAME=VALUE", "hold a parameter at a value")
+    add_bounds(parser)
+
+
+def add_bounds(parser: Any) -> None:
+    """Add the flag for bounded parameters."""
     _add_pairs(parser, "bound", "NAME=LOW:HIGH", "bounds of a parameter; one side may be empty")
 
 
@@ -150,8 +155,13 @@ def known(options: argparse.Namespace) -> dict[str, Any]:
     """Return fixed values and bounds."""
     return {
         "fixed": {name: number("--fix", text) for name, text in pairs("--fix", options.fix)},
-        "bounds": {name: span("--bound", text) for name, text in pairs("--bound", options.bound)},
+        "bounds": bounds(options),
     }
+
+
+def bounds(options: argparse.Namespace) -> dict[str, tuple[float | None, float | None]]:
+    """Return the bounds."""
+    return {name: span("--bound", text) for name, text in pairs("--bound", options.bound)}
 
 
 def pairs(flag: str, texts: list[str]) -> list[tuple[str, str]]:

@@ -15,6 +15,7 @@ def _prefixed(unit: str, prefixes: str) -> dict[str, float]:
     return {prefix + unit: PREFIX[prefix] for prefix in ("", *prefixes)}
 
 
+CLOCK = ("hh:mm:ss", "h:mm:ss", "h:m:s", "h:min:s", "hms")  # of cells as 0:01:30, which are read as seconds
 TIME = {
     "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "us": 1e-6, "ns": 1e-9,
     "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "Sek": 1.0, "Sekunde": 1.0, "Sekunden": 1.0,
@@ -22,6 +23,10 @@ TIME = {
     "hr": 3600.0, "hrs": 3600.0, "hour": 3600.0, "hours": 3600.0,
     "Std": 3600.0, "Stunde": 3600.0, "Stunden": 3600.0,
     "day": 86400.0, "days": 86400.0, "Tag": 86400.0, "Tage": 86400.0, "Tagen": 86400.0, "week": 604800.0, "weeks": 604800.0,
+    "seconde": 1.0, "secondes": 1.0, "heure": 3600.0, "heures": 3600.0, "jour": 86400.0, "jours": 86400.0,
+    "segundo": 1.0, "segundos": 1.0, "seg": 1.0, "minuto": 60.0, "minutos": 60.0, "hora": 3600.0, "horas": 3600.0,
+    "día": 86400.0, "días": 86400.0, "秒": 1.0, "分": 60.0, "時間": 3600.0, "日": 86400.0,
+    **dict.fromkeys(CLOCK, 1.0),
 }  # fmt: skip
 FREQUENCY = {
     "rad/s": 1.0, "1/s": 1.0, **{unit: 2.0 * math.pi * PREFIX[unit[:-2]] for unit in ("Hz", "mHz", "kHz", "MHz")},

@@ -11,7 +11,7 @@ import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
 from fitting.inference.conclusion import FitProblem, conclude, solution
-from fitting.inference.evidence import Sample
+from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
 from fitting.models.coordinates import NUISANCES, Space
 from fitting.models.structure import Sought, Volume, structure_of
@@ -143,7 +143,8 @@ def fit_indentation(
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         control: the measured quantity that is prescribed and therefore not fitted: "load", under which the contact must
             grow, or "depth".
-        weights: "absolute" (one error for all points; the default without a sigma), "relative" or "estimated".
+        weights: "absolute" (one error for all points; the default without a sigma), "relative" or "estimated"
+            (errors a + b y of the response y, estimated from the data and, on a half-space, then from the residuals).
         sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); by default the
             standard deviation that the data carry, if any.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
@@ -196,7 +197,7 @@ def fit_indentation(
         _check_layered(press.pressing)
         found = layered_search.search(press, Coating.of(layer, layers, substrate), grid)
     else:
-        found = half_space_search.search(press)
+        found = _half_space(press)
     return _concluded(problem, found, started)
 
 
@@ -205,6 +206,20 @@ def _check_layered(pressing: Pressing) -> None:
         raise ValueError(f"rise: expected None with a layer, got {pressing.rise!r}")
     if pressing.adhesion:
         raise ValueError(f"adhesion: expected none with a layer, got {pressing.adhesion:g} J/m2")
+
+
+def _half_space(press: Press) -> Found:
+    """Return the optimum on a half-space; estimated weights are consistent with its residuals."""
+    sample, unit = _sample(press), _response_unit(press)
+
+    def again(changed: list[np.ndarray]) -> list[Solved]:
+        own = press._replace(weights=np.where(press.kept, changed[0] * unit, 0.0))
+        found = half_space_search.search(own)
+        return [solution(found.objective, found.best, changed[0], press.kept)._replace(whole=found)]
+
+    # points that are not fitted have a weight for the reweighting alone
+    first = np.where(press.kept, sample.weights, sample.weights.max())
+    return settled([sample], again([first]), again, press.space.free.size)[0].whole
 
 
 def _concluded(problem: FitProblem, found: Found, started: float) -> IndentationFit:
@@ -226,11 +241,15 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
 
 def _sample(press: Press) -> Sample:
     """Return the fitted curve in SI units; each segment of the curve is a separate series."""
-    unit = press.units.depth if press.pressing.control == "load" else press.units.load
-    marks = press.data.segments
+    unit, marks = _response_unit(press), press.data.segments
     series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
     curve = (*press.pressing.response, press.data.t, press.measured * unit)
     return Sample.of(curve, press.weights / unit, press.label, series)
+
+
+def _response_unit(press: Press) -> float:
+    """Return the unit of the fitted quantity [m] or [N]."""
+    return press.units.depth if press.pressing.control == "load" else press.units.load
 
 
 def _slow(found: Found) -> dict[str, float]:

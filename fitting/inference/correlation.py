@@ -4,6 +4,8 @@ The correlation matrix V has V_ij = rho^|i - j| within a block (a segment of a t
 and 0 between blocks. Blocks are consecutive points with equal labels, (n,) integers.
 """
 
+import math
+
 import numpy as np
 import scipy
 
@@ -54,6 +56,23 @@ def forms(M: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
     )
     half = np.swapaxes(M, -1, -2) @ past
     return half + np.swapaxes(half, -1, -2) - np.swapaxes(M, -1, -2) @ M
+
+
+def coloured(white: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
+    """Return AR(1) series (..., n) of unit variance from independent standard normal numbers (..., n)."""
+    found, same = white.copy(), within(blocks)
+    for i in np.flatnonzero(same if rho else ~same & same):
+        found[..., i + 1] = rho * found[..., i] + math.sqrt(1.0 - rho**2) * white[..., i + 1]
+    return found
+
+
+def whitened(series: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
+    """Return independent numbers of unit variance (..., n) from AR(1) series (..., n) of unit variance."""
+    found, same = series.copy(), np.append(False, within(blocks))
+    if rho:
+        found[..., same] -= rho * series[..., :-1][..., same[1:]]
+        found[..., same] /= math.sqrt(1.0 - rho**2)
+    return found
 
 
 def log_determinant(blocks: np.ndarray) -> np.ndarray:

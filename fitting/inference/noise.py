@@ -7,9 +7,9 @@ the restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 
 variance and correlation that a fit of p parameters removes from n residuals. For estimated weights the estimates have
 the covariance s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each
 direction is given the mean of this over the directions. Intervals come from the mixture of Student's t distributions
-over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), so
-their coverage holds although neither is known. Where the residuals have heavy tails, the likelihood of a/b is tempered
-by the variance of its score.
+over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), which
+accounts for the uncertainty of both. Where a/b was estimated, their widths are calibrated (``calibration.py``). Where
+the residuals have heavy tails, the likelihood of a/b is tempered by the variance of its score.
 """
 
 import math
@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.inference import student
+from fitting.inference.calibration import Calibration, excess
 from fitting.inference.correlation import RHO, basis, forms, inverse_forms, lag_one, log_determinant, within
 from fitting.search.uncertainty import ROUNDING
 
@@ -29,7 +30,6 @@ LEAST_SPREAD = 1e-100  # spread assumed for residuals that are all zero; its inv
 STEP = 0.5  # step of log(a/b)
 BEYOND = 64.0  # factor by which the grid of a/b extends beyond the smallest and the largest value
 LEAST = 1e-5  # lower limit of a/b over its largest value
-BISECTIONS = 30
 
 
 class Noise(NamedTuple):
@@ -51,6 +51,7 @@ class Noise(NamedTuple):
     columns: np.ndarray
     dof: float
     floor: float
+    calibration: Calibration | None = None
 
     def rises(self, gradients: np.ndarray, level: float) -> np.ndarray:
         """Return the rise of RSS (q,) that bounds the intervals, at a level, of functions of the free coordinates.
@@ -62,7 +63,11 @@ class Noise(NamedTuple):
         directions = directions / np.where(size > 0, size, 1.0)
         variance = np.einsum("kq,mkl,lq->mq", directions, self.variance, directions)
         mean = np.trace(self.variance, axis1=1, axis2=2) / max(len(self.columns), 1)
-        return _quantiles(self.share, np.where(size > 0, variance, mean[:, None]), level, self.dof) ** 2
+        variance = np.where(size > 0, variance, mean[:, None])
+        half = student.mixture_half_width(self.share, variance, level, self.dof)
+        if self.calibration is not None and np.any(size > 0):
+            half[size > 0] *= self.calibration.factors(directions[:, size > 0], level)
+        return half**2
 
     def widening(self, level: float, scale: float) -> float:
         """Return the mean ratio of interval widths to those for white noise.
@@ -72,7 +77,7 @@ class Noise(NamedTuple):
         if not self.columns.size:
             return 1.0
         mean = np.trace(self.variance, axis1=1, axis2=2)[:, None] / len(self.columns)
-        half = float(_quantiles(self.share, mean, level, self.dof)[0])
+        half = float(student.mixture_half_width(self.share, mean, level, self.dof)[0])
         found = half / max(scale, 1e-300) / student.two_sided(level, self.dof)
         return 1.0 if abs(found - 1.0) < ROUNDING else found
 
@@ -106,7 +111,7 @@ def judge(
     if real:
         likelihood = _restricted(residual, basis(jacobian[:, inside]), blocks, shapes)
         best = likelihood.max(1, keepdims=True)
-        likelihood = likelihood - best + best / (_excess(residual) if len(shapes) > 1 else 1.0)
+        likelihood = likelihood - best + best / (excess(residual) if len(shapes) > 1 else 1.0)
     share = np.exp(likelihood - likelihood.max()) * _prior()
     rho = float(RHO[np.argmax(likelihood.max(0))])
     white = bool(share[:, 0].sum() > MORE_LIKELY_THAN_NOT * share.sum())
@@ -124,17 +129,8 @@ def judge(
     return Noise(
         lag_one(residual, blocks), rho, _left(residual, rho, blocks), white, share, variance, Q.T @ jacobian,
         math.inf if known else float(n - p), floor,
+        Calibration.of(residual, Q, shapes, floors, 0.0 if white else rho, blocks, p) if real else None,
     )  # fmt: skip
-
-
-def _excess(residual: np.ndarray) -> float:
-    """Return 1 + kappa/2, kappa the excess kurtosis of the residuals (n,), at least 1.
-
-    This is the variance of the score of a scale relative to that of Gaussian noise, by which heavy tails weaken a
-    likelihood of scales.
-    """
-    square = (residual - residual.mean()) ** 2
-    return max(0.5 * float(np.mean(square**2) / np.mean(square) ** 2) - 0.5, 1.0)
 
 
 def _left(residual: np.ndarray, rho: float, blocks: np.ndarray) -> float:
@@ -200,17 +196,3 @@ def _spread(Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray, places: np.nd
         here = places[:, 1] == j
         found[here] = forms(Q * shapes[places[here, 0]][:, :, None], float(RHO[j]), blocks)
     return found
-
-
-def _quantiles(share: np.ndarray, variance: np.ndarray, level: float, dof: float) -> np.ndarray:
-    """Return the half widths (q,) that contain a probability ``level`` of the mixture of Student's t with ``variance``
-    (m, q)."""
-    single, root = student.two_sided(level, dof), np.sqrt(variance)
-    low, high = single * root.min(0), single * root.max(0)
-    if share.size == 1:
-        return high
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        below = share @ student.share_within(middle / np.maximum(root, 1e-300), dof) < level
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return high

@@ -10,7 +10,8 @@ import numpy as np
 from fitting.data.contact import tip_depth
 from fitting.data.segments import label
 
-SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5")
+SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5", ".spm")
+HEADS = ("Force-Distance Curve", "# afmformats")  # first lines of files of AFM Workshop and of afmformats
 
 
 def is_force_curve(path: str | os.PathLike) -> bool:
@@ -18,13 +19,32 @@ def is_force_curve(path: str | os.PathLike) -> bool:
     return os.fspath(path).lower().endswith(SUFFIXES)
 
 
-def read(path: str | os.PathLike, curve: int | str | None, spring_constant: float | None) -> dict[str, Any]:
+def is_force_text(path: str | os.PathLike) -> bool:
+    """Return whether a text file is a force curve of AFM Workshop or afmformats, whose first lines are ``HEADS``."""
+    name = os.fspath(path)
+    return name.lower().endswith((".csv", ".tab")) and _first_line(name).startswith(HEADS)
+
+
+def _first_line(name: str) -> str:
+    try:
+        with open(name, encoding="utf-8", errors="replace") as file:
+            return file.readline().strip()
+    except OSError:
+        return ""
+
+
+def read(
+    path: str | os.PathLike, curve: int | str | None, spring_constant: float | None,
+    sensitivity: float | None = None, untimed: bool = False,
+) -> dict[str, Any]:  # fmt: skip
     """Return the fields of an ``IndentationData``: depth from the tip position, or from height and load.
 
     Args:
         path: a file of JPK, Igor or HDF5.
         curve: position, from 0, of one of several curves.
         spring_constant: [N/m], where the file does not state it.
+        sensitivity: of the deflection [m/V], likewise.
+        untimed: whether a curve without times is accepted; its points are then numbered.
 
     Raises:
         ImportError: afmformats is not installed; the message says what to install.
@@ -33,13 +53,15 @@ def read(path: str | os.PathLike, curve: int | str | None, spring_constant: floa
     name = os.fspath(path)
     if not Path(name).is_file():
         raise ValueError(f"{name}: cannot be read: expected a file")
-    data = _choose(name, _load(name, spring_constant), curve)
-    if "time" not in data:
+    data = _choose(name, _load(name, spring_constant, sensitivity), curve)
+    if "time" not in data and not untimed:
         raise ValueError(
             f"{name}: expected times, got {sorted(data.columns)}: take load and depth from afmformats "
             "and make IndentationData(t=..., load=..., depth=...)"
         )
-    t, load = np.asarray(data["time"], dtype=float), np.asarray(data["force"], dtype=float)
+    load = np.asarray(data["force"], dtype=float)
+    t = np.asarray(data["time"], dtype=float) if "time" in data else np.arange(load.size, dtype=float)
+    notes = () if "time" in data else ("the file has no times: the points are numbered in their place",)
     k = data.metadata.get("spring constant", spring_constant)
     if "tip position" in data:
         depth, note = -np.asarray(data["tip position"], dtype=float), "depth from the tip position"
@@ -52,11 +74,11 @@ def read(path: str | os.PathLike, curve: int | str | None, spring_constant: floa
         "load": load,
         "depth": depth,
         "marks": marks,
-        "notes": (f"{data.modality} curve by afmformats", note),
+        "notes": (f"{data.modality} curve by afmformats", note, *notes),
     }
 
 
-def _load(name: str, spring_constant: float | None) -> Any:
+def _load(name: str, spring_constant: float | None, sensitivity: float | None) -> Any:
     try:
         library = importlib.import_module("afmformats")
     except ImportError:
@@ -65,9 +87,10 @@ def _load(name: str, spring_constant: float | None) -> Any:
         ) from None
     # its own errors do not derive from Exception, and its formats raise various others
     errors = (Exception, library.errors.AFMFileFormatError, library.errors.MissingMetaDataError)
-    given = None if spring_constant is None else {"spring constant": spring_constant}
+    known = {"spring constant": spring_constant, "sensitivity": sensitivity}
+    given = {key: value for key, value in known.items() if value is not None}
     try:
-        return library.load_data(name, meta_override=given)
+        return library.load_data(name, meta_override=given or None)
     except errors as error:
         what = (str(error) or type(error).__name__).splitlines()[0][:200]
         raise ValueError(f"{name}: afmformats cannot read it: {what}") from None

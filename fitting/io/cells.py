@@ -15,6 +15,7 @@ GROUPED = {
     ".": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[,'’][0-9]{3})+(?:\.[0-9]*)?"),
     ",": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.'’][0-9]{3})+(?:,[0-9]*)?"),
 }
+CLOCK = re.compile(r"([0-9]{1,4}):([0-5][0-9]):([0-5][0-9](?:[.,][0-9]+)?)")  # hours, minutes, seconds
 INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
 EXPONENT = str.maketrans("dD", "ee")
 POINT = str.maketrans("dD,", "ee.")
@@ -40,7 +41,14 @@ def split(text: str, separator: str | None) -> list[str]:
 
 
 def number(cell: str, decimal: str) -> float | None:
-    """Return the number in a cell, or None; digits may be grouped by three: "1.512,8" is 1512.8 if "," is the mark."""
+    """Return the number in a cell, or None; digits may be grouped by three: "1.512,8" is 1512.8 if "," is the mark.
+
+    A time as hh:mm:ss is a number of seconds.
+    """
+    clock = CLOCK.fullmatch(cell)
+    if clock:
+        hours, minutes, seconds = clock.groups()
+        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
     if not PLAIN[decimal].fullmatch(cell):
         cell = SPACES.sub("", cell.replace("−", "-"))
         if GROUPED[decimal].fullmatch(cell):
@@ -58,8 +66,14 @@ def is_missing(cell: str) -> bool:
 
 
 def is_data(row: list[str], decimal: str) -> bool:
-    """Return whether a row has two numbers and fewer words, or one number beside missing cells."""
-    numbers = sum(number(cell, decimal) is not None for cell in row)
+    """Return whether a row has two numbers and fewer words, or one number beside missing cells.
+
+    A clock time counts as a number in the first cell alone, since a date has one among its words.
+    """
+    numbers = sum(
+        number(cell, decimal) is not None and (k == 0 or not CLOCK.fullmatch(cell))
+        for k, cell in enumerate(row)
+    )
     missing = sum(map(is_missing, row))
     words = len(row) - numbers - missing
     if numbers < 2 or any(cell.endswith(":") for cell in row):
@@ -80,7 +94,7 @@ def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
     best = max(ranked, key=lambda dialect: ranked[dialect])
     if ranked[best][0] == 0:
         what = (
-            "expected rows of at least two numbers (no dates, no hh:mm:ss) between commas, semicolons, tabs or blanks,"
+            "expected rows of at least two numbers (no dates) between commas, semicolons, tabs or blanks,"
             " got none: save the table as CSV"
         )
         raise ValueError(f"{path}: line {lines[-1].number}: {what}")

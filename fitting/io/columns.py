@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from fitting.data import units as unit_table
-from fitting.io.cells import is_missing, number
+from fitting.io.cells import CLOCK, is_missing, number
 from fitting.io.names import FACTOR, KINDS, LOGARITHM, Heading, read_heading
 from fitting.io.table import Block, Row, Table
 
@@ -226,6 +226,13 @@ def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
     value = number(cell, table.dialect.decimal)
     if value is None:
         fail(table.path, line, column.label, f"expected a number, got {cell[:40]!r}")
+    if CLOCK.fullmatch(cell) and column.factor != 1.0:
+        fail(
+            table.path,
+            line,
+            column.label,
+            f"expected a number of {column.unit}, got a time as hh:mm:ss, {cell!r}",
+        )
     if math.isinf(value):
         fail(table.path, line, column.label, f"expected a finite number, got {cell!r}")
     return math.nan if abs(value) in OVERLOAD else value

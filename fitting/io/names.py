@@ -1,4 +1,4 @@
-"""Names of columns in their usual English and German spellings, and parsing of headings."""
+"""Names of columns in English, German, French, Spanish and Japanese, and parsing of headings."""
 
 import re
 from typing import NamedTuple
@@ -8,43 +8,60 @@ from fitting.data import units
 # Names are compared without case (one letter apart: T is a temperature), blanks, dots, hyphens, underscores.
 NAMES = {
     "time": "t time testtime seriestime elapsedtime totaltime creeptime timeonsample runtime time(sequence)"
-    " zeit messzeit prüfzeit versuchszeit gesamtzeit kriechzeit testzeit",
-    "step time": "steptime intervaltime segmenttime time(action) schrittzeit intervallzeit abschnittszeit"
+    " temps tempsd'essai tempsdemesure tempsécoulé durée tiempo tiempodeensayo"
+    " tiempototal 時間 経過時間 測定時間 試験時間 zeit messzeit prüfzeit versuchszeit gesamtzeit kriechzeit testzeit",
+    "step time": "tempsd'étape tiempodepaso ステップ時間 steptime intervaltime segmenttime"
+    " time(action) schrittzeit intervallzeit abschnittszeit"
     " segmentzeit",
     "compliance": "J j j(t) jt compliance creepcompliance shearcompliance shearcreepcompliance"
-    " nachgiebigkeit kriechnachgiebigkeit schernachgiebigkeit schubnachgiebigkeit komplianz",
+    " complaisance complaisancedefluage complianza complianzadefluencia"
+    " コンプライアンス クリープコンプライアンス nachgiebigkeit"
+    " kriechnachgiebigkeit schernachgiebigkeit schubnachgiebigkeit komplianz",
     "tensile compliance": "D d(t) tensilecompliance tensilecreepcompliance uniaxialcompliance"
     " extensionalcompliance axialcompliance flexuralcompliance dehnnachgiebigkeit zugnachgiebigkeit"
     " zugkriechnachgiebigkeit biegenachgiebigkeit",
     "strain": "strain strain(t) creepstrain γ γ(t) gamma gamma(t) shearstrain scherung schiebung gleitung"
-    " scherdehnung deformation scherdeformation",
+    " scherdehnung deformation scherdeformation déformation déformationdecisaillement"
+    " cisaillement deformación deformacióndecorte deformacióncortante"
+    " deformacion ひずみ 歪み せん断ひずみ",
     "tensile strain": "ε ε(t) epsilon tensilestrain axialstrain extensionalstrain engineeringstrain"
     " truestrain elongation flexuralstrain dehnung kriechdehnung zugdehnung längsdehnung",
-    "stress": "stress stress(t) τ tau shearstress sxy spannung schubspannung scherspannung",
+    "stress": "stress stress(t) τ tau shearstress sxy spannung schubspannung scherspannung"
+    " contrainte contraintedecisaillement esfuerzo esfuerzocortante esfuerzodecorte"
+    " tensión tensióncortante 応力 せん断応力",
     "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
     " flexuralstress zugspannung normalspannung",
-    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus relaxationsmodul kriechmodul"
+    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus relaxationsmodul"
+    " kriechmodul modulederelaxation móduloderelajación 緩和弾性率"
     " creepmodulus",
-    "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz",
-    "frequency": "ν freq frequency testfrequency frequenz prüffrequenz",
-    "storage modulus": "g' gstor storagemodulus shearstoragemodulus speichermodul speicherschubmodul",
-    "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul",
-    "complex modulus": "g* |g*| complexmodulus complexshearmodulus komplexermodul komplexerschubmodul",
+    "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz pulsation"
+    " fréquenceangulaire frecuenciaangular 角周波数 角振動数",
+    "frequency": "ν freq frequency testfrequency frequenz prüffrequenz fréquence frecuencia 周波数",
+    "storage modulus": "g' gstor storagemodulus shearstoragemodulus speichermodul speicherschubmodul"
+    " moduledeconservation moduleélastique módulodealmacenamiento móduloelástico 貯蔵弾性率 貯蔵せん断弾性率",
+    "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul"
+    " moduledeperte modulevisqueux módulodepérdida móduloviscoso 損失弾性率 損失せん断弾性率",
+    "complex modulus": "g* |g*| complexmodulus complexshearmodulus komplexermodul komplexerschubmodul"
+    " modulecomplexe módulocomplejo 複素弾性率",
     "tensile complex modulus": "e* |e*| tensilecomplexmodulus",
     "loss factor": "tanδ tan(δ) tan(d) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
-    " dämpfungsfaktor",
-    "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel",
+    " dämpfungsfaktor facteurdeperte factordepérdida 損失正接",
+    "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel"
+    " angledephase déphasage ángulodefase 位相角",
     "tensile storage modulus": "e' estor tensilestoragemodulus",
     "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
     "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
-    " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft",
+    " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft"
+    " forcenormale fuerza fuerzanormal carga 荷重 力 押込み荷重",
     "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
-    " displacementintosurface eindringtiefe eindringung tiefe verschiebung",
+    " displacementintosurface eindringtiefe eindringung tiefe verschiebung profondeur"
+    " enfoncement déplacement pénétration profundidad desplazamiento penetración 深さ 押込み深さ 変位",
     "delta": "δ delta",  # a depth or a phase angle
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
-    "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke schichtdicke filmdicke",
+    "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke"
+    " schichtdicke filmdicke",
     "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
 }
 KINDS = {

@@ -16,13 +16,15 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data import units as unit_table
 from fitting.data.contact import tip_depth
 from fitting.data.curves import CONVENTIONS, CreepData
 from fitting.data.indentation import ERRORS, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, constancy, mending, onset
+from fitting.io.cells import number
 from fitting.io.columns import Series, Wanted, has, locate, series
-from fitting.io.names import says_shear
+from fitting.io.names import kind_of, says_shear
 from fitting.io.table import Table, read_table
 
 TIME = Wanted("t", ("step time", "time"))
@@ -43,6 +45,9 @@ OF = {
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
 AIR = 5  # number of points before contact below which no note is made
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+STATED = re.compile(
+    r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
+)
 SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
 
 
@@ -176,6 +181,52 @@ def read_indentation(
     return dataclasses.replace(data, notes=(*data.notes, note))
 
 
+def read_force(
+    path: str | os.PathLike, *, curve: int | str | None = None, spring_constant: float | None = None,
+    sensitivity: float | None = None, columns: dict | None = None, units: dict | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> IndentationData:  # fmt: skip
+    """Read a force curve for ``fit_force``, with its baseline and all segments.
+
+    Args:
+        path: a force curve of JPK, Asylum (Igor), Bruker, AFM Workshop, HDF5 or NT-MDT through the library afmformats, or
+            a text file as in ``read_indentation``.
+        curve: which of several curves in the file, by position from 0 or by name.
+        spring_constant: of the cantilever [N/m], where the file does not state it.
+        sensitivity: of the deflection [m/V], where the file does not state it.
+        columns, units, decimal: as in ``read_indentation``, for a text file.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+
+    Returns:
+        The curve in SI. If the file has no times, the points are numbered in their place, with a note.
+
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
+        ImportError: a microscope's format without afmformats.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "curve.txt"
+        >>> rows = "".join(f"{t}\\t{max(t - 9, 0)}\\t{10 * t}\\n" for t in range(20))
+        >>> _ = file.write_text("Time (s)\\tLoad (nN)\\tDepth (nm)\\n" + rows)
+        >>> print(fitting.read_force(file).load.max())
+        1e-08
+    """
+    if afm.is_force_curve(path) or afm.is_force_text(path):
+        if columns or units or decimal:
+            raise ValueError(
+                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
+            )
+        data = build(
+            os.fspath(path),
+            IndentationData,
+            **afm.read(path, curve, spring_constant, sensitivity, untimed=True),
+        )
+    else:
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+    return data.window(*window) if window else data
+
+
 def _indentation_text(
     path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
     spring_constant: float | None, decimal: str | None,
@@ -236,7 +287,7 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
                     f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
                 )
         return TIME, COMPLIANCE
-    alone = stress is not None or _fact(STRESS_FACT, table.blocks[0].before) is not None
+    alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
     if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
         raise ValueError(
             f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
@@ -302,7 +353,7 @@ def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
                 f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
             )
         return taken
-    value = _fact(STRESS_FACT, taken.before) if stress is None else float(stress)
+    value = _stated_stress(taken.before) if stress is None else float(stress)
     if not value or not np.isfinite(value):
         raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
     values = taken.values | {"stress": np.full(taken.lines.size, value)}
@@ -338,6 +389,19 @@ def _fact(pattern: str, text: str) -> float | None:
         return float(found[-1]) if found else None
     except ValueError:
         return None
+
+
+def _stated_stress(text: str) -> float | None:
+    """Return the one stress [Pa] that the text above the columns states with its unit ("Stress: 100 Pa"), or None."""
+    found = set()
+    for line in text.splitlines():
+        parts = STATED.fullmatch(line)
+        kind = parts and kind_of(parts["name"])
+        if parts and kind in STRESS.names and unit_table.is_unit("stress", parts["unit"]):
+            value = number(parts["value"], ".")
+            value = number(parts["value"], ",") if value is None else value
+            found |= set() if value is None else {value * unit_table.factor("stress", parts["unit"])}
+    return found.pop() if len(found) == 1 else _fact(STRESS_FACT, text)
 
 
 def once(notes: tuple[str, ...]) -> tuple[str, ...]:

@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from fitting.io import workbook
+
 PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
+WORKBOOK, SHEETS = PACKED[:2], (".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
 MARKUP = re.compile(r"<|[{]|\[\s*[\[{]|%PDF")  # first characters of HTML, XML, JSON, RTF and PDF
 INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # byte-order marks within joined files, zero-width spaces
 OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that continues on the next line
@@ -68,6 +71,8 @@ def decode(name: str) -> str:
         raw = Path(name).read_bytes()
     except OSError as error:
         raise ValueError(f"{name}: cannot be read: {error.strerror}") from None
+    if raw.startswith(WORKBOOK) and name.lower().endswith(SHEETS):
+        return workbook.as_text(name)
     if raw.startswith(PACKED):
         raise ValueError(f"{name}: expected text, got binary data (a workbook or an archive): save a CSV")
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):

@@ -6,8 +6,8 @@ import re
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
-        "model", "nu", "segment", "sigma", "spring_constant", "start", "stress", "tau", "temperature",
-        "weights", "window", "bulk_modulus",
+        "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start", "stress", "tau",
+        "temperature", "weights", "window", "bulk_modulus",
     )},
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",

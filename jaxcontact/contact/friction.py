@@ -12,19 +12,24 @@ Coulomb's law with the bound b = friction coefficient x pressure,
 is the optimality of E = 1/2 <q, K_tt q> + <drift - shift, q> on discs, a convex problem (P. D. Panagiotopoulos, Ing.
 Arch. 44 (1975) 421). The shift is given, or the sum of the tractions is, and the shift is its multiplier.
 
-All iterates are admissible: within the discs, and of the given sum. Two kinds of steps take turns. A gradient step
-goes towards the admissible tractions nearest to q - length x s, with the length of J. Barzilai and J. M. Borwein (IMA J.
-Numer. Anal. 8 (1988) 141). A Newton step takes the cells on the rim whose slip opposes their traction as slipping, with
-tractions that may turn but not grow, and all others in contact as sticking, solves the linearised problem
+All iterates are admissible: within the discs, and of the given sum. They are found by a conjugate gradient method on the
+free directions, in analogy to that of ``contact.normal``. Cells on the rim whose slip opposes their traction slip; their
+traction may turn but not grow. All others in contact stick. The direction d is that of Polak and Ribiere for
 
-    P (K_tt + k) P dq = -P s,      P: the free directions, and under a given sum their zero-sum part,
+    P (K_tt + k) P d = P s,      P: the free directions, and under a given sum their zero-sum part,
 
-by preconditioned conjugate gradients to a fraction, and goes towards the admissible tractions nearest to q + dq. The term
-k, the slip over the bound, comes from the curvature of the rim. E is quadratic along a step, so that its least value there
-is known from one application of K_tt, and a step is taken as far as E falls. The gradient steps make the method converge
-from any admissible start (E. G. Birgin, J. M. Martinez, M. Raydan, SIAM J. Optim. 10 (2000) 1196), the Newton steps
-make it fast; gradient projection followed by conjugate gradients on the free directions is due to J. J. More and G. Toraldo
-(SIAM J. Optim. 1 (1991) 93), and on discs to Z. Dostal and T. Kozubek (Math. Program. 135 (2012) 195).
+with k, the slip over the bound, from the curvature of the rim. The traction that is tried is the admissible one nearest
+to q - length x d, where cells that slip are first moved outwards by their slip over the mean eigenvalue of K_tt, so that
+they stay on the rim when the sum is restored. E is quadratic along the way to it, so that one application of K_tt gives
+E there: the whole step is taken if it is nearly of the length of least E, otherwise the part of it with the least E. A
+direction in which E does not decrease is replaced by a step towards the admissible tractions nearest to q - length x s,
+with the length of J. Barzilai and J. M. Borwein (IMA J. Numer. Anal. 8 (1988) 141), in which E always decreases (E. G.
+Birgin, J. M. Martinez, M. Raydan, SIAM J. Optim. 10 (2000) 1196), and the directions start afresh.
+
+The preconditioner is a sum of two circulant operators, the inverses of K_tt and of K_tt + k' with a constant k'. Cells
+that stick use the first, cells that slip by more than k' times their bound the second, and the others a mixture of both
+(weights in the logarithm of k). With the first alone the number of iterations grows with the grid, because k is far
+larger than the eigenvalues of short waves, and far smaller than those of long ones.
 
 The admissible tractions of a given sum that are nearest to y are clip(y + level), with a vector level (2,) that makes up the
 sum: a monotone equation, solved by a Newton method whose steps are shortened until they no longer overshoot.
@@ -41,15 +46,18 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.operators.base import Linear, TractionOperator
 
-REDUCTION = 0.1  # of the residual, by the linear solve of a Newton step
-INNER = 20  # most of its iterations
-ON_RIM = 1.0 - 1e-9  # of the bound: a smaller traction is not on the rim
+NEAR_RIM = 0.9  # of the bound: a smaller traction is not on the rim
 LEAST = 1e-12  # free directions, in parts of their number: fewer are none
-FULL = 0.6  # a step is taken as a whole if E is least beyond this share of it, so that cells arrive on their rims
+LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned slip
+NEARLY = 0.8  # of a step: if E is least beyond this part, the whole step is taken, so that cells arrive on their rims
+LENGTHENED = 0.3, 3.0  # change of the length from step to step, at most,
+LENGTHS = 0.05, 5.0  # and its range
+STRONG, STRONG_SHARE = 8.0, 0.05  # k' over the mean eigenvalue of K_tt, or over the largest if that is more
+WEAK = 0.3  # k over the mean eigenvalue of K_tt from which the weights begin to change
 ROUNDING = 1e-14  # in parts of the work of friction: a smaller change of E is rounding
+MET = 1e-12  # of the bound, or of the sum of all bounds: a smaller excess is rounding
 SMALL = 1e-6  # share of what friction holds below which tractions need not be accurate in parts of themselves
 LEVELS, LEVELLED = (
     60,
@@ -140,7 +148,7 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
     size = length(q)
     normal = q / jnp.where(size > 0.0, size, 1.0)
     outwards = -jnp.sum(slip * normal, 0)
-    slips = contact & (size >= ON_RIM * bound) & (size + outwards / problem.operator.local() > bound)
+    slips = contact & (size >= NEAR_RIM * bound) & (size + outwards / problem.operator.local() > bound)
     curvature = jnp.where(slips, jnp.maximum(outwards, 0.0) / jnp.where(contact, bound, 1.0), 0.0)
     return FreeDirections(contact, slips, jnp.where(slips, normal, 0.0), curvature, problem.load_controlled)
 
@@ -189,12 +197,13 @@ def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
         tried = s.level + s.share * s.step
         excess, step = _excess(bound, y, total, tried)
         short_enough = jnp.sum(excess * s.step) <= -OVERSHOOT * jnp.sum(s.excess * s.step)
+        short_enough = short_enough | (s.evaluations == 0)
         new = _Level(tried, excess, step, jnp.ones(()), s.evaluations + 1)
         old = s._replace(share=SHORTER * s.share, evaluations=s.evaluations + 1)
         return jax.tree.map(lambda a, b: jnp.where(short_enough, a, b), new, old)
 
     going = lambda s: (jnp.max(jnp.abs(s.excess)) > LEVELLED * room) & (s.evaluations < LEVELS)
-    first = _Level(start, *_excess(bound, y, total, start), jnp.ones(()), jnp.zeros((), int))
+    first = _Level(start, jnp.full(2, 1.0 + room), jnp.zeros(2), jnp.ones(()), jnp.zeros((), int))
     return jax.lax.while_loop(going, improve, first).level
 
 
@@ -205,25 +214,44 @@ def admissible(problem: TangentialProblem, y: Array) -> Array:
     return clipped(y, problem.bound)
 
 
+def is_admissible(problem: TangentialProblem, q: Array) -> Array:
+    """Return whether tractions are within their discs, and of the given sum, but for rounding, () bool."""
+    fits = jnp.all(length(q) <= (1.0 + MET) * problem.bound)
+    if not problem.load_controlled:
+        return fits
+    missing = jnp.max(jnp.abs(jnp.sum(q, (1, 2)) - problem.target))
+    return fits & (missing <= MET * jnp.sum(problem.bound))
+
+
 def preconditioner(operator: TractionOperator, free: FreeDirections) -> Linear:
-    """Return the operator's preconditioner restricted to the free directions and weighted by the curvature."""
-    inverse = operator.preconditioner()
-    weight = jnp.sqrt(1.0 / (1.0 + free.curvature / operator.local()))
-    return lambda r: free(weight * inverse(weight * free(r)))
+    """Return the approximate inverse of P (K_tt + k) P in the free directions; see the module."""
+    local = operator.local()
+    strong = jnp.maximum(STRONG * local, STRONG_SHARE * operator.largest())
+    log = lambda k: jnp.log1p(k / (WEAK * local))
+    share = jnp.clip(log(free.curvature) / log(strong), 0.0, 1.0)
+    beyond = jnp.minimum((strong + local) / (free.curvature + local), 1.0)
+    weights = jnp.sqrt(jnp.stack([1.0 - share, share * beyond]))[:, None]
+    inverse = operator.preconditioner(jnp.stack([jnp.zeros_like(strong), strong]))
+    return lambda r: free(jnp.sum(weights * inverse(weights * free(r)), 0))
 
 
 class _Iterate(NamedTuple):
-    """traction and displacement under it; shift; slip; error; length of the next gradient step; turn: steps taken, the
-    start being the first; iterations."""
+    """traction and displacement under it; shift; slip; error; iterations; the last direction, the slip from which it was
+    found, and <direction, slip>, zero to start afresh; length of the next step along a direction; steepest: whether the
+    next step is along the slip, of length ``steepest_length``."""
 
     traction: Array
     displacement: Array
     shift: Array
     slip: Array
     error: Array
-    length: Array
-    turn: Array
     iterations: Array
+    direction: Array
+    earlier: Array
+    descent: Array
+    length: Array
+    steepest: Array
+    steepest_length: Array
 
 
 def _shift(problem: TangentialProblem, q: Array, moved: Array, guess: Array) -> Array:
@@ -243,33 +271,57 @@ def _error(problem: TangentialProblem, q: Array, u: Array, slip: Array) -> Array
     return jnp.where(wrong > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), 0.0)
 
 
-def _towards(problem: TangentialProblem, s: _Iterate, q: Array) -> _Iterate:
-    """Towards admissible tractions as far as the energy falls; all the way to the start."""
-    step = q - s.traction
+class _SlipTrial(NamedTuple):
+    """Admissible tractions to go to; the free directions; the conjugate direction and its descent."""
+
+    traction: Array
+    free: FreeDirections
+    direction: Array
+    descent: Array
+
+
+def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Array) -> _SlipTrial:
+    """Return what is tried next; the tractions of sliding where the sum cannot be held."""
+    q, slip = s.traction, s.slip
+    free = free_directions(problem, q, slip)
+    z = preconditioner(problem.operator, free)(slip)
+    descent = jnp.sum(z * slip)
+    some = s.descent > 0.0
+    beta = (descent - jnp.sum(z * s.earlier)) / jnp.where(some, s.descent, 1.0)
+    direction = free(z + jnp.where(some, jnp.maximum(beta, 0.0), 0.0) * s.direction)
+    to_rim = jnp.where(free.slips, problem.bound - length(q), 0.0) * free.normal
+    outwards = 1.0 + free.curvature / problem.operator.local()
+    y = jnp.where(s.steepest, q - s.steepest_length * slip, (q - s.length * direction + to_rim) * outwards)
+    return _SlipTrial(admissible(problem, jnp.where(possible, y, sliding)), free, direction, descent)
+
+
+def _towards(problem: TangentialProblem, s: _Iterate, trial: _SlipTrial) -> _Iterate:
+    """Go to the trial as far as the energy falls, and all the way from tractions that are not admissible."""
+    step = trial.traction - s.traction
     lifted = problem.operator.along(step)
     slope, curvature = jnp.sum(step * s.slip), jnp.sum(step * lifted)
-    stiff = curvature > 0.0
-    safe = jnp.where(stiff, curvature, 1.0)
-    share = jnp.where(stiff, jnp.clip(-slope / safe, 0.0, 1.0), 1.0)
-    rounding = ROUNDING * jnp.sum(problem.bound * length(s.slip))
-    share = jnp.where((s.turn == 0) | (share > FULL) | (slope + 0.5 * curvature < rounding), 1.0, share)
-    q, u = jnp.where(share == 1.0, q, s.traction + share * step), s.displacement + share * lifted
+    turning = jnp.where(s.steepest, 0.0, jnp.sum(trial.free.curvature * jnp.sum(step**2, 0)))
+    stiff, rounding = curvature > 0.0, ROUNDING * jnp.sum(problem.bound * length(s.slip))
+    straight = jnp.where(stiff, -slope / jnp.where(stiff, curvature, 1.0), 1.0)
+    bent = (turning / 2.0 - slope) / jnp.where(stiff, curvature + turning, 1.0)  # along the rim
+    bent = jnp.where(stiff, bent, 1.0)
+    lower = (slope + curvature / 2.0 <= rounding) & ((bent > NEARLY) | (jnp.abs(slope) <= rounding))
+    whole = jnp.isinf(s.error) | lower | (straight > NEARLY)
+    share = jnp.where(whole, 1.0, jnp.maximum(straight, 0.0))
+    q = jnp.where(whole, trial.traction, s.traction + share * step)
+    u = s.displacement + share * lifted
     moved = u + problem.drift
     shift = _shift(problem, q, moved, s.shift)
     slip = moved - shift[:, None, None]
-    gradient_step = stiff & (s.turn % 2 == 1)
-    size = jnp.where(gradient_step, jnp.sum(step**2) / safe, s.length)
+    conjugate = ~s.steepest & (share > 0.0)
+    longer = jnp.clip(s.length * jnp.clip(bent, *LENGTHENED), *LENGTHS)
+    steepest_length = jnp.sum(step**2) / jnp.where(stiff, curvature, jnp.inf)
     return _Iterate(
-        q, u, shift, slip, _error(problem, q, u, slip), size, s.turn + 1, s.iterations + (s.turn > 0)
-    )
-
-
-def _newton_change(problem: TangentialProblem, s: _Iterate, limit: Array) -> tuple[Array, Array]:
-    """dq of the linearised problem, (2, nx, ny), and the iterations that it took."""
-    free = free_directions(problem, s.traction, s.slip)
-    lifted = lambda q: free(problem.operator.along(q) + free.curvature * q)
-    inverse = preconditioner(problem.operator, free)
-    return conjugate_gradients(lifted, inverse, free(-s.slip), REDUCTION, limit)[:2]
+        q, u, shift, slip, _error(problem, q, u, slip), s.iterations + 1,
+        direction=trial.direction, earlier=s.slip, descent=jnp.where(conjugate, trial.descent, 0.0),
+        length=jnp.where(conjugate, longer, s.length), steepest=~s.steepest & (share == 0.0),
+        steepest_length=jnp.where(s.steepest & stiff, steepest_length, s.steepest_length),
+    )  # fmt: skip
 
 
 def held(problem: TangentialProblem) -> Array:
@@ -280,34 +332,31 @@ def held(problem: TangentialProblem) -> Array:
 
 
 def solve(
-    problem: TangentialProblem, start: Array, tolerance: Array, max_iterations: Array
+    problem: TangentialProblem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
 ) -> TangentialSolution:
-    """Solve from start tractions (2, nx, ny), which need not be admissible; ``iterations`` counts applications of K_tt.
+    """Solve from start tractions (2, nx, ny), which need not be admissible, and the displacement K_tt q under them.
 
-    Where friction cannot hold a given sum, all cells slip along it, and the error is one. The caller finds in ``error``
-    whether the tolerance was met.
+    Each iteration applies K_tt once; the first leads to admissible tractions. Where friction cannot hold a given sum, all
+    cells slip along it, and the error is one. The caller finds in ``error`` whether the tolerance was met.
     """
     asked, possible, bound = problem.target, held(problem), problem.bound
+    sliding = start
     if problem.load_controlled:
         size = jnp.sqrt(jnp.sum(asked**2))
         sliding = bound * (asked / jnp.where(size > 0.0, size, 1.0))[:, None, None]
-        start = jnp.where(possible, start, sliding)
         problem = replace(problem, target=jnp.where(possible, asked, jnp.sum(sliding, (1, 2))))
-
-    def improve(s: _Iterate) -> _Iterate:
-        limit = jnp.minimum(INNER, max_iterations - s.iterations)
-        given = lambda: (start - s.traction, jnp.zeros((), int))
-        gradient = lambda: (-s.length * s.slip, jnp.zeros((), int))
-        kind = jnp.where(s.turn == 0, 0, 2 - s.turn % 2)
-        change, count = jax.lax.switch(kind, [given, gradient, lambda: _newton_change(problem, s, limit)])
-        s = s._replace(iterations=s.iterations + count)
-        return _towards(problem, s, admissible(problem, s.traction + change))
-
-    nothing, zero = jnp.zeros_like(start), jnp.zeros((), int)
+    moved, nothing = displacement + problem.drift, jnp.zeros_like(start)
+    shift = _shift(problem, start, moved, jnp.zeros(2))
+    slip = moved - shift[:, None, None]
+    error = jnp.where(is_admissible(problem, start), _error(problem, start, displacement, slip), jnp.inf)
     first = _Iterate(
-        nothing, nothing, jnp.zeros(2), nothing, jnp.ones(()), 1.0 / problem.operator.local(), zero, zero
-    )
-    going = lambda s: (s.turn == 0) | ((s.error > tolerance) & (s.iterations < max_iterations) & possible)
+        start, displacement, shift, slip, error, jnp.zeros((), int),
+        direction=nothing, earlier=nothing, descent=jnp.zeros(()), length=jnp.asarray(LENGTH),
+        steepest=jnp.zeros((), bool), steepest_length=1.0 / problem.operator.local(),
+    )  # fmt: skip
+    further = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & possible
+    going = lambda s: jnp.isinf(s.error) | further(s)
+    improve = lambda s: _towards(problem, s, _trial(problem, s, sliding, possible))
     s = jax.lax.while_loop(going, improve, first)
     return _solution(problem, s, asked, possible)
 
@@ -321,4 +370,5 @@ def _solution(problem: TangentialProblem, s: _Iterate, asked: Array, possible: A
     slip = jnp.where(contact, moved - shift[:, None, None], 0.0)
     stick = contact & ~free_directions(problem, s.traction, slip).slips
     error = jnp.where(possible, s.error, jnp.where(jnp.any(asked != 0.0), 1.0, 0.0))
-    return TangentialSolution(s.traction, s.displacement, slip, stick, shift, error, s.iterations)
+    taken = jnp.where(possible, s.iterations, 0)
+    return TangentialSolution(s.traction, s.displacement, slip, stick, shift, error, taken)

@@ -295,6 +295,11 @@ def solve_on_grid(
     return found.pressure, found.iterations
 
 
+def solve_without_window(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve as ``solve`` does, but without a search in a window first."""
+    return _solution(problem, usable_start(problem, start), tolerance, max_iterations)
+
+
 def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve from a start pressure (nx, ny); the iterations stop at the tolerance or the maximum.
 
@@ -305,6 +310,12 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     window = problem.operator.window_shape(p.shape)
     if window is not None:
         p, taken = _search_in_window(problem, window, p, tolerance, max_iterations)
-    s = _search(problem, p, tolerance, max_iterations - taken)
+    found = _solution(problem, p, tolerance, max_iterations - taken)
+    return replace(found, iterations=taken + found.iterations)
+
+
+def _solution(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Return the solution found on the whole grid from a usable start."""
+    s = _search(problem, start, tolerance, max_iterations)
     approach = approach_of(problem, s.pressure, s.displacement)
-    return Solution(s.pressure, s.displacement, approach, s.error, taken + s.iterations)
+    return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)

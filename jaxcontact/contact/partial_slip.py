@@ -11,9 +11,11 @@ error does not fall. Where solids are similar K_zt and K_tz vanish and one round
 
 The error of a round is that of both problems at once: the error of the tangential problem, and that of the pressure under
 the new traction. The first round solves both loosely, every other one to a share of the latter error, which is what is
-left of the coupling.
+left of the coupling. The rounds take place in a window around the contact if that leaves enough of the grid free, and end
+on the whole grid, where a single round is enough unless the contact has outgrown the window.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -24,6 +26,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import friction, normal
 from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
 from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.contact.window import cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
 LOOSE = 1e-2  # tolerance of the first round
@@ -96,20 +99,60 @@ class _RoundSearch(NamedTuple):
 def solve(
     problem: SlipProblem, pressure: Array, traction: Array, tolerance: Array, max_iterations: Array
 ) -> Round:
-    """Solve from a start pressure and traction. The caller finds in both ``error`` whether the tolerance was met."""
-    zero = jnp.zeros((), int)
+    """Solve from a start pressure and traction, in a window around the contact if there is one, and on the whole grid.
+
+    The caller finds in both ``error`` whether the tolerance was met.
+    """
+    shape = problem.operator.window_shape(pressure.shape)
+    if shape is None:
+        return _rounds(problem, pressure, traction, tolerance, max_iterations, jnp.ones((), bool))
+    pressure = normal.usable_start(problem.under(0.0), pressure)
+    corner, fits = place(pressure > 0.0, shape)
+    part = lambda field: cut(field, corner, shape)
+    inside = _rounds(
+        _in_window(problem, part), part(pressure), part(traction), tolerance, max_iterations, fits
+    )
+    on_grid = lambda found, start: jnp.where(fits, paste(found, corner, start.shape), start)
+    pressure = on_grid(inside.normal.pressure, pressure)
+    traction = on_grid(inside.tangential.traction, traction)
+    taken = inside.taken
+    found = _rounds(problem, pressure, traction, tolerance, max_iterations - taken, jnp.ones((), bool))
+    return found._replace(taken=taken + found.taken, rounds=inside.rounds + found.rounds)
+
+
+def _in_window(problem: SlipProblem, part: Callable[[Array], Array]) -> SlipProblem:
+    """Return the problem without the cells outside a window; part: what of a field lies inside."""
+    return replace(
+        problem,
+        operator=problem.operator.restricted(),
+        gap=part(problem.gap),
+        drift=part(problem.drift),
+        coefficient=part(problem.coefficient),
+    )
+
+
+def _rounds(
+    problem: SlipProblem,
+    pressure: Array,
+    traction: Array,
+    tolerance: Array,
+    max_iterations: Array,
+    needed: Array,
+) -> Round:
+    """Solve on the grid of the problem; without a round if it is not ``needed``, otherwise by at least one."""
+    displacement = problem.operator.along(traction)
     if not problem.coupled:
-        pressed = normal.solve(problem.under(0.0), pressure, tolerance, max_iterations)
-        tangential = problem.sheared(pressed.pressure)
-        sheared = friction.solve(tangential, traction, tolerance, max_iterations - pressed.iterations)
-        return Round(pressed, sheared, pressed.iterations + sheared.iterations, zero + 1, jnp.ones((), bool))
+        limit = jnp.where(needed, max_iterations, 0)
+        return _uncoupled(problem, pressure, traction, displacement, tolerance, limit)
 
     def further(s: _RoundSearch) -> _RoundSearch:
         y, goal = _next(s), jnp.clip(TIGHTER * s.unsettled, FINAL * tolerance, LOOSE)
         left = max_iterations - s.round.taken
-        pressed = normal.solve(problem.under(y), s.round.normal.pressure, goal, left)
-        tangential, before = problem.sheared(pressed.pressure), s.round.tangential.traction
-        sheared = friction.solve(tangential, before, goal, left - pressed.iterations)
+        pressed = normal.solve_without_window(problem.under(y), s.round.normal.pressure, goal, left)
+        tangential, before = problem.sheared(pressed.pressure), s.round.tangential
+        sheared = friction.solve(
+            tangential, before.traction, before.displacement, goal, left - pressed.iterations
+        )
         change = problem.operator.sunk(sheared.traction) - y
         pressed = _under_new_traction(problem, pressed, y + change)
         error = jnp.where(friction.held(tangential), sheared.error, 0.0)
@@ -122,17 +165,34 @@ def solve(
         return _RoundSearch(found, given, changes, share, error, pressed.error)
 
     def going(s: _RoundSearch) -> Array:
-        return ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
+        more = ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
+        return needed & (more | (s.round.rounds == 0))
 
-    return jax.lax.while_loop(going, further, _begin(problem, pressure, traction)).round
+    return jax.lax.while_loop(going, further, _begin(problem, pressure, traction, displacement)).round
 
 
-def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSearch:
+def _uncoupled(
+    problem: SlipProblem,
+    pressure: Array,
+    traction: Array,
+    displacement: Array,
+    tolerance: Array,
+    max_iterations: Array,
+) -> Round:
+    """Solve both problems once; displacement: K_tt q of the start traction."""
+    pressed = normal.solve_without_window(problem.under(0.0), pressure, tolerance, max_iterations)
+    left, tangential = max_iterations - pressed.iterations, problem.sheared(pressed.pressure)
+    sheared = friction.solve(tangential, traction, displacement, tolerance, left)
+    taken = pressed.iterations + sheared.iterations
+    return Round(pressed, sheared, taken, jnp.ones((), int), jnp.ones((), bool))
+
+
+def _begin(problem: SlipProblem, pressure: Array, traction: Array, displacement: Array) -> _RoundSearch:
     """Before the first round: y is that of the start."""
     zero, none, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
     y, pair = problem.operator.sunk(traction), jnp.zeros_like(traction)
     pressed = Solution(pressure, none, jnp.zeros(()), one, zero)
-    sheared = TangentialSolution(traction, pair, pair, pressure > 0.0, jnp.zeros(2), one, zero)
+    sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
     first = Round(pressed, sheared, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
     return _RoundSearch(first, _pushed(blank, y), blank, one, one, one)

@@ -30,10 +30,12 @@ def _along(touched: Array, length: int) -> tuple[Array, Array]:
 
 
 def cut(field: Array, corner: Corner, shape: tuple[int, int]) -> Array:
-    """The part of a field in the window."""
-    return jax.lax.dynamic_slice(field, corner, shape)
+    """The part of a field (..., nx, ny) in the window."""
+    leading = field.shape[:-2]
+    return jax.lax.dynamic_slice(field, (*(0 for _ in leading), *corner), (*leading, *shape))
 
 
-def paste(part: Array, corner: Corner, shape: tuple[int, int]) -> Array:
-    """A field on the whole grid with this part in the window, and zero outside."""
-    return jax.lax.dynamic_update_slice(jnp.zeros(shape, part.dtype), part, corner)
+def paste(part: Array, corner: Corner, shape: tuple[int, ...]) -> Array:
+    """A field of a shape (..., nx, ny) with this part in the window, and zero outside."""
+    start = (*(0 for _ in shape[:-2]), *corner)
+    return jax.lax.dynamic_update_slice(jnp.zeros(shape, part.dtype), part, start)

@@ -22,6 +22,7 @@ from jaxcontact._support.pytree import pytree, static
 from jaxcontact._support.status import Status
 from jaxcontact.contact.friction import length
 from jaxcontact.contact.implicit import solve_partial_slip
+from jaxcontact.contact.normal import Problem
 from jaxcontact.contact.partial_slip import Round, SlipProblem
 from jaxcontact.history.march import Outcome, Stepper, Steps
 from jaxcontact.history.memory import Memory
@@ -108,8 +109,10 @@ class ShearStepper(Stepper):
     ) -> Outcome:
         """Return the outcome; sunk: the normal displacement left by earlier traction, (nx, ny)."""
         pressed, sheared = found.normal, found.tangential
-        numbers = contact_outcome(problem.pressed(sheared.traction), pressed, sunk) | strain
-        earlier = sunk + (problem.operator.sunk(sheared.traction) if self.coupled else 0.0)
+        by_traction = problem.operator.sunk(sheared.traction) if self.coupled else jnp.zeros_like(sunk)
+        under = problem.under(by_traction)
+        numbers = contact_outcome(under, pressed, sunk) | strain
+        earlier = sunk + by_traction
         fields = {
             "pressure": numbers.pop("pressure"),
             "displacement": earlier + pressed.displacement,
@@ -123,7 +126,7 @@ class ShearStepper(Stepper):
             "tangential_load": self._load(problem, sheared.traction),
             "tangential_displacement": carry.shift,
             "dissipated": jnp.sum(carry.work),
-            "status": self._status(problem, found),
+            "status": self._status(problem, under, found),
         }
         return Outcome(fields, numbers)
 
@@ -134,11 +137,9 @@ class ShearStepper(Stepper):
             return total
         return problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
 
-    def _status(self, problem: SlipProblem, found: Round) -> Array:
+    def _status(self, problem: SlipProblem, under: Problem, found: Round) -> Array:
         """Return the status of the normal contact, unless the tangential one has no solution, or none was found."""
-        status = status_of(
-            problem.pressed(found.tangential.traction), found.normal, self.tolerance, self.edges
-        )
+        status = status_of(under, found.normal, self.tolerance, self.edges)
         tangential = found.tangential
         met = solved(tangential.error, self.tolerance, tangential.traction, tangential.slip, tangential.shift)
         status = jnp.where(met | (status == Status.NOT_FINITE), status, int(Status.NOT_CONVERGED))

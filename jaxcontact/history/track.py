@@ -43,8 +43,8 @@ def mean_speed(start: Array, end: Array) -> Array:
     """Return the mean of |v| over a step in which the velocity v changes linearly between two vectors (..., 2).
 
     With v = b + a s, 0 <= s <= 1, it is the integral of sqrt(A (s - s0)^2 + h^2), A = |a|^2, s0 = -a.b/A and h the smallest
-    speed on the line: in closed form, or by a Gauss-Legendre rule of 12 nodes (error 1e-15) where v changes by less than half
-    of its mean. It differs from the mean of both speeds where the direction changes: after a reversal it is half of it.
+    speed on the line: in closed form, or by a Gauss-Legendre rule of 12 nodes (error 1e-15) where v changes by less
+    than half of its mean. It is less than the mean of both speeds where the direction changes: half of it for a reversal.
     """
     change, middle = end - start, (start + end) / 2.0
     squared = jnp.sum(change**2, -1)

@@ -102,12 +102,25 @@ class TractionOperator(abc.ABC):
         """Normal displacement under a tangential traction, (nx, ny): the transpose of ``drawn``."""
 
     @abc.abstractmethod
-    def preconditioner(self) -> Linear:
-        """A cheap approximate inverse of ``along``, symmetric and positive."""
+    def preconditioner(self, added: Array) -> Linear:
+        """Return a cheap approximate inverse of ``along`` plus constants (m,), each on fields of its own (m, 2, nx, ny);
+        symmetric and positive."""
 
     @abc.abstractmethod
     def local(self) -> Array:
         """The mean eigenvalue of ``along``, ()."""
+
+    @abc.abstractmethod
+    def largest(self) -> Array:
+        """Return roughly the largest eigenvalue of ``along``, ()."""
+
+    @abc.abstractmethod
+    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
+
+    @abc.abstractmethod
+    def restricted(self) -> TractionOperator:
+        """Return the same operator on the grid of ``window_shape``, without derivative."""
 
 
 class Family(abc.ABC):

@@ -26,20 +26,31 @@ from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
 @pytree
 class Tangential:
     """Spectra of tangential kernels: plane (..., 3, my/2 + 1, mx) of xx, yy and xy; coupling (..., 2, my/2 + 1, mx), the
-    imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, and periodic, as in
-    ``Convolution``."""
+    imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, window and periodic, as
+    in ``Convolution``."""
 
     plane: Array
     coupling: Array | None
     circulant: Array
+    window: Tangential | None
     periodic: spectral.Periodic = static(default=spectral.FREE)
 
     @classmethod
     def of(
         cls, kernels: SurfaceKernels, *, coupled: bool, periodic: spectral.Periodic = spectral.FREE
     ) -> Tangential:
-        """Return the operator of coefficients (..., nx, ny); along a periodic axis they are those of one cell."""
-        k = kernels
+        """Return the operator of coefficients (..., nx, ny); along a periodic axis they are those of one cell.
+
+        The window is without derivative, since only searches use it.
+        """
+        nx, ny = spectral.window_shape(kernels.xx.shape[-2:], periodic)
+        part = jax.tree.map(lambda a: jax.lax.stop_gradient(a[..., :nx, :ny]), kernels)
+        return cls._of(kernels, cls._of(part, None, coupled, periodic), coupled, periodic)
+
+    @classmethod
+    def _of(
+        cls, k: SurfaceKernels, window: Tangential | None, coupled: bool, periodic: spectral.Periodic
+    ) -> Tangential:
         of = lambda kernel, along_x, along_y: spectrum(kernel, along_x, along_y, periodic)
         plane = [of(k.xx, 1, 1).real, of(k.yy, 1, 1).real, of(k.xy, -1, -1).real]
         coupling = [of(k.x, -1, 1).imag, of(k.y, 1, -1).imag] if coupled else None
@@ -47,6 +58,7 @@ class Tangential:
             jnp.stack(plane, -3),
             None if coupling is None else jnp.stack(coupling, -3),
             spectral.circulant_spectrum((k.xx + k.yy) / 2.0),
+            window,
             periodic,
         )
 
@@ -95,14 +107,24 @@ class Coupled(TractionOperator):
         moved = jnp.sum(-1j * self.tangential.coupling * self.tangential.transform(q), 0)
         return self.tangential.inverse(moved, q.shape[-2:])
 
-    def preconditioner(self) -> Linear:
-        """The inverse of the circulant for each direction, its small and negative eigenvalues raised."""
-        inverse = 1.0 / jnp.maximum(self.tangential.circulant, FLOOR * self.local())
-        apply = lambda r: spectral.apply_circulant(inverse, r)
-        return lambda r: jnp.stack([apply(r[0]), apply(r[1])])
+    def preconditioner(self, added: Array) -> Linear:
+        """The inverse of the circulant plus a constant, whose small and negative eigenvalues are raised."""
+        raised = jnp.maximum(self.tangential.circulant, FLOOR * self.local())
+        inverse = (1.0 / (raised + added[:, None, None]))[:, None]
+        return lambda r: spectral.apply_circulant(inverse, r)
 
     def local(self) -> Array:
         return jnp.mean(jnp.abs(self.tangential.circulant))
+
+    def largest(self) -> Array:
+        return jnp.max(self.tangential.circulant)
+
+    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        return None if self.tangential.window is None else self.normal.window_shape(shape)
+
+    def restricted(self) -> Coupled:
+        assert self.tangential.window is not None
+        return Coupled(self.normal.restricted(), self.tangential.window)
 
 
 @pytree

@@ -85,8 +85,8 @@ def circulant_spectrum(kernel: Array) -> Array:
 
 
 def apply_circulant(spectrum: Array, field: Array) -> Array:
-    """Multiply by a circulant spectrum on the grid itself, (nx, ny) -> (nx, ny)."""
-    ny = field.shape[1]
+    """Multiply by a circulant spectrum on the grid itself, (..., nx, ny) -> (..., nx, ny)."""
+    ny = field.shape[-1]
     rows = jnp.swapaxes(jnp.fft.rfft(field, axis=-1), -1, -2)
     rows = jnp.fft.ifft(spectrum * jnp.fft.fft(rows, axis=-1), axis=-1)
     return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)

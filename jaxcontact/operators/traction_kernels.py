@@ -4,13 +4,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.pytree import pytree
 from jaxcontact._support.scale import Scale
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.coupled import CoupledFamily, Tangential
-from jaxcontact.operators.kernels import Errors, Kernels, build, largest_until
+from jaxcontact.operators.kernels import Errors, Kernels, compiled_build, largest_until
 from jaxcontact.response.influence.tangential_coefficients import (
     SurfaceKernels,
     TangentialImages,
@@ -53,18 +54,29 @@ def joint_errors(
     return Errors(separation, jnp.maximum(errors.images, images), errors.horizon)
 
 
-def build_traction(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
+def assembled_traction(
+    normal: Kernels, expansion: TangentialExpansion, indenter: Indenter, grid: Grid, *, coupled: bool
 ) -> TractionKernels:
-    """The kernels of a body, an indenter and a grid, for use inside jit.
+    """Return the kernels of an expansion on a grid; ``normal``: those of the same body, indenter and grid.
 
     Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
     """
-    normal, expansion = build(body, indenter, grid), tangential_expansion(body)
     coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
     family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
     mix = expansion.separable.mix / normal.scale.compliance
     return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+
+def compiled_traction(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
+) -> TractionKernels:
+    """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
+    normal = compiled_build(body, indenter, grid)
+    return _assembled(normal, _expansion(body), indenter, grid, coupled=coupled)
+
+
+_expansion = Program(tangential_expansion, in_haste=True)
+_assembled = Program(assembled_traction, ("coupled",), in_haste=True)
 
 
 def scaled_coefficients(

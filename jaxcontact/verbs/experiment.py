@@ -28,6 +28,7 @@ from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.operators.kernels import Errors, Kernels, check_kernels, check_stiffness, compiled_build
 from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_varying
+from jaxcontact.operators.traction_kernels import TractionKernels
 from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
@@ -69,7 +70,7 @@ class Experiment:
     grid: Grid
     tolerance: Array
     max_iterations: Array
-    kernels: Kernels | VaryingKernels | None
+    kernels: Kernels | VaryingKernels | TractionKernels | None
     valid: Array | None
     options: Options = static()
     film_map: ThicknessMap | None
@@ -336,19 +337,24 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
     if experiment.film_map is not None:
-        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment))
+        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
     return nan_where_invalid(
         replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
     )
 
 
-def _steepness(experiment: Experiment) -> dict[str, Array]:
-    """Return the largest slope of a film's thickness, and whether the film is stiffer than its base."""
+def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
+    """Return the largest slope of a film's thickness, given or formed, and whether the film is stiffer than its base."""
     assert experiment.film_map is not None
-    grid, values = experiment.grid, experiment.film_map.values
+    grid, maps = experiment.grid, [experiment.film_map.values]
+    if hasattr(result, "thickness"):
+        maps.append(result.thickness)
     along = [axis for axis, n in enumerate(grid.shape) if n > 1]
-    steps = [jnp.abs(_differences(values, axis - 2, grid.periodic[axis])) for axis in along]
-    slopes = [jnp.max(step) / grid.spacing[axis] for axis, step in zip(along, steps, strict=True)]
+    slopes = [
+        jnp.max(jnp.abs(_differences(values, axis - 2, grid.periodic[axis]))) / grid.spacing[axis]
+        for values in maps
+        for axis in along
+    ]
     ratio = limits_of(experiment.body).stiffness_ratio()
     return {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
 

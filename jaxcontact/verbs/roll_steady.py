@@ -28,7 +28,7 @@ from jaxcontact.inputs.controls import (
 from jaxcontact.inputs.grid import Grid, check_free_along_x
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
-from jaxcontact.operators.traction_kernels import TractionKernels, build_traction
+from jaxcontact.operators.traction_kernels import TractionKernels, compiled_traction
 from jaxcontact.results.friction import SteadyRolling
 from jaxcontact.verbs.experiment import Experiment, reported
 from jaxcontact.verbs.slide_steady import check_steady, with_no_steady_state
@@ -98,7 +98,9 @@ def roll_steady(
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
     speed, value, friction = (as_float64(jnp.asarray(a, float)) for a in (velocity, value, friction))
     experiment = experiment.also(verdict)
-    result, errors = _run(experiment, speed, value, friction, forced=forced, coupled=bool(coupled))
+    kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
+    options = {"forced": forced, "coupled": bool(coupled)}
+    result, errors = _run(experiment, kernels, speed, value, friction, **options)
     return reported(result, errors, experiment)
 
 
@@ -124,10 +126,16 @@ def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
 
 
 def _compiled(
-    experiment: Experiment, velocity: Array, value: Array, friction: Array, *, forced: bool, coupled: bool
+    experiment: Experiment,
+    kernels: TractionKernels,
+    velocity: Array,
+    value: Array,
+    friction: Array,
+    *,
+    forced: bool,
+    coupled: bool,
 ) -> tuple[SteadyRolling, Errors]:
     """The compiled core: one trace for equal shapes and options."""
-    kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=coupled)
     scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
@@ -152,13 +160,18 @@ def _compiled(
     numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
     numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
     in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile)
+    in_si |= _powers(in_si, speed)
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
+
+
+def _powers(in_si: dict[str, Array], speed: Array) -> dict[str, Array]:
+    """Return the powers, and the force of hysteresis, in SI units."""
     friction_power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
-    in_si |= {
+    return {
         "friction_power": friction_power,
         "power": in_si["hysteresis_power"] + friction_power,
         "hysteresis_force": in_si["hysteresis_power"] / speed,
     }
-    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
 
 
 _run = Program(_compiled, ("forced", "coupled"))

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._support.pytree import as_float64, pytree, static
+from jaxcontact._support.pytree import as_float64, pytree, replace, static
 from jaxcontact._support.scale import Scale
 from jaxcontact.history.shear_march import ShearStepper
 from jaxcontact.history.tractions import TractionMemory
@@ -22,7 +22,7 @@ from jaxcontact.inputs.controls import (
 )
 from jaxcontact.inputs.grid import Grid, check_free_along_x
 from jaxcontact.inputs.layers import LayeredHalfSpace
-from jaxcontact.operators.traction_kernels import build_traction
+from jaxcontact.operators.traction_kernels import TractionKernels, compiled_traction
 from jaxcontact.results.friction import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
 from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_values, marched
@@ -129,12 +129,14 @@ class Shearing(TimedExperiment):
         return cls(**vars(experiment), tangential=tangential, friction=friction, coupled=bool(coupled))
 
     def with_kernels(self) -> Self:
-        """The kernels are those of tractions, which the march builds."""
-        return self
+        """Return the experiment with the kernels of tractions."""
+        kernels = compiled_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
+        return replace(self, kernels=kernels)
 
     def planned(self) -> Plan:
-        """Return the march, kernels included."""
-        kernels = build_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
+        """Return the march with these kernels."""
+        kernels = self.kernels
+        assert isinstance(kernels, TractionKernels)
         scale = kernels.normal.scale
         stepper = ShearStepper(
             memory=TractionMemory(kernels),

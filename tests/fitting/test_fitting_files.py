@@ -144,8 +144,9 @@ REFUSED = {
     "recovery after creep": (
         table("t [s],J [1/Pa]", np.append(T, 40 + T), np.append(J, J[-1] - 0.8 * J)),
         ["falls after 40 s", "window=(0, 40)"], {}),
-    "stress in words": (
-        table("# stress = 10 kPa\n# t [s],strain [-]", T, STRAIN), ["stress="], {}),
+    "two stresses in words": (
+        table("# stress = 10 kPa\n# stress: 20 kPa\n# t [s],strain [-]", T, STRAIN), ["stress="], {}),
+    "a stress in words without a unit": (table("# stress = 10\n# t [s],strain [-]", T, STRAIN), ["stress="], {}),
     "strain without stress": (table("t [s],strain [-]", T, STRAIN), ["stress="], {}),
     "stress before the file": (table(NAMES, 1286 + T, STRAIN, S), ["start="], {}),
     "no stress": (table(NAMES, T, STRAIN, 0 * T), ["stress"], {}),
@@ -171,7 +172,7 @@ REFUSED = {
         "t [s];J [1/MPa]\n" + each(1500 * T, 1e6 * J, "{t:,.0f};{J:.0f}"), ["decimal="], {}),
     "thousands in quotes or decimals": (
         "t [s],J [1/TPa]\n" + each(3000 * T, 1e9 * J, '"{t:,.0f}","{J:,.0f}"'), ["decimal="], {}),
-    "clock times": ("t [s],J [1/Pa]\n" + each(T, J, "00:00:{t:05.2f},{J:.6g}"), ["numbers", "hh:mm:ss"], {}),
+    "clock times in hours": ("t [h],J [1/Pa]\n" + each(T, J, "00:00:{t:05.2f},{J:.6g}"), ["number of h", "hh:mm:ss"], {}),
     "words among the numbers": ("t [s],J [1/Pa]\n" + "page 2\n".join(HALVES), ["line 11", "t [s]"], {}),
     "cut off": (PLAIN + "41.5", ["line 26", "expected 2 columns"], {}),
     "workbook": (b"PK\x03\x04\x14\x00\x06\x00xl/workbook.xml", ["workbook", "CSV"], {}),

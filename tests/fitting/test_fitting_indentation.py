@@ -375,3 +375,20 @@ def test_a_file_s_own_errors_weigh_its_points(tmp_path):
     np.testing.assert_allclose(found.intervals["G"], ends, rtol=1e-6)
     with pytest.raises(ValueError, match="sigma_load: expected standard deviations > 0"):
         fitting.IndentationData(t=t, load=depth, depth=depth, sigma_load=0 * t)
+
+
+def test_estimated_weights_are_those_of_creep_under_a_flat_punch():
+    """The depth of a rigid punch under constant load is (1 - nu) P J(t)/(4 R) (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965)
+    47), so the fit is that of the creep curve, by another search; both begin with weights from the same differences."""
+    t = np.linspace(0.0, 100.0, 61)
+    J = 1e-6 * (0.1 - 0.9 * np.expm1(-t / 20.0))
+    J = J + 1e-8 * np.hypot(0.3, 1e6 * J) * np.random.default_rng(7).standard_normal(t.size)
+    scale, load = (1.0 - 0.3) * 2e-2 / (4.0 * 1e-3), np.full(t.size, 2e-2)
+    creep = fitting.fit_creep(fitting.CreepData(t=t, J=J), "StandardLinearSolid", weights="estimated")
+    data = fitting.IndentationData(t=t, load=load, depth=scale * J)
+    punch = jc.FlatPunch(radius=1e-3)
+    found = fitting.fit_indentation(data, "StandardLinearSolid", indenter=punch, nu=0.3, weights="estimated")
+    assert creep.kept.all()
+    for name, value in creep.values.items():
+        assert found.values[name] == pytest.approx(value, rel=1e-6), name
+        assert found.intervals[name] == pytest.approx(creep.intervals[name], rel=2e-3), name

@@ -39,6 +39,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.Comparison,
         fitting.CreepFit,
         fitting.Design,
+        fitting.ForceFit,
         fitting.GrowthFit,
         fitting.IndentationFit,
     ),

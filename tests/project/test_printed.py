@@ -97,6 +97,12 @@ def oscillation():
     )
 
 
+def force_curve():
+    t = np.linspace(0.0, 1.0, 100)
+    load = 1e-8 * np.maximum(t - 0.5, 0.0) ** 1.5
+    return fitting.IndentationData(t=t, load=load, depth=2e-6 * t)
+
+
 def growth():
     kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 0.2)
     conditions = [(3e8, 353.0), (9e8, 353.0), (3e8, 393.0)]
@@ -145,6 +151,7 @@ OF_FITS = {
     "GrowthData": lambda: growth()[0],
     "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
     "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
+    "ForceFit": lambda: fitting.fit_force(force_curve(), indenter=jc.Sphere(5e-6)),
     "JointFit": lambda: fitting.fit_together([CREEP, relaxation()], "Maxwell"),
     "IndentationFit": lambda: fitting.fit_indentation(
         indentation(), model=jc.Maxwell, indenter=jc.Sphere(1e-3), nu=0.5, control="load"

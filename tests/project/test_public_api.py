@@ -27,10 +27,11 @@ flash_temperature rub RubbingHistory Thermal Archard ProportionalRemoval StressA
 AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
-BatchFit Comparison CreepData CreepFit Design GrowthData GrowthFit GrowthKinetics fit_growth IndentationData
+BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth IndentationData
 IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated RelaxationData compare design
-fit_creep fit_creep_batch fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
-read_creep read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
+fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
+read_creep read_force read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
+thin_layer_factor
 ContactData FieldFit fit_fields
 """
 

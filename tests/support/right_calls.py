@@ -54,7 +54,9 @@ def rough(grid=GRID, **keywords):
     return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
 
 
-DRAWN = SimpleNamespace(pressure=np.eye(8), gap=1.0 - np.eye(8), grid=GRID, status=np.array(0))
+DRAWN = SimpleNamespace(
+    pressure=np.eye(8), in_contact=np.eye(8) > 0.0, gap=1.0 - np.eye(8), grid=GRID, status=np.array(0)
+)
 
 
 def on(material):

@@ -77,12 +77,14 @@ class RollingContact:
         gap = self.profile + self.surface.sunk(traction)
         return Problem(self.surface.normal, gap, self.target, jnp.min(self.profile), self.load_controlled)
 
-    def sheared(self, traction: Array, pressure: Array) -> TangentialProblem:
-        """The tangential problem of the next step, after a traction."""
+    def sheared(self, traction: Array, pressure: Array) -> tuple[TangentialProblem, Array]:
+        """Return the tangential problem of the next step, after a traction, and the relaxed displacement under that."""
         moved, relaxed = self.surface.moved(traction, pressure), self.surface.relaxed
-        drift = moved - ahead(moved, self.way) - relaxed.along(traction)
+        displacement = relaxed.along(traction)
+        drift = moved - ahead(moved, self.way) - displacement
         bound, target = self.coefficient * pressure, self.tangential_target
-        return TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
+        problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
+        return problem, displacement
 
     def rolled(self) -> Rolled:
         """The steady state, with its derivatives: what sticks, slips and touches is held."""
@@ -113,8 +115,8 @@ class RollingContact:
         return self._further(pressed, traction, state.steps)
 
     def _further(self, pressed: Solution, traction: Array, steps: Array) -> Rolled:
-        problem = self.sheared(traction, pressed.pressure)
-        sheared = friction.solve(problem, traction, FINER * self.tolerance, self.max_iterations)
+        problem, displacement = self.sheared(traction, pressed.pressure)
+        sheared = friction.solve(problem, traction, displacement, FINER * self.tolerance, self.max_iterations)
         size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
         change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
         return Rolled(pressed, sheared, jnp.where(steps > 0, change, 1.0), steps + 1)

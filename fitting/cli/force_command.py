@@ -1,0 +1,81 @@
+"""The command ``jaxcontact fit force``: Young's modulus from a force curve of a microscope."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+import jaxcontact as jc
+from fitting.cli import flags
+from fitting.fits.force import fit_force
+from fitting.io.readers import read_force
+from fitting.views import output
+
+FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [degrees]
+
+
+def add_force(parser: Any) -> None:
+    """Add the flags of ``fit force``."""
+    parser.add_argument("file", metavar="FILE", help="a file of JPK, Asylum, Bruker or AFM Workshop, or text")
+    parser.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="where results go (NAME-fit)")
+    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    tip = parser.add_mutually_exclusive_group()
+    tip.add_argument("--radius", type=float, metavar="R", help="a ball of this radius [m]")
+    tip.add_argument("--cone", type=float, metavar="A", help="a cone of this half-angle [degrees]")
+    pyramid = (
+        f"a four-sided pyramid of this half-angle between axis and face [degrees] (the default, {FACE:g})"
+    )
+    tip.add_argument("--pyramid", type=float, metavar="A", help=pyramid)
+    tip.add_argument("--punch", type=float, metavar="R", help="a flat punch of this radius [m]")
+    parser.add_argument("--nu", type=float, default=0.5, help="Poisson's ratio of the sample (0.5)")
+    thin = "thickness of a sample bonded to glass or another rigid base [m]; else a half-space"
+    parser.add_argument("--thickness", type=float, metavar="H", help=thin)
+    common = "also fit the polynomials in common use for thin samples, and print their error"
+    parser.add_argument("--polynomials", action="store_true", help=common)
+    parser.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
+    spring = "spring constant of the cantilever [N/m], where the file does not state it"
+    parser.add_argument("--spring-constant", type=float, metavar="K", help=spring)
+    volt = "sensitivity of the deflection [m/V], where the file does not state it"
+    parser.add_argument("--sensitivity", type=float, metavar="S", help=volt)
+    errors = "estimated, absolute, or a standard deviation in N"
+    flags.add_common(parser, "estimated", errors, "t, load, depth, height")
+    flags.add_bounds(parser)
+    parser.set_defaults(command=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fit a force curve and write the results."""
+    if options.directory is None:
+        options.directory = Path(f"{Path(options.file).name.split('.')[0]}-fit")
+    indenter, assumed = _tip(options)
+    output.check_directory(options)
+    given = {"spring_constant": options.spring_constant, "sensitivity": options.sensitivity}
+    curve = None if options.curve is None else flags.place(options.curve)
+    data = flags.read(read_force, options.file, options, curve=curve, **given)
+    chosen = flags.weighting(options, False)
+    with flags.about(options.file):
+        found = fit_force(
+            data, indenter=indenter, nu=options.nu, thickness=options.thickness, polynomials=options.polynomials,
+            bounds=flags.bounds(options), **chosen,
+        )  # fmt: skip
+    if assumed:
+        print(assumed)
+    return output.finish(options, found, {"assumed": assumed} if assumed else None)
+
+
+def _tip(options: argparse.Namespace) -> tuple[Any, str]:
+    """Return the indenter, and a sentence where it is assumed."""
+    if options.radius is not None:
+        return jc.Sphere(options.radius), ""
+    if options.punch is not None:
+        return jc.FlatPunch(options.punch), ""
+    if options.cone is not None:
+        return jc.Cone(math.radians(options.cone)), ""
+    face = FACE if options.pyramid is None else options.pyramid
+    # the cone of equal area: 4 tan(face)^2 d^2 = pi tan(cone)^2 d^2
+    cone = jc.Cone(math.atan(2.0 / math.sqrt(math.pi) * math.tan(math.radians(face))))
+    why = (
+        f"no tip given: a four-sided pyramid of {FACE:g} degrees is assumed, to which the modulus is conditional; give"
+        " --radius, --cone, --pyramid or --punch"
+    )
+    return cone, why if options.pyramid is None else ""

@@ -1,0 +1,219 @@
+"""Force curves: modulus, contact point and baseline of curves that other solutions made, and the verdicts."""
+
+import functools
+import json
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+import fitting
+import jaxcontact as jc
+from jaxcontact.__main__ import main
+from jaxcontact.reference import abel
+
+T = np.linspace(0.0, 1.0, 400)
+Z = np.linspace(-1.0, 1.0, 400)  # depth over the largest
+RADIUS, DEEP, E = 5e-6, 1e-6, 1.2e3
+BALL = jc.Sphere(RADIUS)
+
+
+def hertz(depth, nu=0.5):
+    return 4.0 / 3.0 * E / (1.0 - nu**2) * np.sqrt(RADIUS) * np.maximum(depth, 0.0) ** 1.5
+
+
+def noisy(load, seed, proportional=0.002, floor=0.0005):
+    """The load with a tilted baseline and noise."""
+    rng, top = np.random.default_rng(seed), load.max()
+    noise = np.hypot(proportional * load, floor * top) * rng.standard_normal(load.size)
+    return load + noise + top * (0.1 + 0.05 * T)
+
+
+def curve(load, depth=Z * DEEP):
+    return fitting.IndentationData(t=T, load=load, depth=depth)
+
+
+@functools.cache
+def thin(nu, chi):
+    """(depth, load) of a ball on a layer with thickness 1 um, up to sqrt(R depth)/thickness = chi, by the other solution."""
+    h, G = 1e-6, E / 2.0 / (1.0 + nu)
+    body = abel.Layered(1.0, nu, 1.0, 1e12, 0.3)
+    contacts = [abel.solve_radius(a, body, 1.0, modes=16) for a in np.geomspace(0.05, 2.0 * chi, 24)]
+    deep, load = np.array([(one.approach, one.load) for one in contacts]).T
+    depth = Z * (chi * h) ** 2 / RADIUS
+    scaled = np.maximum(depth, 0.0) * RADIUS / h**2
+    known = np.exp(CubicSpline(np.log(deep), np.log(load / deep**1.5))(np.log(np.maximum(scaled, deep[0]))))
+    return depth, G * h**3 / RADIUS * known * scaled**1.5
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
+    depth, load = thin(nu, 1.5)
+    for seed in range(2):
+        fit = fitting.fit_force(curve(noisy(load, seed), depth), indenter=BALL, nu=nu, thickness=1e-6)
+        assert not fit.refused
+        assert fit.values["G"] == pytest.approx(E / 2.0 / (1.0 + nu), rel=3e-3)
+        assert fit.youngs_modulus[0] == pytest.approx(E, rel=3e-3)
+        low, high = fit.nuisances["contact_point"][1:]
+        assert high - low < 0.02 * depth.max()
+
+
+@pytest.mark.parametrize("tip", [BALL, jc.Cone(0.6), jc.FlatPunch(2e-6)], ids=["ball", "cone", "punch"])
+def test_the_laws_of_a_half_space(tip):
+    """Hertz, Love and Boussinesq as printed in K. L. Johnson, Contact Mechanics, 1985, for E/(1 - nu^2)."""
+    d, plane = np.maximum(Z * DEEP, 0.0), E / (1.0 - 0.4**2)
+    laws = {
+        "Sphere": hertz(d, 0.4),
+        "Cone": 2.0 / np.pi * plane * np.tan(0.6) * d**2,
+        "FlatPunch": 4e-6 * plane * d,
+    }
+    load = noisy(laws[type(tip).__name__], 3)
+    fit = fitting.fit_force(curve(load), indenter=tip, nu=0.4)
+    low, high = fit.youngs_modulus[1:]
+    assert not fit.refused and low < E < high and high / low < 1.02
+    low, high = fit.nuisances["contact_point"][1:]
+    assert low < 0.0 < high
+
+
+def test_signs_and_the_depth_of_the_contact_are_those_of_the_file():
+    load = noisy(hertz(Z * DEEP), 1)
+    fit = fitting.fit_force(curve(-load, 3e-6 - Z * DEEP), indenter=BALL)
+    value, low, high = fit.nuisances["contact_point"]
+    assert low < value < high and value == pytest.approx(3e-6, abs=0.01 * DEEP)
+    assert fit.youngs_modulus[0] == pytest.approx(E, rel=5e-3)
+
+
+def test_a_long_curve_is_thinned_and_its_baseline_cut():
+    t = np.linspace(0.0, 10.0, 5001)
+    depth = np.linspace(-9e-6, 1e-6, t.size)
+    load = hertz(depth) + 1e-11 * np.random.default_rng(0).standard_normal(t.size)
+    fit = fitting.fit_force(fitting.IndentationData(t=t, load=load, depth=depth), indenter=BALL)
+    assert fit.youngs_modulus[0] == pytest.approx(E, rel=5e-3) and fit.fitted.size <= 1000
+    assert any("baseline" in note for note in fit.notes) and any("means of" in note for note in fit.notes)
+
+
+def test_the_retract_is_left_out():
+    load, depth = hertz(Z * DEEP), Z * DEEP
+    both = fitting.IndentationData(
+        t=np.append(T, 1.0 + T[1:]),
+        load=np.append(load, 0.6 * load[-2::-1]),
+        depth=np.append(depth, depth[-2::-1]),
+    )
+    assert fitting.fit_force(both, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-4)
+
+
+def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_rejected_in_a_users_words():
+    """A sample that stiffens with depth by a factor 1 + c d."""
+    d = np.maximum(Z, 0.0)
+    slight = fitting.fit_force(curve(noisy(hertz(d * DEEP) * (1.0 + 0.15 * d), 0)), indenter=BALL)
+    plain = fitting.fit_force(curve(noisy(hertz(d * DEEP), 0)), indenter=BALL)
+    width = lambda fit: np.log(fit.youngs_modulus[2] / fit.youngs_modulus[1])
+    assert not plain.refused and not slight.refused and width(slight) > 4.0 * width(plain)
+    assert any("rises by" in note for note in slight.notes)
+    strong = fitting.fit_force(curve(noisy(hertz(d * DEEP) * (1.0 + 8.0 * d**2), 0)), indenter=BALL)
+    assert (
+        strong.verdict == "rejected" and "stiffen" in strong.refused[0] and "--thickness" in strong.refused[0]
+    )
+    assert not strong.identified["G"]
+
+
+def test_curves_without_contact_or_baseline_say_so():
+    rng = np.random.default_rng(5)
+    flat = fitting.fit_force(curve(1e-11 * rng.standard_normal(T.size) + 1e-12 * T), indenter=BALL)
+    assert flat.refused and "no indentation" in flat.refused[0]
+    begun = fitting.fit_force(curve(noisy(hertz((Z + 1.0) * DEEP), 0)), indenter=BALL)
+    assert begun.refused and "no baseline" in begun.refused[0]
+
+
+def test_the_polynomials_are_printed_with_their_deviation():
+    depth, load = thin(0.5, 1.5)
+    fit = fitting.fit_force(curve(noisy(load, 0), depth), indenter=BALL, thickness=1e-6, polynomials=True)
+    E0, off = fit.polynomials["Dimitriadis 2002"]
+    assert off > 0.15 and pytest.approx(fit.youngs_modulus[0] * (1.0 + off)) == E0
+    assert "Garcia and Garcia 2018: E = " in fit.summary()
+
+
+def test_the_summary_the_dictionary_and_the_figure(tmp_path):
+    fit = fitting.fit_force(curve(noisy(hertz(Z * DEEP), 2)), indenter=BALL)
+    assert "E     =" in fit.summary() and "contact point" in fit.summary()
+    found = json.loads(fit.to_json())
+    assert found["youngs_modulus_Pa"]["low"] < E < found["youngs_modulus_Pa"]["high"]
+    top, bottom, below = fit.plot(tmp_path / "fit.png").axes
+    assert "E = 1.2" in below.texts[0].get_text() and "contact point at" in below.texts[0].get_text()
+    assert top.get_ylabel() == "force [nN]" and bottom.get_ylabel() == "residual [pN]"
+    assert bottom.get_xlabel().startswith("depth below the contact point [")
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_modulus_and_the_contact_point():
+    held = np.zeros(2)
+    clean, count = hertz(Z * DEEP), 120
+    for seed in range(count):
+        fit = fitting.fit_force(curve(noisy(clean, 100 + seed, 0.01, 0.005)), indenter=BALL)
+        low, high = fit.youngs_modulus[1:]
+        first, last = fit.nuisances["contact_point"][1:]
+        held += [low < E < high, first < 0.0 < last]
+    assert np.all(np.abs(held / count - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / count))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"thickness": -1.0}, "thickness: expected > 0 m, got -1.0"),
+        ({"thickness": 1e-6, "nu": -0.1}, "nu: expected 0 to 0.5 for a thin layer, got -0.1"),
+        (
+            {"thickness": 1e-6, "indenter": jc.Sphere(1e-6, jc.Elastic(1e9, 0.3))},
+            "indenter: expected a rigid one",
+        ),
+        ({"thickness": 1e-9}, "thickness: expected a sample with .* up to 10, got"),
+    ],
+    ids=["thickness", "nu", "material", "too thin"],
+)
+def test_mistakes(given, message):
+    with pytest.raises(ValueError, match=message):
+        fitting.fit_force(curve(hertz(Z * DEEP)), **{"indenter": BALL} | given)
+
+
+def test_other_data_and_curves_without_approach():
+    with pytest.raises(ValueError, match="data: expected IndentationData, got list"):
+        fitting.fit_force([], indenter=BALL)
+    falling = fitting.IndentationData(
+        t=T, load=hertz(-Z * DEEP), depth=-Z * DEEP, marks=np.full(T.size, "retract")
+    )
+    with pytest.raises(ValueError, match="data: expected"):
+        fitting.fit_force(falling, indenter=BALL)
+
+
+def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
+    rows = np.column_stack([T, 1e9 * noisy(hertz(Z * DEEP), 0), 1e9 * Z * DEEP])
+    np.savetxt(tmp_path / "bead.csv", rows, delimiter=",", header="t [s],load [nN],depth [nm]", comments="")
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", "force", "bead.csv", "--radius", str(RADIUS)]) == 0
+    found = json.loads((tmp_path / "bead-fit" / "summary.json").read_text())
+    assert found["youngs_modulus_Pa"]["low"] < E < found["youngs_modulus_Pa"]["high"]
+    assert (tmp_path / "bead-fit" / "fit.png").exists()
+    capsys.readouterr()
+    assert main(["fit", "force", "bead.csv", "-o", "plain"]) == 0
+    assert "a four-sided pyramid of 35 degrees is assumed" in capsys.readouterr().out
+    found = json.loads((tmp_path / "plain" / "summary.json").read_text())
+    area = np.pi * np.tan(found["indenter_half_angle_rad"]) ** 2
+    assert area == pytest.approx(4.0 * np.tan(np.radians(35.0)) ** 2)
+
+
+WORKSHOP = "Force-Distance Curve\nFile Format:\t3\n\nMode:\tSingle\nPoint:\t1\n\n"
+
+
+def test_a_file_of_afm_workshop_without_times(tmp_path):
+    pytest.importorskip("afmformats")
+    k, load = 0.5, hertz(Z * DEEP)
+    height = 5e-6 - Z * DEEP - load / k
+    columns = "Extend Z-Sense(nm),Extend Force(nN),Retract Z-Sense(nm),Retract Force(nN)\n"
+    rows = "".join(
+        f"{1e9 * z:.6f},{1e9 * F:.9f},{1e9 * z:.6f},{1e9 * F:.9f}\n"
+        for z, F in zip(height, load, strict=True)
+    )
+    path = tmp_path / "single.csv"
+    path.write_text(WORKSHOP + columns + rows)
+    data = fitting.read_force(path, spring_constant=k)
+    assert any("no times" in note for note in data.notes)
+    assert fitting.fit_force(data, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-3)
