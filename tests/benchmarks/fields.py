@@ -79,7 +79,7 @@ def row(name, n, sets, correlated, verbose=False):
         fit = fitting.fit_fields(data, film, start, indenter=jc.Sphere(RADIUS), grid=model, blur=blur)
         if verbose:
             print(fit if seed == 0 else f"{seed} {fit.values} {fit.intervals} {fit.refused}", flush=True)
-        refused += fit.verdict == "refused"
+        refused += fit.verdict == "rejected"
         low, high = np.array(list(fit.intervals.values())).T
         held.append((low <= truth) & (truth <= high))
         errors.append(np.array(list(fit.values.values())) / truth - 1.0)

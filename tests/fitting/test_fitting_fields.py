@@ -133,7 +133,7 @@ def test_every_field_finds_the_modulus_and_the_shift_of_hertz(name):
     assert fit.view["shift_y"] == pytest.approx(-2.7e-6, abs=1e-6)
     lower, upper = fit.band(name)
     assert np.all(lower <= fit.predict(name)) and np.all(fit.predict(name) <= upper)
-    assert float(fit.material.substrate.G) == fit.values["G"] and fit.verdict == "stands"
+    assert float(fit.material.substrate.G) == fit.values["G"] and fit.verdict == "accepted"
     assert f"of {name}" in fit.summary() and len(fit.plot().axes) == 6
     assert fit.to_dict()["parameters"] == {"G_Pa": fit.values["G"]}
 
@@ -176,7 +176,7 @@ def test_a_local_optimum_is_not_taken_for_the_best():
     fit = fitting.fit_fields(
         pressure_data(), bent, {"p": np.exp(-0.6)}, indenter=BALL, grid=MODEL, align="none"
     )
-    assert np.log(fit.values["p"]) == pytest.approx(2.4, abs=0.1) and fit.verdict == "stands"
+    assert np.log(fit.values["p"]) == pytest.approx(2.4, abs=0.1) and fit.verdict == "accepted"
 
 
 @pytest.mark.slow
@@ -186,7 +186,7 @@ def test_parameters_that_describe_the_data_equally_well_are_rejected():
     fit = fitting.fit_fields(
         pressure_data(), even, {"p": np.exp(0.5)}, indenter=BALL, grid=MODEL, align="none"
     )
-    assert fit.verdict == "refused" and any("describe the data as well" in why for why in fit.refused)
+    assert fit.verdict == "rejected" and any("describe the data as well" in why for why in fit.refused)
     assert not fit.identified["p"]
 
 
