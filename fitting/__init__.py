@@ -8,6 +8,7 @@ from fitting.after.planning import design as design
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
+from fitting.data.fields import ContactData as ContactData
 from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
@@ -19,6 +20,8 @@ from fitting.fits.creep import Comparison as Comparison
 from fitting.fits.creep import CreepFit as CreepFit
 from fitting.fits.creep import compare as compare
 from fitting.fits.creep import fit_creep as fit_creep
+from fitting.fits.fields import FieldFit as FieldFit
+from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit
 from fitting.fits.force import fit_force as fit_force
 from fitting.fits.growth import GrowthFit as GrowthFit
@@ -48,9 +51,11 @@ __all__ = [
     "AdhesiveFit",
     "BatchFit",
     "Comparison",
+    "ContactData",
     "CreepData",
     "CreepFit",
     "Design",
+    "FieldFit",
     "ForceFit",
     "GrowthData",
     "GrowthFit",
@@ -69,6 +74,7 @@ __all__ = [
     "design",
     "fit_creep",
     "fit_creep_batch",
+    "fit_fields",
     "fit_force",
     "fit_growth",
     "fit_indentation",

@@ -23,18 +23,22 @@ STRAIGHT = 0.1  # relative deviation of an end from that of the straight line on
 BRANCHES, LOWER = 8, 0.02  # largest number of changes of branch, and how far below the level another must be
 
 
-def profile(objective: Objective, best: Best, levels: np.ndarray) -> np.ndarray:
+def profile(
+    objective: Objective, best: Best, levels: np.ndarray, traced: np.ndarray | None = None
+) -> np.ndarray:
     """Return the interval ends (m, 2): the values at which the profile of each free coordinate reaches its level of
     RSS.
 
     levels (k,): one for each free coordinate. An end is the bound where the level is not reached. Fixed coordinates
-    keep their value.
+    keep their value. traced (m,) bool: coordinates whose profiles are followed, by default all; the ends of the others
+    are those of the linearised model.
     """
     ends = np.stack([best.theta, best.theta], -1)
     heights = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     for i, level in zip(objective.free, levels.tolist(), strict=True):
         rivals = [theta for theta, rss in zip(best.others, heights, strict=True) if rss < level]
-        ends[i] = [_Side(objective, best, rivals, level, int(i), sign).end() for sign in (-1.0, 1.0)]
+        sides = [_Side(objective, best, rivals, level, int(i), sign) for sign in (-1.0, 1.0)]
+        ends[i] = [side.end() if traced is None or traced[i] else side.straight_end() for side in sides]
     return ends
 
 
@@ -83,6 +87,10 @@ class _Side:
                 break
             value = self._walk(lower)
         return value
+
+    def straight_end(self) -> float:
+        """Return the value at which the linearised model reaches the level, or the bound."""
+        return self.sign * min(self.sign * self.first + self._line, self.sign * self.bound)
 
     @functools.cached_property
     def _line(self) -> float:

@@ -45,6 +45,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.IndentationFit,
     ),
     *(
+        fitting.FieldFit,
         fitting.JointFit,
         fitting.Minimum,
         fitting.ModulusFit,
@@ -54,6 +55,7 @@ GIVEN = [  # what users are given, and do not make
     ),
 ]
 DEAR = (
+    "fit_fields",
     "posterior",
     "fit_together",
     "sensitivity",

@@ -126,7 +126,20 @@ def posterior():
     )  # fmt: skip
 
 
+def fields():
+    image = np.random.default_rng(0).random((1, 24, 24)) * 1e6
+    return fitting.ContactData([0.0], jc.Load(1.0), {"pressure": image}, jc.Grid.square(24, 300e-6))
+
+
+def field_fit():
+    grid, ball = jc.Grid.square(24, 400e-6), jc.Sphere(5e-3)
+    body = lambda p: jc.LayeredHalfSpace([], substrate=jc.Elastic(G=p["G"], nu=0.3))
+    return fitting.fit_fields(fields(), body, {"G": 2e9}, indenter=ball, grid=grid, align="none")
+
+
 OF_FITS = {
+    "ContactData": fields,
+    "FieldFit": field_fit,
     "CreepData": lambda: CREEP,
     "IndentationData": indentation,
     "RelaxationData": relaxation,
@@ -162,6 +175,7 @@ DEAR = {
     "AdhesiveFit",
     "BatchFit",
     "Design",
+    "FieldFit",
     "GrowthFit",
     "ModulusFit",
     "PronyFit",

@@ -34,6 +34,7 @@ IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated
 fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
 read_creep read_force read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
 thin_layer_factor
+ContactData FieldFit fit_fields
 """
 
 
@@ -113,6 +114,7 @@ KEYWORDS = {
     jc.save: "result path case",
     jc.load: "path",
     fitting.minimise: "loss start bounds scale method steps tolerance state",
+    fitting.fit_fields: "data body parameters indenter grid units fixed bounds align blur noise level tolerance",
     fitting.fit_creep: "model weights fixed bounds",
     fitting.fit_indentation: "model indenter nu control layer substrate adhesion",
 }

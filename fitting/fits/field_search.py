@@ -1,0 +1,320 @@
+"""Coordinates, residuals and starting values of the search for the parameters of a body from fields of its contact.
+
+The coordinates are the logarithms of the parameters, and the nuisance parameters of the instrument over their units. The
+sum of squares can have several minima. It is therefore evaluated first at quasi-random points within a factor of
+exp(``SCAN``) about the start, on a grid with half the cells along each axis; local searches begin at the start and at the
+best of these points. The optimum is accepted if at least two searches end there; where the first ones do not agree, two
+more begin at both sides of the best optimum. Optima of the same sum of squares at other parameters lead to rejection.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.stats import qmc
+
+import jaxcontact as jc
+from fitting.data.fields import ContactData
+from fitting.inference import pixels
+from fitting.inference.evidence import Sample
+from fitting.models.imaging import View
+from fitting.models.pressing import PressedImages
+from fitting.models.search_space import ParameterSpace
+from fitting.models.structure import Sought
+from fitting.search import nonlinear
+from fitting.search.nonlinear import Best, Objective
+
+RANGE = 7.0  # e-folds about the start within which a parameter is sought
+COARSER = (1 / 2, 3 / 4)  # cells along each axis of the grids that tell the error, over those of the fit
+TURNS = 3  # of estimating the noise
+MARGIN = 3  # cells at the edge of the model's grid that are not compared
+ALIGN = {"none": (), "shift": ("shift_x", "shift_y"), "shift and rotation": ("shift_x", "shift_y", "angle")}
+START = {"shift_x": 0.0, "shift_y": 0.0, "angle": 0.0, "blur": 1.0, "width": 0.7, "errors": 0.02}
+BOX = {
+    "shift_x": (-math.inf, math.inf), "shift_y": (-math.inf, math.inf), "angle": (-0.25 * math.pi, 0.25 * math.pi),
+    "blur": (0.0, 50.0), "width": (0.02, 50.0), "errors": (1e-4, 0.4),
+}  # fmt: skip
+SCAN = 3.0  # e-folds about the start over which the sum of squares is evaluated first
+POINTS = 8  # number of these points for one parameter; doubled for each further one, up to four times as many
+SEARCHES = 3  # local searches from the best of these points, besides that from the start
+BESIDE = 0.4  # log parameters between the best optimum and the starts beside it
+SAME = 0.02  # largest difference of log parameters of the same optimum
+NEAR, EQUAL = (
+    1e-3,
+    1e-4,
+)  # relative difference of sums of squares at the same optimum, and at equally good ones
+APART = 0.2  # distance in log parameters below which two starting values are the same
+
+
+@dataclasses.dataclass
+class FieldSearch:
+    """The search of a fit: coordinates theta are log parameters (k,), then nuisance parameters over their units (q,)."""
+
+    data: ContactData
+    sought: Sought
+    pressing: PressedImages
+    coarse: tuple[PressedImages, ...]
+    nuisances: tuple[str, ...]
+    units: np.ndarray
+    blur: float
+    start: np.ndarray
+    space: ParameterSpace
+    noise: str
+    scale: dict[str, float]
+    known: dict[str, np.ndarray]
+    blocks: dict[str, pixels.Blocks]
+
+    @classmethod
+    def of(
+        cls, data: ContactData, sought: Sought, parameters: Mapping[str, float], model: tuple[Any, Any, float],
+        align: tuple[str, ...], blur: Any, noise: str,
+    ) -> "FieldSearch":  # fmt: skip
+        """Return the search from checked input."""
+        indenter, grid, tolerance = model
+        contact = ("width", "errors") if "contact" in data.fields else ()
+        nuisances = (*align, *(("blur",) if blur == "fitted" else ()), *contact)
+        pixel = float(data.grid.spacing[0])
+        units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
+        setting = indenter, data.control, jnp.asarray(data.times)
+        press = lambda own: PressedImages(
+            sought.structure.model, tuple(parameters), setting, tuple(data.fields), data.grid, own, tolerance
+        )
+        known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
+        logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
+        return cls(
+            data, sought, press(grid),
+            tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units,
+            0.0 if blur == "fitted" else float(blur),
+            np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
+            {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
+            {name: pixels.Blocks.of(own, pixels.least_size(own)) for name, own in known.items()},
+        )  # fmt: skip
+
+    @property
+    def k(self) -> int:
+        """Number of parameters of the body."""
+        return len(self.sought.structure.where)
+
+    def view(self, theta: np.ndarray) -> View:
+        """Return the nuisance parameters in SI."""
+        own = {"shift_x": 0.0, "shift_y": 0.0, "angle": 0.0, "blur": self.blur, "width": 1.0, "errors": 0.0}
+        own |= dict(zip(self.nuisances, theta[self.k :] * self.units, strict=True))
+        one = lambda name: jnp.asarray(own[name], dtype=float)
+        return View(jnp.stack([one("shift_x"), one("shift_y")]), *(one(name) for name in View._fields[1:]))
+
+    def images(self, theta: np.ndarray, pressing: PressedImages | None = None) -> dict[str, np.ndarray]:
+        """Return the images of the model."""
+        return (pressing or self.pressing).images(theta[: self.k], self.view(theta))
+
+    def vector(self, images: Mapping[str, Any]) -> np.ndarray:
+        """Return block means (..., n) of all fields, in parts of their largest value."""
+        means = [
+            self.blocks[name].means(np.asarray(images[name])) / self.scale[name] for name in self.data.fields
+        ]
+        return np.concatenate(means, -1)
+
+    def measured(self) -> np.ndarray:
+        """Return the block means of the data, (n,)."""
+        return self.vector(
+            {name: np.where(own, self.data.fields[name], 0.0) for name, own in self.known.items()}
+        )
+
+    def slopes(self, theta: np.ndarray) -> np.ndarray:
+        """Return the Jacobian (n, m) of ``vector(images(theta))``."""
+        own, views = self.pressing.image_slopes(theta[: self.k], self.view(theta))
+        rows = [self.vector(own)]
+        for name, unit in zip(self.nuisances, self.units, strict=True):
+            one = lambda view, name=name: (
+                np.asarray(view.shift)[..., "xy".index(name[-1])]
+                if name in ALIGN["shift"]
+                else getattr(view, name)
+            )
+            rows.append(unit * self.vector({field: one(view) for field, view in views.items()})[None])
+        return np.concatenate(rows).T
+
+    def objective(self, weights: np.ndarray) -> Objective:
+        """Return the least squares with weights (n,)."""
+        measured = self.measured()
+        return Objective(
+            lambda theta: weights * (self.vector(self.images(theta)) - measured),
+            lambda theta, free: (weights[:, None] * self.slopes(theta))[:, free],
+            *self.space.bounds, ftol=1e-7,
+        )  # fmt: skip
+
+    def weights(self, theta: np.ndarray, first: bool = False) -> np.ndarray:
+        """Return the reciprocal standard deviations (n,) that the residuals at theta show, or rather, at the first turn,
+        differences of neighbours."""
+        images, found = self.images(theta), []
+        for name, field in self.data.fields.items():
+            blocks = self.blocks[name]
+            measured = blocks.means(np.where(self.known[name], field, 0.0)) / self.scale[name]
+            fitted = blocks.means(images[name]) / self.scale[name]
+            shape = self.shape(name, images[name])
+            residual = np.diff(measured, append=measured[0]) / math.sqrt(2.0) if first else fitted - measured
+            kind = (
+                self.noise
+                if name != "contact" and name not in (self.data.sigma or {}) and not first
+                else "constant"
+            )
+            found.append(pixels.deviations(kind, residual, shape, fitted) * math.sqrt(blocks.inflation))
+        return 1.0 / np.concatenate(found)
+
+    def shape(self, name: str, image: np.ndarray) -> np.ndarray:
+        """Return the standard deviations (n,) of block means up to a factor."""
+        return np.sqrt(self.blocks[name].means(self.variance(name, image)))
+
+    def variance(self, name: str, image: np.ndarray) -> np.ndarray:
+        """Return the variances (nt, nx, ny) of pixels up to a factor."""
+        if name == "contact":
+            return np.maximum(image * (1.0 - image), 1e-5)
+        return (self.data.sigma or {}).get(name, np.ones(image.shape)) ** 2
+
+    def solve(self) -> tuple[Best, np.ndarray]:
+        """Return the optimum and weights (n,) that agree with its residuals."""
+        if not np.all(np.isfinite(self.vector(self.images(self.start)))):
+            status = jc.Status(self.pressing.history(tuple(self.start[: self.k].tolist()))[1])
+            raise ValueError(f"parameters: expected a start that can be computed, got: {status.message}")
+        first = self.weights(self.start, True)
+        found = self.several(self.objective(first), [self.start, *self.scanned(first)])
+        best = found
+        images = self.images(best.theta)
+        for name, field in self.data.fields.items():
+            residual = (images[name] - np.where(self.known[name], field, 0.0)) / np.sqrt(
+                self.variance(name, images[name])
+            )
+            self.blocks[name] = pixels.chosen(residual, self.known[name])
+        for _ in range(TURNS):
+            weights = self.weights(best.theta)
+            best = nonlinear.minimise(self.objective(weights), best.theta)
+        return best._replace(starts=found.starts, agreed=found.agreed, others=found.others), weights
+
+    def several(self, objective: Objective, starts: list[np.ndarray]) -> Best:
+        """Return the best of the optima from several starts, with those that differ from it as ``others``."""
+        found = [
+            nonlinear.minimise(objective, start)
+            for start in starts
+            if np.all(np.isfinite(objective.at(start)))
+        ]
+        best = min(found, key=lambda one: one.rss)
+        if sum(self.same(best, one) for one in found) < 2:
+            beside = np.where(np.arange(best.theta.size) < self.k, BESIDE, 0.0)
+            found += [nonlinear.minimise(objective, best.theta + sign * beside) for sign in (-1.0, 1.0)]
+            best = min(found, key=lambda one: one.rss)
+        agreed = [one for one in found if self.same(best, one)]
+        others = tuple(one.theta for one in found if not self.same(best, one))
+        return best._replace(starts=len(found), agreed=len(agreed), others=others)
+
+    def same(self, best: Best, other: Best) -> bool:
+        """Return whether an optimum is the best one: the sum of squares and the parameters agree."""
+        near = bool(np.max(np.abs(other.theta - best.theta)[: self.k]) < SAME)
+        return near and other.rss <= best.rss * (1.0 + NEAR)
+
+    def scanned(self, weights: np.ndarray) -> list[np.ndarray]:
+        """Return the best starting values among quasi-random points, at least ``APART`` from each other and the start."""
+        free = self.space.free[self.space.free < self.k]
+        if not free.size:
+            return []
+        count = POINTS * 2 ** min(free.size - 1, 2)
+        unit = qmc.Sobol(free.size, scramble=False).random(count) + 0.5 / count
+        points = np.tile(self.start, (count, 1))
+        points[:, free] = np.clip(
+            self.start[free] + SCAN * (2.0 * unit - 1.0), self.space.lower[free], self.space.upper[free]
+        )
+        measured, coarse = self.measured(), self.coarse[0]
+        rss = [np.sum((weights * (self.vector(self.images(at, coarse)) - measured)) ** 2) for at in points]
+        kept = [self.start]
+        for i in np.argsort(rss):  # nan is last
+            far = min(np.max(np.abs(points[i] - one)) for one in kept) > APART
+            if np.isfinite(rss[i]) and far and len(kept) <= SEARCHES:
+                kept.append(points[i])
+        return kept[1:]
+
+    def doubts(self, best: Best, rss: list[float]) -> tuple[str, ...]:
+        """Return the reasons for rejecting an optimum, () if there are none; rss: of the other optima."""
+        found = []
+        if best.agreed < 2:
+            found.append(
+                f"only one of {best.starts} searches from different starting values ended at the best optimum: begin"
+                " elsewhere, or narrow the bounds"
+            )
+        equal = [
+            theta for theta, one in zip(best.others, rss, strict=True) if one <= best.rss * (1.0 + EQUAL)
+        ]
+        if equal:
+            names = ", ".join(
+                f"{name} = {math.exp(value):.4g}"
+                for name, value in zip(self.sought.structure.where, equal[0][: self.k], strict=True)
+            )
+            found.append(f"other parameters describe the data as well: {names}")
+        return tuple(found)
+
+    def grid_error(self, best: Best, weights: np.ndarray) -> np.ndarray:
+        """Return the largest change (m,) of the coordinates between the grid and coarser ones.
+
+        The error of the edge of contact oscillates with its place among the cells, so that a single coarser grid may show
+        none by chance. nan where a coarse solution fails.
+        """
+        return np.max([self._change(best, weights, one) for one in self.coarse], axis=0)
+
+    def _change(self, best: Best, weights: np.ndarray, coarse: PressedImages) -> np.ndarray:
+        """Return the change (m,) of the coordinates with another grid."""
+        change = weights * (
+            self.vector(self.images(best.theta, coarse)) - self.vector(self.images(best.theta))
+        )
+        return np.abs(nonlinear.moved(best, self.space.free, change))
+
+    def sample(self, weights: np.ndarray) -> Sample:
+        """Return the block means as a curve over time; lines of blocks along y are series."""
+        t, lines, before = [], [], 0
+        for name in self.data.fields:
+            blocks = self.blocks[name]
+            t.append(np.broadcast_to(self.data.times[:, None, None], blocks.kept.shape)[blocks.kept])
+            lines.append(blocks.lines() + before)
+            before += blocks.kept.size
+        curve = "field over its maximum", "", np.concatenate(t), self.measured()
+        return Sample.of(curve, weights, "sigma", np.concatenate(lines))
+
+    def notes(self, theta: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
+        """Return remarks on blocks of pixels and the error of the grid."""
+        sizes = ", ".join(f"{blocks.size} x {blocks.size} of {name}" for name, blocks in self.blocks.items())
+        worst = 100.0 * float(np.max(left[: self.k]))
+        return (
+            f"the values that were fitted are means over blocks of pixels: {sizes}",
+            "standard deviations were estimated from the residuals of each field",
+            f"the intervals include the estimated error of the grid, up to {worst:.2g} % of a parameter",
+        )
+
+
+def _coarser(grid: jc.Grid, share: float) -> jc.Grid:
+    """Return a grid of the same width with a share of the cells along each axis."""
+    shape = tuple(max(int(share * n), 4) for n in grid.shape)
+    spacing = tuple(d * n / m for d, n, m in zip(grid.spacing, grid.shape, shape, strict=True))
+    return jc.Grid(shape, spacing, grid.periodic)
+
+
+def _within(image: jc.Grid, model: jc.Grid) -> np.ndarray:
+    """Return which pixels (nx, ny) lie on the grid of the model, ``MARGIN`` cells off its edge."""
+    x, y = (np.asarray(axis) for axis in image.axes())
+    inside = [
+        np.abs(axis) < 0.5 * float(n * d) - MARGIN * float(d)
+        for axis, n, d in zip((x, y), model.shape, model.spacing, strict=True)
+    ]
+    return inside[0][:, None] & inside[1][None, :]
+
+
+def _space(sought: Sought, logs: np.ndarray, nuisances: tuple[str, ...], units: np.ndarray) -> ParameterSpace:
+    """Return the box of the search."""
+    with np.errstate(divide="ignore"):
+        table = np.log(np.array(list(sought.table.values())))
+    own = np.stack([np.maximum(table[:, 0], logs - RANGE), np.minimum(table[:, 1], logs + RANGE)], -1)
+    own = np.where((table[:, 0] == table[:, 1])[:, None], table, own)
+    box = np.concatenate([own, np.array([BOX[name] for name in nuisances]).reshape(-1, 2)])
+    material = np.arange(len(box)) < logs.size
+    return ParameterSpace(
+        structure=sought.structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(np.ones(logs.size), units),
+        logarithmic=material, material=material,
+        names=(*sought.structure.where, *("" for _ in nuisances)), open=np.ones((len(box), 2), dtype=bool),
+    )  # fmt: skip
