@@ -142,10 +142,6 @@ def _add_indentation(press: Any) -> None:
 def _add_adhesion(press: Any) -> None:
     sticks = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
     press.add_argument("--adhesion", default="0", metavar="W", help=sticks)
-    reach = (
-        "range of the attraction [m] to start from: fit W and it with the contact solver, on a --layer too"
-    )
-    press.add_argument("--adhesion-range", type=float, metavar="Z", help=reach)
 
 
 def _add_indenter(press: Any) -> None:
@@ -249,15 +245,9 @@ def _indentation(options: argparse.Namespace) -> int:
 
 
 def _adhesion(options: argparse.Namespace) -> Any:
-    """Return the work of adhesion, how it is fitted, or the law that the contact solver starts from."""
+    """Return the work of adhesion, or how it is fitted."""
     fitted = options.adhesion.lower() in ("fit", "jkr")
-    if options.adhesion_range is None:
-        return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)
-    if fitted:
-        raise ValueError(
-            "--adhesion: expected a work of adhesion in J/m2 to start from with --adhesion-range, got a word"
-        )
-    return jc.ExponentialAdhesion(flags.number("--adhesion", options.adhesion), options.adhesion_range)
+    return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)
 
 
 def _indenter(options: argparse.Namespace) -> Any:

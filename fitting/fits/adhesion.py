@@ -17,15 +17,10 @@ from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit, plain
 from fitting.models.adhesive_curve import JKR, MaugisDugdale
 from fitting.models.coordinates import NUISANCES
-from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import Sought, Volume
-from fitting.search.adhesive_search import MODELS, UNITS, AdhesiveTest, Body, table_of
-from fitting.search.nonlinear import moved
+from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
 from fitting.search.press import Instrument, weigh
 from fitting.views import adhesion_picture, report
-
-LAWS = (jc.ExponentialAdhesion, jc.DugdaleAdhesion)
-CELLS = 48  # along a side of the grid of the solver
 
 Interval = tuple[float, float, float]
 
@@ -34,14 +29,14 @@ Interval = tuple[float, float, float]
 class AdhesiveFit(Fit):
     """Result of the fit of an adhesive force curve; the attributes common to all fits are documented in ``Fit``.
 
-    Its parameters are "G" [Pa], "work" [J/m2] and, where the attraction has a range, "strength" [Pa] or "range" [m].
+    Its parameters are "G" [Pa], "work" [J/m2] and, where the attraction has a range, "strength" [Pa].
 
     Attributes:
         law: the law of adhesion with the fitted parameters; None for an attraction of short range (JKR).
         tabor_number: (R w^2/(E*^2 z^3))^(1/3) of the fitted law, z = w/s(0); nan without a range.
         pull_off: (value, low, high) [N]: the largest tension, read from the curve without a model.
         separation_work: (value, low, high) [J]: the work of the tension of the retraction, likewise.
-        nu, indenter: given quantities on which the parameters are conditional; thickness [m] of a film, or None.
+        nu, indenter: given quantities on which the parameters are conditional.
         nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)} of those that were
             fitted.
         kept: (n,) bool, the points in contact, which were fitted.
@@ -56,7 +51,6 @@ class AdhesiveFit(Fit):
     separation_work: Interval
     nu: float
     indenter: Any
-    thickness: float | None
     nuisances: dict[str, Interval]
     kept: np.ndarray
     runs: tuple[int, int]
@@ -73,7 +67,6 @@ class AdhesiveFit(Fit):
         return super().to_dict() | {
             "pull_off_N": plain(self.pull_off), "separation_work_J": plain(self.separation_work),
             "tabor_number": plain(self.tabor_number), "poisson_ratio": self.nu, **probe_of(self.indenter).key,
-            "film_thickness_m": plain(self.thickness),
             "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
             "starts": self.starts[0], "starts_agreed": self.starts[1],
             "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
@@ -100,9 +93,8 @@ class AdhesiveFit(Fit):
         return lines
 
     def _conditions(self) -> list[str]:
-        body = "a half-space" if self.thickness is None else f"a film of {self.thickness:.4g} m"
         runs = f"{self.runs[0]} forward and {self.runs[1]} gradient runs in {self.seconds:.3g} s"
-        return [f"  the parameters are conditional on nu = {self.nu:.4g} and {body}; {runs}"]
+        return [f"  the parameters are conditional on nu = {self.nu:.4g} and a half-space; {runs}"]
 
 
 class AdhesiveChoices(NamedTuple):
@@ -117,18 +109,12 @@ class AdhesiveChoices(NamedTuple):
 
 
 def is_fitted(adhesion: Any) -> bool:
-    """Return whether an ``adhesion=`` asks for a fit of the work of adhesion; ValueError for another text."""
-    if isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr"):
-        raise ValueError(
-            f'adhesion: expected "fit", "JKR", a law of adhesion or a work of adhesion [J/m2], got {adhesion!r}'
-        )
-    if not isinstance(adhesion, LAWS):
-        return isinstance(adhesion, str)
-    for field in dataclasses.fields(adhesion):
-        value = getattr(adhesion, field.name)
-        if not (np.ndim(value) == 0 and 0.0 < value < math.inf):
-            raise ValueError(f"adhesion: {field.name}: expected a number > 0, got {value!r}")
-    return True
+    """Return whether an ``adhesion=`` asks for a fit of the work of adhesion; ValueError for anything but a number else."""
+    if isinstance(adhesion, (jc.ExponentialAdhesion, jc.DugdaleAdhesion)) or (
+        isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr")
+    ):
+        raise ValueError(f'adhesion: expected "fit", "JKR" or a work of adhesion [J/m2], got {adhesion!r}')
+    return isinstance(adhesion, str)
 
 
 def check_fitted(adhesion: Any, model: Any, film: bool, control: Any, others: dict[str, bool]) -> None:
@@ -140,50 +126,29 @@ def check_fitted(adhesion: Any, model: Any, film: bool, control: Any, others: di
         )
     if control != "depth":
         raise ValueError(f'control: expected "depth" with a fit of the work of adhesion, got {control!r}')
-    if film and isinstance(adhesion, str):
-        raise ValueError(
-            f"adhesion: expected a law of adhesion with a layer, whose parameters the solver starts from, got {adhesion!r}"
-        )
+    if film:
+        raise ValueError(f"adhesion: expected a half-space, without a layer, with adhesion={adhesion!r}")
     for name in (name for name, given in others.items() if given):
         raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
 
 
-def body_of(indenter: Any, nu: Any, layer: Any, substrate: Any) -> Body:
-    """Return what is pressed; ValueError for anything but a ball on a half-space, or on one film on a substrate."""
+def body_of(indenter: Any, nu: Any) -> Body:
+    """Return what is pressed; ValueError for anything but a ball."""
     if not isinstance(indenter, jc.Sphere):
         raise ValueError(f"adhesion: expected a Sphere, got {type(indenter).__name__}")
-    if (layer is None) != (substrate is None):
-        raise ValueError(
-            f"layer: expected a thickness together with a substrate, got layer={layer!r}, substrate={substrate!r}"
-        )
-    if layer is not None and not (np.ndim(layer) == 0 and layer > 0.0):
-        raise ValueError(f"layer: expected a thickness > 0 m, got {layer!r}")
-    return Body(float(Volume.of(nu, None).value), indenter, layer, substrate)
+    return Body(float(Volume.of(nu, None).value), indenter)
 
 
-def fit_adhesive(
-    data: IndentationData, adhesion: Any, body: Body, choices: AdhesiveChoices, grid: Any = None
-) -> AdhesiveFit:
-    """Fit G, the work of adhesion and the strength or range of the attraction.
-
-    adhesion: "fit" (Maugis) or "JKR" for a closed form on a half-space, or a law whose parameters the contact solver starts
-    from.
-    """
+def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: AdhesiveChoices) -> AdhesiveFit:
+    """Fit G, the work of adhesion and, with "fit" (Maugis) but not with "JKR", the strength of the attraction."""
     started = time.perf_counter()
-    if not (grid is None or (isinstance(grid, int) and grid >= 16)):
-        raise ValueError(
-            f"grid: expected a number of cells of at least 16 with a law of adhesion, got {grid!r}"
-        )
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     data = zeroed(data)
     seen = read_pull_off(data)
     weights, label = weigh(data, seen.contact, "depth", choices.weights, choices.sigma)
-    closed = isinstance(adhesion, str)
-    model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()] if closed else MODELS[type(adhesion)]
-    test = AdhesiveTest(
-        data, seen, body, None if closed else adhesion, model, weights, CELLS if grid is None else grid
-    )
+    model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
+    test = AdhesiveTest(data, seen, body, model, weights)
     return _concluded(test, _found(test, label, choices), choices, started)
 
 
@@ -205,31 +170,7 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     solved = solved._replace(kept=test.seen.contact)
-    if test.law is not None:
-        left = _grid_error(test, space, solved)
-        note, against = _grid_note(space, left, test.cells), test.failures(space, solved.theta)
-        solved = solved._replace(left=left, notes=(*solved.notes, note), against=against)
     return _Searched(problem, solved, conclude(problem, solved))
-
-
-def _grid_error(test: AdhesiveTest, space: ParameterSpace, solved: Any) -> np.ndarray:
-    """Return a bound (m,) on the error of the coordinates by the grid: twice their change on one of twice the cells.
-
-    The error of the pull-off load is of first order in the size of a cell where the zone at the edge is not resolved, so
-    that a grid of half the size removes half of it.
-    """
-    best, objective = solved.whole
-    finer = test._replace(cells=2 * test.cells).objective(space, solved.weights)
-    change = moved(best, objective.free, finer.at(best.theta) - best.residual)
-    return 2.0 * np.abs(change)
-
-
-def _grid_note(space: ParameterSpace, left: np.ndarray, cells: int) -> str:
-    """Return a note with the bound on the error of the parameters by the grid."""
-    shares = [
-        f"{name} {100 * left[i]:.2g} %" for i, name in enumerate(space.structure.where) if left[i] > 0.0
-    ]
-    return f"error by the grid of {cells} x {cells} cells, within the intervals: up to {', '.join(shares)}"
 
 
 def _tabor(body: Body, G: float, work: float, largest: float) -> float:
@@ -253,7 +194,7 @@ def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, s
     return found.concluded.fit(
         AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
         pull_off=_interval(seen.force, z * seen.force_sd), separation_work=_interval(seen.work, z * seen.work_sd),
-        nu=body.nu, indenter=body.ball, thickness=body.thickness, nuisances=nuisances, kept=seen.contact,
+        nu=body.nu, indenter=body.ball, nuisances=nuisances, kept=seen.contact,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
         seconds=time.perf_counter() - started,
     )  # fmt: skip
@@ -263,22 +204,19 @@ def _law(test: AdhesiveTest, values: dict[str, float]) -> Any:
     """Return the law of adhesion with the fitted parameters; None for JKR."""
     if test.model is JKR:
         return None
-    kind = jc.DugdaleAdhesion if test.law is None else type(test.law)
-    return kind(*list(values.values())[1:])
+    return jc.DugdaleAdhesion(values["work"], values["strength"])
 
 
 def _range_note(test: AdhesiveTest, found: _Searched, law: Any) -> tuple[str, ...]:
-    """Return a note if the curve does not determine the strength or the range of a law that was fitted."""
+    """Return a note if the curve does not determine the strength of a law that was fitted."""
     fields = found.concluded.fields
-    name = next((name for name in ("strength", "range") if name in fields["values"]), None)
-    if law is None or name is None or fields["identified"][name]:
+    if law is None or fields["identified"]["strength"]:
         return ()
-    low, high = fields["intervals"][name]
+    low, high = fields["intervals"]["strength"]
     G, work = fields["values"]["G"], fields["values"]["work"]
-    largest = (low, high) if name == "strength" else (work / high, work / low if low > 0.0 else math.inf)
-    tabor = [_tabor(test.body, G, work, s) if math.isfinite(s) and s > 0.0 else s for s in largest]
+    tabor = [_tabor(test.body, G, work, s) if math.isfinite(s) and s > 0.0 else s for s in (low, high)]
     return (
-        f"the range of the attraction is not identified: {name} {report.span(low, high)} {UNITS[name]}, a Tabor number"
+        f"the range of the attraction is not identified: strength {report.span(low, high)} Pa, a Tabor number"
         f" {report.span(*tabor)}; the interval of the work of adhesion allows for it",
     )
 

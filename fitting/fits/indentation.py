@@ -146,9 +146,8 @@ def fit_indentation(
             compliance; ``slow_edge`` holds the parameters for the opposite limit. "fit": the work of adhesion and the
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
-            for an attraction of short range. ``ExponentialAdhesion`` or ``DugdaleAdhesion``: the same with the contact
-            solver, on a half-space or a film, starting from the parameters of the law. ``fixed`` and ``bounds`` take
-            "work", "strength" and "range" too, and the result is an ``AdhesiveFit``.
+            for an attraction of short range. ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is
+            an ``AdhesiveFit``.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -176,13 +175,13 @@ def fit_indentation(
     """
     started = time.perf_counter()
     if is_fitted(adhesion):
-        film = layer is not None or substrate is not None
+        film = any(given is not None for given in (layer, substrate, grid))
         others = {"tau": tau is not None, "rise": rise is not None, "layers": layers is not None}
         others |= {"bulk_modulus": bulk_modulus is not None}
         check_fitted(adhesion, model, film, control, others)
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        return fit_adhesive(data, adhesion, body_of(indenter, nu, layer, substrate), choices, grid)
+        return fit_adhesive(data, adhesion, body_of(indenter, nu), choices)
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control

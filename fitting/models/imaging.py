@@ -90,7 +90,7 @@ def sampled(field: Array, grid: Grid, x: Array, y: Array) -> Array:
         for place, d, n in zip((x, y), grid.spacing, field.shape, strict=True)
     )
     rows = [sum(w * field[i + a, j + b] for b, w in _keys(v)) for a, _ in _keys(u)]
-    return sum(w * row for (_, w), row in zip(_keys(u), rows, strict=True))
+    return jnp.asarray(sum(w * row for (_, w), row in zip(_keys(u), rows, strict=True)))
 
 
 def _split(place: Array, n: int) -> tuple[Array, Array]:

@@ -1,13 +1,11 @@
-"""Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space or film.
+"""Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space.
 
-The load is fitted as a function of the measured depth. On a half-space the model is a closed form
-(``fitting.models.adhesive_curve``), otherwise ``jc.indent`` with a law of adhesion. Coordinates are the logarithms of shear
-modulus, work of adhesion and strength or range, over starting values that follow from the lowest and the highest point of
-the curve, and the contributions of the instrument to the depth.
+The load is fitted as a function of the measured depth by a closed form (``fitting.models.adhesive_curve``). Coordinates
+are the logarithms of shear modulus, work of adhesion and strength, over starting values that follow from the lowest and
+the highest point of the curve, and the contributions of the instrument to the depth.
 """
 
 import math
-import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,7 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.pull_off import PullOff
 from fitting.models.adhesive_curve import MaugisDugdale, load_at
@@ -28,24 +25,11 @@ from fitting.search.nonlinear import Objective
 from fitting.search.press import Instrument
 
 WIDE = 7.0  # of the logarithms of modulus and work about their starting values
-PARAMETERS = (
-    -5.0,
-    4.0,
-)  # of the logarithm of Maugis's parameter, or of the range of a law over its starting value
+PARAMETERS = -5.0, 4.0  # of the logarithm of Maugis's parameter over its starting value
 STARTS = -2.0, 0.0, 2.0  # of the logarithm of Maugis's parameter
-ACROSS = 5.0  # width of the grid over the largest contact radius
 
 
-class ExponentialSolid(NamedTuple):
-    """An elastic solid of shear modulus G [Pa] with an ``ExponentialAdhesion`` of work [J/m2] and range [m]."""
-
-    G: float
-    work: float
-    range: float
-
-
-UNITS = {"G": "Pa", "work": "J/m2", "strength": "Pa", "range": "m"}
-MODELS = {jc.DugdaleAdhesion: MaugisDugdale, jc.ExponentialAdhesion: ExponentialSolid}
+UNITS = {"G": "Pa", "work": "J/m2", "strength": "Pa"}
 
 
 def structure_of_model(model: type) -> ParameterList:
@@ -54,12 +38,10 @@ def structure_of_model(model: type) -> ParameterList:
 
 
 class Body(NamedTuple):
-    """What is pressed: Poisson's ratio, the ball, and of a film its thickness [m] and its substrate; None: a half-space."""
+    """What is pressed: Poisson's ratio of the half-space, and the ball."""
 
     nu: float
     ball: Any
-    thickness: float | None = None
-    substrate: Any = None
 
     def modulus(self, G: Any) -> Any:
         """Return E* [Pa] of the contact of the ball with a half-space of shear modulus G [Pa]."""
@@ -71,28 +53,18 @@ class Body(NamedTuple):
         with jax.ensure_compile_time_eval():  # a number inside jit as well
             return float(self.ball.compliance())
 
-    def pressed(self, G: Any) -> jc.LayeredHalfSpace:
-        """Return the body of shear modulus G."""
-        solid = jc.Elastic(G, self.nu)
-        if self.thickness is None:
-            return jc.LayeredHalfSpace([], solid)
-        return jc.LayeredHalfSpace([jc.Layer(solid, self.thickness)], self.substrate)
-
 
 class AdhesiveTest(NamedTuple):
     """A force curve ready for a search.
 
-    data; seen: its ``PullOff``; body; law: a law of adhesion whose parameters the solver starts from, or None for a closed
-    form; model: the class of the parameters; weights (n,) [1/N], 0 out of contact; cells: along a side of the grid.
+    data; seen: its ``PullOff``; body; model: the class of the parameters; weights (n,) [1/N], 0 out of contact.
     """
 
     data: IndentationData
     seen: PullOff
     body: Body
-    law: Any
     model: type
     weights: np.ndarray
-    cells: int
 
     def start(self) -> dict[str, float]:
         """Return starting values: the lowest load is that of JKR, and the modulus follows from the highest point."""
@@ -106,11 +78,9 @@ class AdhesiveTest(NamedTuple):
         own = self.body.own
         G = (1.0 - self.body.nu) / max(2.0 / modulus - own, 0.1 / modulus)
         values = {"G": G, "work": work}
-        if self.model is MaugisDugdale and self.law is None:
+        if self.model is MaugisDugdale:
             K = 4.0 * modulus / 3.0  # lambda = 1
             values["strength"] = float(0.5 * np.cbrt(math.pi * work * K**2 / R))
-        elif self.law is not None:
-            values |= {name: float(getattr(self.law, name)) for name in self.model._fields[1:]}  # type: ignore[attr-defined]
         return values
 
     def first_touch(self) -> float:
@@ -151,20 +121,19 @@ class AdhesiveTest(NamedTuple):
         k = space.structure.size
         theta = np.zeros(space.lower.size)
         theta[k] = self.first_touch() / space.unit[k]
-        several = STARTS if self.model is MaugisDugdale and self.law is None else (0.0,)
+        several = STARTS if self.model is MaugisDugdale else (0.0,)
         rows = [np.where(np.arange(theta.size) == 2, shift, theta) if k > 2 else theta for shift in several]
         return [np.clip(row, *space.bounds) for row in rows]
 
     def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates."""
         n = self.data.t.size
-        run, slopes = self._closed(space, weights) if self.law is None else self._solved(space, weights)
+        run, slopes = self._closed(space, weights)
         return Objective(
             lambda theta: np.asarray(run(theta))[:n],
             lambda theta, free: np.asarray(slopes(theta, free))[:n],
             *space.bounds,
-            ftol=1e-12 if self.law is None else 1e-4, close=2e-3 if self.law is None else 3e-2,
-            floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
+            ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
         )  # fmt: skip
 
     def _closed(
@@ -176,63 +145,9 @@ class AdhesiveTest(NamedTuple):
         given = (padding.without_weight(weights), t, depth, load, space.unit, body)
         return lambda theta: _residual(theta, *given), lambda theta, free: _slopes(theta, *given)[:, free]
 
-    def _solved(
-        self, space: ParameterSpace, weights: np.ndarray
-    ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Return residuals and Jacobian of the contact solver."""
-        times, depth, load = self._samples()
-        unit, k, grid = jnp.asarray(space.unit), space.structure.size, self.grid()
-
-        def residual(theta: Array) -> Array:
-            approach = depth - _offset(theta[k:] * unit[k:], times, load)
-            history = self.pressed(jnp.exp(theta[:k]) * unit[:k], approach, grid)
-            return jnp.where(weights > 0.0, weights * (history.load - load), 0.0)
-
-        run = jax.jit(residual)
-        pushed = jax.jit(lambda theta, along: jax.jvp(residual, (theta,), (along,))[1])
-
-        def slopes(theta: np.ndarray, free: np.ndarray) -> np.ndarray:
-            return np.stack([np.asarray(pushed(theta, np.eye(theta.size)[i])) for i in free], -1)
-
-        return run, slopes
-
-    def pressed(self, values: Any, approach: Any, grid: jc.Grid) -> Any:
-        """Return the history of the contact for parameters (3,), in SI, at approaches (n,) [m]."""
-        G, work, last = values
-        return jc.indent(
-            self.body.pressed(G), self.body.ball, jc.Approach(approach), self._samples()[0], grid=grid,
-            adhesion=type(self.law)(work, last), save="last", tolerance=1e-6, max_iterations=2000,
-        )  # fmt: skip
-
-    def failures(self, space: ParameterSpace, theta: np.ndarray) -> tuple[str, ...]:
-        """Return the statuses in words of the fitted points at which the contact solver failed at a vector theta."""
-        times, depth, load = self._samples()
-        k = space.structure.size
-        si = space.to_si(theta)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # they become reasons against the fit
-            history = self.pressed(si[:k], depth - np.asarray(_offset(si[k:], times, load)), self.grid())
-        codes = np.asarray(history.status)[self.weights > 0.0]
-        return tuple(
-            f"the contact solver: {jc.Status(int(code)).message}" for code in np.unique(codes[codes > 0])
-        )
-
     def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return times from the first point [s], depth [m] and load [N], (n,) each."""
         return self.data.t - self.data.t[0], self.data.depth, self.data.load
-
-    def _width(self) -> float:
-        """Return the width of the grid [m]."""
-        values = self.start()
-        R, E = float(self.body.ball.radius), float(self.body.modulus(values["G"]))
-        pull = 3.0 * math.pi * values["work"] * R
-        load = float(self.data.load.max())
-        a = np.cbrt(0.75 * R / E * (load + pull + math.sqrt(max(2.0 * pull * load + pull**2, 0.0))))
-        return ACROSS * float(a)
-
-    def grid(self) -> jc.Grid:
-        """Return the grid of the solver, whose width follows from the contact at the starting values."""
-        return jc.Grid.square(n=self.cells, width=self._width())
 
 
 def _row(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:

@@ -145,7 +145,7 @@ def _wavenumbers(n: int, d: Array) -> tuple[Array, Array]:
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     half = np.diff(ends)[:, None] / 2.0
     k, w = (ends[:-1, None] + half * (1.0 + nodes)).ravel(), (half * weights).ravel()
-    return k / d, jnp.asarray(w * np.sinc(k / (2.0 * np.pi)) / np.pi)
+    return jnp.asarray(k) / d, jnp.asarray(w * np.sinc(k / (2.0 * np.pi)) / np.pi)
 
 
 def _remaining(k_x: Array, k_y: Array, speed: Array, base: Solid, film: Covered) -> Array:

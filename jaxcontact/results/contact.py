@@ -63,7 +63,7 @@ class ContactResult:
     @property
     def in_contact(self) -> Array:
         """Whether a cell is in contact, of the shape of ``pressure``."""
-        return self.pressure > 0.0
+        return self.pressure > 0.0  # type: ignore[attr-defined]
 
     def summary(self) -> str:
         """Return the first, last and largest values of the main quantities, the grid and the convergence status, as text."""
