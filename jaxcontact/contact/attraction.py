@@ -27,6 +27,10 @@ class CohesiveLaw(Protocol):
     def largest_traction(self) -> Array:
         """The attraction at a gap of zero, ()."""
 
+    @property
+    def characteristic_range(self) -> Array:
+        """The work over the largest traction, ()."""
+
     def traction(self, gap: Array) -> Array:
         """Return the attraction s(g) >= 0."""
 

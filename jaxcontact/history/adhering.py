@@ -32,6 +32,7 @@ from jaxcontact.operators.base import InvertibleOperator
 
 SMOOTH = 0.1  # of <dp, dh>: an energy that a smooth change does not lose
 LEAST = 1e-4  # of the energy of the attraction: a loss of less is no jump
+CURVED = 3.0  # a paraboloid whose gap grows by the range over n cells is attracted on average as at a gap 1/(3 n^2) wider
 HELD = {
     False: 0.83,
     True: 1.27,
@@ -87,9 +88,29 @@ def solve_step(
         before.energy + jnp.where(left & ~separated, released, 0.0),
     )
     modulus = HELD[guess.shape[1] == 1] / problem.operator.held_compliance()
-    zone = law.law.zone_length(modulus)
+    zone = jnp.minimum(law.law.zone_length(modulus), _cells_of_the_range(*held))
     numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
     return solution, after, numbers
+
+
+def _cells_of_the_range(problem: Problem, solution: Solution) -> Array:
+    """Return the number of cells over which the gap grows by the range of the attraction, at the curvature that it has there.
+
+    Between the centres of cells the gap is linear (``contact.attraction``), so that where it has second differences d from
+    cell to cell, it is on average sum(d)/12 too wide. This decides for a long range on a stiff body, whose gap is that of the
+    undeformed bodies.
+    """
+    gap = jnp.maximum(problem.gap + solution.displacement - solution.approach, 0.0)
+    attraction = jnp.where(solution.carried > 0.0, 0.0, problem.law.law.traction(gap))
+    second = lambda axis: jnp.pad(
+        jnp.diff(gap, 2, axis), [(1, 1) if k == axis and n > 2 else (0, 0) for k, n in enumerate(gap.shape)]
+    )
+    bent = sum((second(axis) for axis in (0, 1) if gap.shape[axis] > 2), start=jnp.zeros_like(gap))
+    total = jnp.sum(attraction)
+    wider = jnp.sum(attraction * bent) / 12.0 / jnp.where(total > 0.0, total, 1.0)
+    some = (total > 0.0) & (wider > 0.0)
+    reach = problem.law.law.characteristic_range / (CURVED * jnp.where(some, wider, 1.0))
+    return jnp.where(some, jnp.sqrt(jnp.where(some, reach, 1.0)), jnp.inf)
 
 
 def _released(problem: Problem, solution: Solution, before: Adhering) -> tuple[Array, Array]:

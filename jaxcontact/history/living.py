@@ -45,29 +45,40 @@ from jaxcontact.operators import spectral
 
 
 class RubStep(NamedTuple):
-    """The further input of a step: dt [s]; the speed at its start and its end [m/s]; the time at its end [s]."""
+    """The further input of a step: dt [s]; the speed at its start and its end [m/s], both times ``share``, so that their
+    mean is that of the step, also where the direction changes in it; the time at its end [s].
+    """
 
     dt: Array
     speed_before: Array
     speed: Array
+    share: Array
     time: Array
 
 
 class RubCarry(NamedTuple):
-    """The carry: that of the contact; thickness [m], its rate [m/s] and the relaxation s of the module [1/s], work of
-    friction per area [J/m2]: (nx, ny); error: sum of the estimates of all steps so far [m], (); shift: log of the shift
-    factor of the body's times and its rate of change [1/s], (2,); slopes: as ``_slopes`` over the last step, and last: its
-    length [s]."""
+    """The carry: that of the contact; the state after the last step; work of friction per area [J/m2], (nx, ny); error: sum
+    of the estimates of all steps so far [m], (); shift: log of the shift factor of the body's times and its rate of change
+    [1/s], (2,); slopes: as ``_slopes`` over the last step, and last: its length [s].
+    """
 
     contact: PressCarry
-    thickness: Array
-    rate: Array
-    relaxation: Array
+    state: RubbingState
     work: Array
     error: Array
     shift: Array
     slopes: Array
     last: Array
+
+
+class Known(NamedTuple):
+    """The film at the start of a step: thickness [m], its rate [m/s] at the speed at that time, and the relaxation s of the
+    module [1/s], (nx, ny).
+    """
+
+    thickness: Array
+    rate: Array
+    relaxation: Array
 
 
 @pytree
@@ -139,22 +150,21 @@ class RubStepper(PressStepper):
         return True
 
     def start(self) -> RubCarry:  # type: ignore[override]
-        zero = jnp.zeros_like(self.profile)
-        contact, none = super().start(), jnp.zeros(())
-        return RubCarry(
-            contact, self.at_first, zero, zero, zero, none, jnp.zeros(2), jnp.stack([zero, zero]), none
-        )
+        zero, none = jnp.zeros_like(self.profile), jnp.zeros(())
+        temperature = None if self.heated is None else zero + self.heated.ambient
+        state = RubbingState(zero, zero, self.at_first, zero, none, temperature, none)
+        return RubCarry(super().start(), state, zero, none, jnp.zeros(2), jnp.stack([zero, zero]), none)
 
     def advance(  # type: ignore[override]
         self, carry: RubCarry, step: Steps
     ) -> tuple[RubCarry, Outcome]:
-        contact, dt = carry.contact, step.dt
-        guessed = self._changed(carry.thickness, dt * _weights(carry.relaxation * dt)[0] * carry.rate)
+        contact, dt, known = carry.contact, step.dt, self._known(carry.state, step)
+        guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
         coming = self._predicted(carry, guessed, step)
         first = self._rubbed(coming, guessed, contact.pressure + contact.rate * dt, step)
-        thickness = self._changed(carry.thickness, _second_order(carry, first, carry.relaxation, dt))
+        thickness = self._changed(known.thickness, _second_order(known, first, dt))
         second = self._rubbed(coming, thickness, first.solution.pressure, step)
-        estimate = jax.lax.stop_gradient(self._estimate(carry, first, second, dt))
+        estimate = jax.lax.stop_gradient(self._estimate(carry, known, first, second, dt))
         pressure = second.solution.pressure
         fields = self.memory.update(coming.fields, pressure, coming.driven)
         slope = jax.lax.stop_gradient(pressure - contact.pressure) / jnp.where(dt > 0.0, dt, jnp.inf)
@@ -162,10 +172,10 @@ class RubStepper(PressStepper):
         work = carry.work + dt / 2.0 * fluxes
         pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
         shift = self._shifted(carry.shift, second, dt)
-        relaxation = self._relaxation(second.state)
-        error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(carry, second, dt))
-        carry = RubCarry(pressed, thickness, second.rate, relaxation, work, error, shift, slopes, dt)
-        return carry, self._outcome(carry, coming, first, second, estimate)
+        error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
+        carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
+        outcome = self._outcome(carry, coming, first, second, estimate)
+        return carry, self._at_the_speed(outcome, second.state, step.more.share)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
         """Return the work of friction, scaled as results are."""
@@ -178,7 +188,7 @@ class RubStepper(PressStepper):
     def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
         dt = step.dt * jnp.exp(-carry.shift[0] - carry.shift[1] * step.dt / 2.0)
-        driven = ThicknessStep(dt, carry.thickness, guessed) if self.of_film else dt
+        driven = ThicknessStep(dt, carry.state.thickness, guessed) if self.of_film else dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
         lowest, gap = jnp.min(self.profile), self.profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
@@ -213,12 +223,30 @@ class RubStepper(PressStepper):
         )
         return SolvedRub(problem, solution, raised, state, self.kinetics.rate(state))
 
-    def _estimate(self, carry: RubCarry, first: SolvedRub, second: SolvedRub, dt: Array) -> Array:
+    def _known(self, state: RubbingState, step: Steps) -> Known:
+        """Return the film at the start of a step, from the state after the step before."""
+        speed, temperature = step.more.speed_before, None
+        if self.heated is not None:
+            temperature = self.heated.temperature(state.friction_stress * speed)
+        state = replace(state, speed=speed, temperature=temperature)
+        return Known(state.thickness, self.kinetics.rate(state), self._relaxation(state))
+
+    def _at_the_speed(self, outcome: Outcome, state: RubbingState, share: Array) -> Outcome:
+        """Return an outcome with the temperature at the end of the step: its rise is proportional to the speed."""
+        if self.heated is None:
+            return outcome
+        assert state.temperature is not None
+        temperature = self.heated.ambient + (state.temperature - self.heated.ambient) / share
+        return outcome._replace(fields=outcome.fields | {"temperature": temperature})
+
+    def _estimate(
+        self, carry: RubCarry, known: Known, first: SolvedRub, second: SolvedRub, dt: Array
+    ) -> Array:
         """Return the error of a step in the thickness [m], (), the larger of the two of the module."""
-        relaxation, thickness = carry.relaxation, second.state.thickness
+        relaxation, thickness = known.relaxation, second.state.thickness
         change = second.rate - first.rate + relaxation * (thickness - first.state.thickness)
         corrected = self._changed(thickness, dt * _weights(relaxation * dt)[1] * change)
-        now, before = _slopes(carry, second, dt), carry.slopes
+        now, before = _slopes(known, second, dt), carry.slopes
         bend = 2.0 * (now[0] - before[0] + relaxation * (now[1] - before[1])) / (dt + carry.last)
         bend = jnp.where((dt > 0.0) & (carry.last > 0.0), bend, 0.0)
         return jnp.max(jnp.maximum(jnp.abs(corrected - thickness), dt**3 / 12.0 * jnp.abs(bend)))
@@ -247,8 +275,6 @@ class RubStepper(PressStepper):
         displacement = coming.earlier - second.raised + solution.displacement
         thickness = state.thickness / self.scale.length
         shown = {"pressure": numbers.pop("pressure"), "displacement": displacement, "thickness": thickness}
-        if state.temperature is not None:
-            shown["temperature"] = state.temperature
         return Outcome(shown, numbers)
 
     def _status(self, found: SolvedRub, estimate: Array) -> Array:
@@ -264,16 +290,16 @@ class RubStepper(PressStepper):
         return jnp.where(own == Status.FINE, kinetic, own)
 
 
-def _second_order(carry: RubCarry, first: SolvedRub, relaxation: Array, dt: Array) -> Array:
-    """Return the change of the thickness over a step [m] by the method of the module, at some relaxation s."""
-    one, two = _weights(relaxation * dt)
-    change = first.rate - carry.rate + relaxation * (first.state.thickness - carry.thickness)
-    return dt * (one * carry.rate + two * change)
+def _second_order(known: Known, first: SolvedRub, dt: Array) -> Array:
+    """Return the change of the thickness over a step [m] by the method of the module."""
+    one, two = _weights(known.relaxation * dt)
+    change = first.rate - known.rate + known.relaxation * (first.state.thickness - known.thickness)
+    return dt * (one * known.rate + two * change)
 
 
-def _slopes(carry: RubCarry, found: SolvedRub, dt: Array) -> Array:
+def _slopes(known: Known, found: SolvedRub, dt: Array) -> Array:
     """Return the mean rates of change over a step of the law's rate and of the thickness, (2, nx, ny)."""
-    change = jnp.stack([found.rate - carry.rate, found.state.thickness - carry.thickness])
+    change = jnp.stack([found.rate - known.rate, found.state.thickness - known.thickness])
     return change / jnp.where(dt > 0.0, dt, jnp.inf)
 
 

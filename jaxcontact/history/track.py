@@ -39,6 +39,11 @@ def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
     return fine[:, :-1], fine[:, 1:]
 
 
+def speed_of(velocity: Array) -> Array:
+    """Return |v| of vectors (..., 2), with zero derivative at rest."""
+    return _root(jnp.sum(velocity**2, -1))
+
+
 def mean_speed(start: Array, end: Array) -> Array:
     """Return the mean of |v| over a step in which the velocity v changes linearly between two vectors (..., 2).
 

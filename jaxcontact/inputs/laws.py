@@ -213,6 +213,11 @@ class Archard(KineticLaw):
         return checks.non_negative("Archard coefficient [1/Pa]", self.coefficient)
 
 
+def is_sheared(law: Any) -> bool:
+    """Return whether a law contains growth that is driven by the shear stress of friction."""
+    return any(isinstance(term, StressActivated) and term.stress == "shear" for term in _terms(law))
+
+
 def check_law(law: Any, *, heated: bool) -> Verdict:
     """Return whether a law's parameters are in range; ValueError for what is no law, or needs a temperature without heat."""
     rate = getattr(law, "rate", None)

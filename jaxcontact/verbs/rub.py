@@ -10,17 +10,17 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import as_float64, pytree, replace, static
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
 from jaxcontact.history.growing import VaryingMemory
 from jaxcontact.history.living import Heated, RubStep, RubStepper
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.recursive import RecursiveMemory
-from jaxcontact.history.track import as_array, over_times
+from jaxcontact.history.track import as_array, at_fine_times, mean_speed, over_times, speed_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control, check_friction
 from jaxcontact.inputs.grid import Grid, check_not_periodic
-from jaxcontact.inputs.laws import check_law
+from jaxcontact.inputs.laws import check_law, is_sheared
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
 from jaxcontact.inputs.shifts import check_shift
 from jaxcontact.operators import spectral
@@ -118,7 +118,8 @@ def rub(
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
             ``inputs.laws.RubbingState``.
-        friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat.
+        friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat; above
+            zero with ``thermal`` or a growth by shear stress.
         wears: "film" if the law changes the thickness of the film, "indenter" if it changes the profile of the indenter.
         thermal: ``Thermal`` to compute the temperature of the surface, or None.
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
@@ -192,6 +193,11 @@ class Rubs(TimedExperiment):
         velocity = as_array(velocity)
         valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
         valid = valid & _check_velocity(velocity, np.shape(times)) & _check_thermal(thermal, grid)
+        rubs = not is_concrete(friction) or bool(np.any(np.asarray(friction) > 0.0))
+        checks.require(
+            rubs or (thermal is None and not is_sheared(law)),
+            "friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
+        )
         if thickest is None:
             thickest = _reach(film_map, grid)
         valid = valid & checks.positive("thickest [m]", thickest)
@@ -208,7 +214,6 @@ class Rubs(TimedExperiment):
     def planned(self) -> Plan:
         """Return the march of the rubbing."""
         memory, scale, errors = self._memory()
-        speed = jnp.linalg.norm(over_times(self.velocity, self.times), axis=-1)
         stepper = RubStepper(
             memory,
             **self.contact(scale),
@@ -220,8 +225,7 @@ class Rubs(TimedExperiment):
             heated=self._heated(),
             of_film=self.wears == "film",
         )
-        inputs = self._inputs(speed)
-        return self.plan(stepper, inputs, scale, errors, makes=RubbingHistory, step=RubbedStep)
+        return self.plan(stepper, self._inputs(), scale, errors, makes=RubbingHistory, step=RubbedStep)
 
     def _memory(self) -> tuple[Memory, Scale, Any]:
         if self.film_map is None:
@@ -231,12 +235,15 @@ class Rubs(TimedExperiment):
         memory = VaryingMemory(varying, self.film_map.values)
         return memory, varying.uniform.scale, varying.errors(self.duration)
 
-    def _inputs(self, speed: Array) -> RubStep:
-        """Return the further input of the steps, (nt, substeps), from the speed (nt,)."""
+    def _inputs(self) -> RubStep:
+        """Return the further input of the steps, (nt, substeps)."""
         substeps = self.options.substeps
-        after, when = fine_values(speed, substeps), fine_values(self.times, substeps)
-        before = jnp.concatenate([after.ravel()[:1], after.ravel()[:-1]]).reshape(after.shape)
-        return RubStep(fine_steps(self.times, substeps), before, after, when)
+        start, end = at_fine_times(over_times(self.velocity, self.times), substeps)
+        before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
+        ends = (before + after) / 2.0
+        share = jnp.where(ends > 0.0, mean / jnp.where(ends > 0.0, ends, 1.0), 1.0)
+        steps, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
+        return RubStep(steps, share * before, share * after, share, when)
 
     def _heated(self) -> Heated | None:
         if self.thermal is None:

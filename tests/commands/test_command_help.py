@@ -20,7 +20,7 @@ def test_cite_and_cases_print(capfd):
     assert "10.1007/s11249-025-01990-5" in capfd.readouterr().out
     assert main(["cases"]) == 0
     listed = capfd.readouterr().out
-    assert listed.count(".toml") == len(READY_MADE) + 1 == 8 and "film_map: A study" in listed
+    assert listed.count(".toml") == len(READY_MADE) + 1 == 10 and "film_map: A study" in listed
 
 
 @pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])

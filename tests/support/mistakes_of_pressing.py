@@ -145,6 +145,10 @@ PRESSING = {
         lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.WLFShift(1.0, 50.0, 0.0))),
         r"WLFShift reference \[K\]: expected > 0",
     ),
+    "heat without friction": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0), friction=0.0),
+        r"friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
+    ),
     "wear of both": (lambda: rub(wears="both"), r'wears: expected "film" or "indenter", got \'both\''),
     "growth backwards": (
         lambda: rub(law=jc.StressActivated(-1.0, 1e-19, 1e-30, 300.0)),

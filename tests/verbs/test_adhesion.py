@@ -246,3 +246,21 @@ def test_derivatives_of_a_creeping_film_are_those_of_central_differences():
     step = 1e-5
     central = np.stack([(run(at + step * e) - run(at - step * e)) / (2 * step) for e in jnp.eye(7)], 1)
     np.testing.assert_allclose(forward, central, atol=2e-6 * np.abs(central).max())
+
+
+def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_the_gap_of_the_ball_grows_by_it():
+    """sqrt(2 R z) in cells, at a distance where nothing deforms; the attraction is too small by 1/(3 n^2), n that number."""
+    stiff, radius, reach = jc.LayeredHalfSpace([], jc.Elastic(1e12, 0.3)), 1e-3, 20e-9
+    law = jc.ExponentialAdhesion(work=1e-3, range=reach)
+    for cell, resolved in ((4e-6, False), (1e-6, True)):
+        grid = jc.Grid.square(n=32, width=32 * cell)
+        apart = jc.Approach([-3.0 * reach])
+        history = quietly(stiff, jc.Sphere(radius), apart, [0.0], grid=grid, adhesion=law)
+        cells = np.sqrt(2.0 * radius * reach) / cell
+        assert float(history.cohesive_cells[0]) == pytest.approx(cells, rel=1e-3)
+        assert any("zone of attraction" in note for note in history.notes) != resolved
+        x, y = (np.asarray(each) for each in grid.coordinates())
+        exact = -np.sum(1e-3 / reach * np.exp(-3.0 - (x**2 + y**2) / (2.0 * radius * reach))) * float(
+            grid.cell_area
+        )
+        assert float(history.load[0]) / exact == pytest.approx(np.exp(-1.0 / (3.0 * cells**2)), rel=0.02)

@@ -269,3 +269,27 @@ def test_a_contact_that_warms_creeps_in_reduced_time():
     unshifted = warmed(CREEPING, None, times)
     off = lambda other: float(np.max(np.abs(run.approach - other.approach)))
     assert off(expected) < 1e-2 * off(unshifted)
+
+
+@pytest.mark.parametrize(
+    "velocity, path",
+    [
+        ([[0.1, 0.0], [-0.1, 0.0], [0.1, 0.0]], 5.0),  # |v| linear to zero and back
+        (
+            [[0.1, 0.0], [0.0, 0.1], [-0.1, 0.0]],
+            10.0 * (1.0 + np.arcsinh(1.0) / np.sqrt(2.0)) / np.sqrt(2.0) / np.sqrt(2.0),
+        ),
+    ],
+    ids=["a reversal", "a quarter turn"],
+)
+def test_wear_and_work_follow_the_path_where_the_direction_changes_within_a_step(velocity, path):
+    """coefficient x load x path, with the integral of |v| in closed form; whatever the substeps."""
+    body, grid = jc.LayeredHalfSpace([], jc.Elastic(G=1e9, nu=0.3)), jc.Grid.square(n=16, width=120e-6)
+    for substeps in (1, 3):
+        worn = jc.rub(
+            body, jc.Sphere(2e-3), jc.Load(0.1), [0.0, 50.0, 100.0], velocity=np.array(velocity), law=jc.Archard(1e-18),
+            grid=grid, wears="indenter", friction=0.2, substeps=substeps,
+        )  # fmt: skip
+        assert np.all(worn.status == jc.Status.FINE)
+        assert -np.sum(worn.thickness[-1]) * grid.cell_area == pytest.approx(1e-18 * 0.1 * path, rel=1e-9)
+        assert np.sum(worn.friction_work) * grid.cell_area == pytest.approx(0.2 * 0.1 * path, rel=1e-9)
