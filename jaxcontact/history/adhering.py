@@ -94,11 +94,11 @@ def solve_step(
 
 
 def _cells_of_the_range(problem: Problem, solution: Solution) -> Array:
-    """Return the number of cells over which the gap grows by the range of the attraction, at the curvature that it has there.
+    """Return the number of cells over which the gap grows by the range of the attraction, at its curvature there.
 
     Between the centres of cells the gap is linear (``contact.attraction``), so that where it has second differences d from
-    cell to cell, it is on average sum(d)/12 too wide. This decides for a long range on a stiff body, whose gap is that of the
-    undeformed bodies.
+    cell to cell, it is on average sum(d)/12 too wide. This decides for a long range on a stiff body, whose gap is that of
+    the undeformed bodies.
     """
     gap = jnp.maximum(problem.gap + solution.displacement - solution.approach, 0.0)
     attraction = jnp.where(solution.carried > 0.0, 0.0, problem.law.law.traction(gap))

@@ -215,7 +215,9 @@ def test_the_energy_lost_in_a_cycle_on_an_elastic_body_is_that_of_its_jumps():
 def test_a_coarse_grid_is_told_of():
     grid = jc.Grid.square(n=16, width=5.0 * UNITS.radius)
     control = jc.Approach(UNITS.approach)
-    with pytest.warns(UserWarning, match="cells across the zone of attraction.*may pinned at rows of cells"):
+    with pytest.warns(
+        UserWarning, match="cells across the zone of attraction.*may be pinned at rows of cells"
+    ):
         found = jc.indent(GEL, BALL, control, [0.0], grid=grid, adhesion=exponential(5.0))
     cells = float(exponential(5.0).zone_length(E)) / float(grid.spacing[0])
     assert float(found.cohesive_cells[0]) == pytest.approx(cells, rel=0.05)
