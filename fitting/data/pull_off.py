@@ -20,6 +20,10 @@ ONSET = 0.02  # fraction of the largest load, below which the zero of the load m
 LOST = 0.5  # fraction of the lowest load that is lost when the contact breaks
 NEAR = 0.92  # fraction of the lowest load within which points determine it
 TAIL = 10  # part of the retraction at its end, 1/TAIL, out of contact
+FLAT = (
+    0.05  # change of the load along that part, relative to the lowest load, of a curve that is out of contact
+)
+MEDIAN = 1.25  # standard error of a median over that of a mean
 FEWEST = 6  # points that determine it
 
 
@@ -37,18 +41,26 @@ class PullOff(NamedTuple):
     contact: np.ndarray
 
 
-def zeroed(data: IndentationData) -> IndentationData:
-    """Return the curve with the load counted from its median at the end of the retraction, if that is out of contact."""
+def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
+    """Return the curve with the load counted from its median at the end of the retraction, and the standard error of that
+    zero [N]; the curve as it is, and 0, where this end is in contact or its load is zero within the noise.
+    """
     back = np.flatnonzero(data.segments == "retract")
-    tail = back[-max(back.size // TAIL, 1) :] if back.size >= FEWEST else back[:0]
-    if not tail.size:
-        return data
-    zero = float(np.median(data.load[tail]))
+    if back.size < FEWEST:
+        return data, 0.0
+    tail = back[-max(back.size // TAIL, 4) :]
+    zero, spread = float(np.median(data.load[tail])), noise(data.load) / np.sqrt(tail.size)
+    first, second = np.array_split(data.load[tail], 2)
+    change = abs(float(np.median(second) - np.median(first)))
+    flat = change <= max(2.0 * SURE * spread, FLAT * abs(zero - float(data.load[back].min())))
     held = _held(data.load[back] - zero)
-    if np.any(held[-tail.size :]) or abs(zero) < noise(data.load) / np.sqrt(tail.size):
-        return data
+    if not flat or np.any(held[-tail.size :]):
+        note = "the retraction ends in contact, so that the zero of the load is taken as given"
+        return dataclasses.replace(data, notes=(*data.notes, note)), 0.0
+    if abs(zero) < SURE * MEDIAN * spread:
+        return data, 0.0
     note = f"zero of the load: {zero:.4g} N, the median of the last {tail.size} points of the retraction"
-    return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note))
+    return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
 
 
 def read_pull_off(data: IndentationData) -> PullOff:

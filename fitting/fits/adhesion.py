@@ -19,6 +19,7 @@ from fitting.models.adhesive_curve import JKR, MaugisDugdale
 from fitting.models.coordinates import NUISANCES
 from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
+from fitting.search.nonlinear import moved
 from fitting.search.press import Instrument, weigh
 from fitting.views import adhesion_picture, report
 
@@ -144,11 +145,11 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     started = time.perf_counter()
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
-    data = zeroed(data)
+    data, zero_sd = zeroed(data)
     seen = read_pull_off(data)
     weights, label = weigh(data, seen.contact, "depth", choices.weights, choices.sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
-    test = AdhesiveTest(data, seen, body, model, weights)
+    test = AdhesiveTest(data, seen, body, model, weights, student.two_sided(choices.level) * zero_sd)
     return _concluded(test, _found(test, label, choices), choices, started)
 
 
@@ -169,7 +170,11 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     sample = Sample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
-    solved = solved._replace(kept=test.seen.contact)
+    best, objective = solved.whole
+    off = np.abs(
+        moved(best, objective.free, solved.weights * test.zero)
+    )  # what an error of the zero of the load changes
+    solved = solved._replace(kept=test.seen.contact, left=off if test.zero > 0.0 else solved.left)
     return _Searched(problem, solved, conclude(problem, solved))
 
 

@@ -57,7 +57,8 @@ class Body(NamedTuple):
 class AdhesiveTest(NamedTuple):
     """A force curve ready for a search.
 
-    data; seen: its ``PullOff``; body; model: the class of the parameters; weights (n,) [1/N], 0 out of contact.
+    data; seen: its ``PullOff``; body; model: the class of the parameters; weights (n,) [1/N], 0 out of contact; zero: bound
+    on the error of the zero of the load [N].
     """
 
     data: IndentationData
@@ -65,6 +66,7 @@ class AdhesiveTest(NamedTuple):
     body: Body
     model: type
     weights: np.ndarray
+    zero: float
 
     def start(self) -> dict[str, float]:
         """Return starting values: the lowest load is that of JKR, and the modulus follows from the highest point."""

@@ -186,11 +186,12 @@ class AdhesiveHistory(ContactHistory):
     pressure is the contact pressure minus the attraction, which is negative where the surfaces attract each other; load is
     its integral; contact_area and smooth_area are those of the cells whose gap is zero.
 
-    jumps (nt,): number of jumps into or out of contact since times[0], at which the solution left its branch of equilibria;
-    jump_energy (nt,) [J]: energy dissipated in these jumps (in a cycle of approach and retraction, the energy lost by
-    adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the zone of attraction
-    at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell, or over which the gap grows by the range
-    z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer. Below three the pull-off load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
+    jumps (nt,): number of jumps into or out of contact since times[0], at which the solution left its branch of
+    equilibria; jump_energy (nt,) [J]: energy dissipated in these jumps (in a cycle of approach and retraction, the
+    energy lost by adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the
+    zone of attraction at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell, or over
+    which the gap grows by the range z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer. Below three the pull-off
+    load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
 
     tabor_number (nt,): (R w^2/(E*^2 z^3))^(1/3) of a ball, with the range z = w/s(0) and the contact modulus E* = 2/(C(t) +
     C_ball), where C(t) is the creep compliance (1 - nu) J of the material at the surface, and C_ball that of the ball, at

@@ -1,5 +1,6 @@
 """Fits of the work of adhesion to approach and retraction, on half-spaces against closed forms."""
 
+import dataclasses
 import math
 
 import jax.numpy as jnp
@@ -90,6 +91,20 @@ def test_pull_off_and_work_of_separation_are_those_of_the_curve():
     assert np.std(forces) == pytest.approx(one.force_sd, rel=0.8)
 
 
+def test_a_retraction_that_ends_in_contact_keeps_its_zero_of_the_load():
+    """The branch down to a radius of 0.56, before the contact breaks: no part of it has a load of zero."""
+    load, depth = maugis.jkr(np.linspace(2.0, 0.56, 60))
+    load = load + 0.01 * np.random.default_rng(0).standard_normal(60)
+    curve = fitting.IndentationData(
+        t=np.arange(60.0), load=UNITS.load * load, depth=UNITS.approach * depth, marks=["retract"] * 60
+    )
+    fit = fitted(curve)
+    assert fit.intervals["work"][0] < WORK < fit.intervals["work"][1]
+    assert fit.intervals["G"][0] < G < fit.intervals["G"][1]
+    assert fit.pull_off[0] == pytest.approx(1.5 * UNITS.load, rel=0.02)
+    assert any("ends in contact" in note for note in fit.notes)
+
+
 def test_a_curve_without_pull_off_or_of_another_kind_is_refused():
     plain = force_curve(None)
     none = fitting.IndentationData(t=plain.t, load=np.abs(plain.load), depth=plain.depth, marks=plain.marks)
@@ -125,3 +140,15 @@ def test_intervals_of_modulus_and_work_cover_the_truth():
         inside.append([fit.intervals[name][0] < truth[name] < fit.intervals[name][1] for name in truth])
     share = np.mean(inside, axis=0)
     assert np.all((share > 0.92) & (share < 0.98)), share
+
+
+@pytest.mark.slow
+def test_an_offset_of_the_load_is_removed_and_its_error_enters_the_intervals():
+    """100 curves whose load has an offset of 5 % of the pull-off load."""
+    inside = []
+    for seed in range(100):
+        plain = force_curve(None, seed=seed)
+        moved = dataclasses.replace(plain, load=plain.load + 0.05 * UNITS.load)
+        fit = fitted(moved)
+        inside.append(fit.intervals["work"][0] < WORK < fit.intervals["work"][1])
+    assert np.mean(inside) > 0.92
