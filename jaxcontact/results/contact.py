@@ -23,7 +23,8 @@ CLOSED = (
 class ContactStep:
     """A step as passed to a ``save`` function, in SI units, with the field names of ``ContactHistory``.
 
-    pressure, displacement and gap are maps (nx, ny); the other fields are scalars.
+    pressure, displacement and gap are maps (nx, ny); the other fields are scalars. status is that of the solver: that the
+    response of the body is not accurate enough (``Status.NOT_RESOLVED``) is found for the whole run, in its result.
     """
 
     pressure: Array
