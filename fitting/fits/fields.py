@@ -54,7 +54,7 @@ class FieldFit(Fit):
         """Return limits (low, high) of ``predict(name)``, each (nt, nx, ny), at the level of the fit, linearised in the
         parameters of the body."""
         images, slopes = self.images(True)
-        relative = self.covariance() / np.outer(self.estimate.best, self.estimate.best)
+        relative = self.estimate.covariance / np.outer(self.estimate.best, self.estimate.best)
         slope = np.asarray(slopes[self._known(name)])
         half = student.two_sided(self.level) * np.sqrt(
             np.maximum(np.einsum("kxyz,kl,lxyz->xyz", slope, relative, slope), 0)

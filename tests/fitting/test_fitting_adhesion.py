@@ -259,7 +259,7 @@ AIR = {
     ("changed", "message"),
     [
         ({"work": -1.0}, r"adhesion: expected a work of adhesion >= 0 J/m2, got -1"),
-        ({"work": "fit"}, r"adhesion: expected a work of adhesion >= 0 J/m2, got 'fit'"),
+        ({"work": "fit"}, r"model: expected Elastic with a fit of the work of adhesion, got 'Maxwell'"),
         ({"indenter": jc.Cone.berkovich()}, r"adhesion: expected a Sphere, got Cone"),
         ({"model": "KelvinVoigt"}, r"adhesion: a Kelvin-Voigt solid has J\(0\) = 0"),
         ({"load": -RISING["load"]}, r"adhesion: expected a load above zero, got"),

@@ -221,5 +221,5 @@ def test_a_note_tells_of_a_steep_film():
     steep = wavy(grid, mean=6e-6)
     with pytest.warns(UserWarning, match="thickness varies with a slope of 0.2[0-9]: above 0.2"):
         press(steep, grid, times=TIMES[:1])
-    with pytest.warns(UserWarning, match="above 0.1 the displacement of a stiff film"):
+    with pytest.warns(UserWarning, match="above 0.1 the error of the displacement of a stiff film"):
         press(steep / 2, grid, times=TIMES[:1], film=jc.Elastic(200e9, 0.3))
