@@ -112,7 +112,7 @@ def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any) -> Arr
     Example:
         >>> ball = jc.Sphere(radius=10e-6)
         >>> print(f"{fitting.thin_layer_factor(ball, 1e-6, thickness=5e-6, nu=0.5):.4f}")
-        2.7058
+        2.7448
     """
     if not isinstance(thickness, jax.core.Tracer):
         check(float(thickness), _known(nu))

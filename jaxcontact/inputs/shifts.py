@@ -59,7 +59,7 @@ class WLFShift:
     Example:
         >>> shift = jc.WLFShift(c1=17.44, c2=51.6, reference=373.0)
         >>> f"{np.exp(shift.log_factor(383.0)):.2e}"
-        '1.49e-03'
+        '1.48e-03'
     """
 
     c1: Array | float
