@@ -6,7 +6,6 @@ the highest point of the curve, and the contributions of the instrument to the d
 """
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -38,7 +37,7 @@ def structure_of_model(model: type) -> ParameterList:
 
 
 class Body(NamedTuple):
-    """What is pressed: Poisson's ratio of the half-space, and the ball."""
+    """The bodies in contact: Poisson's ratio of the half-space, and the ball."""
 
     nu: float
     ball: Any
@@ -130,26 +129,21 @@ class AdhesiveTest(NamedTuple):
     def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates."""
         n = self.data.t.size
-        run, slopes = self._closed(space, weights)
+        times = self.data.t - self.data.t[0]
+        samples = (padding.repeated(x) for x in (times, self.data.depth, self.data.load))
+        body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
+        given = (
+            padding.without_weight(weights),
+            *samples,
+            space.unit,
+            body,
+        )  # numbers of points share a program
         return Objective(
-            lambda theta: np.asarray(run(theta))[:n],
-            lambda theta, free: np.asarray(slopes(theta, free))[:n],
+            lambda theta: np.asarray(_residual(theta, *given))[:n],
+            lambda theta, free: np.asarray(_slopes(theta, *given)[:, free])[:n],
             *space.bounds,
             ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
         )  # fmt: skip
-
-    def _closed(
-        self, space: ParameterSpace, weights: np.ndarray
-    ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Return residuals and Jacobian of the closed form, of which numbers of points share a program."""
-        t, depth, load = (padding.repeated(x) for x in self._samples())
-        body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
-        given = (padding.without_weight(weights), t, depth, load, space.unit, body)
-        return lambda theta: _residual(theta, *given), lambda theta, free: _slopes(theta, *given)[:, free]
-
-    def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return times from the first point [s], depth [m] and load [N], (n,) each."""
-        return self.data.t - self.data.t[0], self.data.depth, self.data.load
 
 
 def _row(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:

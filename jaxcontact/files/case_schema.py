@@ -37,7 +37,7 @@ class Accept:
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a table: what it accepts, what it means, whether it must be there, what holds when absent.
+    """A key of a table: the values it accepts, its meaning, whether it is required, and its default.
 
     file: whether the name of a .npy file may stand for the value.
     """

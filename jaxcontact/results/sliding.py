@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
+from jaxcontact.history.track import speed_of
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.contact import ContactHistory, SteadyContact
 
@@ -18,9 +19,7 @@ def _over_load(force: Array, load: Array) -> Array:
 
 def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
     """Return the fields of a result with the friction power and the totals added; velocity: (..., 2), all in SI units."""
-    square = jnp.sum(velocity**2, -1)
-    speed = jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
-    friction_power = fields["coulomb_force"] * speed
+    friction_power = fields["coulomb_force"] * speed_of(velocity)
     return fields | {
         "friction_power": friction_power,
         "tangential_force": fields["hysteresis_force"] + fields["coulomb_force"],

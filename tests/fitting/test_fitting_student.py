@@ -18,7 +18,7 @@ def test_student_and_its_squares(dof):
 
 @pytest.mark.parametrize("dof", [2, 25, np.inf])
 def test_half_widths_hold_a_share_of_a_mixture(dof):
-    """Of random mixtures, some of which one member of small share and large variance decides; the table as well."""
+    """Quantiles of random mixtures, some dominated by a member of small share and large variance; of the table as well."""
     rng, law = np.random.default_rng(0), stats.norm if np.isinf(dof) else stats.t(dof)
     share, variance = rng.dirichlet(np.full(9, 0.3), 40), np.exp(rng.normal(0.0, 3.0, (40, 9, 2)))
     for level in (0.5, 0.95, 0.9999):

@@ -1,25 +1,11 @@
 """The open set of benchmark problems: its form, its reference values, our answers, and the table of the documentation."""
 
-import importlib.util
 import json
-import sys
-from pathlib import Path
 
 import pytest
+from scripts import DOCS, script
 
-DOCS = Path(__file__).parents[2] / "docs"
-
-
-def script(name):
-    """Return a script of docs/benchmarks as a module."""
-    found = importlib.util.spec_from_file_location(f"benchmark_{name}", DOCS / "benchmarks" / f"{name}.py")
-    module = importlib.util.module_from_spec(found)
-    sys.modules[found.name] = module
-    found.loader.exec_module(module)
-    return module
-
-
-answers, references = script("answers"), script("references")
+answers, references = script("benchmarks/answers.py"), script("benchmarks/references.py")
 QUICK = {"hertz", "line-contact"}
 
 

@@ -7,26 +7,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scripts import DOCS, script
 
 import fitting
 import jaxcontact as jc
 
 ROOT = Path(__file__).parents[2]
-DOCS = ROOT / "docs"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 OUTPUT = re.compile(r"```text\n(.*?)```", re.DOTALL)
 
 
 def recipes():
     """The lines that all recipes follow, and the program and the output of each by its heading."""
-    setup, *parts = re.split(r"^### ", (DOCS / "how_do_i.md").read_text(), flags=re.MULTILINE)
-    blocks = {part.partition("\n")[0]: BLOCK.findall(part) for part in parts}
-    outputs = {part.partition("\n")[0]: OUTPUT.findall(part) for part in parts}
-    assert all(len(found) == 1 for found in [*blocks.values(), *outputs.values()])
-    first = lambda found: {heading: texts[0] for heading, texts in found.items()}
-    return BLOCK.findall(setup)[0], first(blocks), first(outputs)
+    setup, parts = recipes_page.setup_and_recipes()
+    found = [{name: block.findall(part) for name, part in parts.items()} for block in (BLOCK, OUTPUT)]
+    assert all(len(texts) == 1 for one in found for texts in one.values())
+    blocks, outputs = ({name: texts[0] for name, texts in one.items()} for one in found)
+    return setup, blocks, outputs
 
 
+recipes_page = script("recipes.py")
 SETUP, RECIPES, OUTPUTS = recipes()
 
 
@@ -39,12 +39,6 @@ def test_there_are_twenty_recipes_of_about_ten_lines():
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
-def as_shown(output):
-    """An output in the form that docs/recipes.py writes below a recipe."""
-    lines = [line.rstrip() for line in output.strip("\n").splitlines()]
-    return "\n".join(lines[:18] + (["..."] if len(lines) > 18 else [])) + "\n"
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("heading", RECIPES)
 def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(
@@ -53,7 +47,7 @@ def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(
     """The words are equal, and the numbers within 1e-3: compilers and processors round differently."""
     monkeypatch.chdir(tmp_path)
     exec(SETUP + RECIPES[heading], {"__name__": "__main__"})
-    found, shown = as_shown(capsys.readouterr().out), OUTPUTS[heading]
+    found, shown = recipes_page.shown(capsys.readouterr().out), OUTPUTS[heading]
     assert NUMBER.sub("#", found).split() == NUMBER.sub("#", shown).split()
     numbers = [np.array(NUMBER.findall(text), float) for text in (found, shown)]
     np.testing.assert_allclose(*numbers, rtol=1e-3)

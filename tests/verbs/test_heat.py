@@ -110,7 +110,7 @@ def test_a_moving_square_source_on_a_film_is_that_of_the_fourier_integral(cells,
 
 
 def test_limits_of_a_film():
-    """Of the base's material, very thick, and so thin that it is a resistance h (1/k1 - k1/k2^2) under the flux."""
+    """A film of the base's material, a very thick one, and a thin one: a resistance h (1/k1 - k1/k2^2) under the flux."""
     flux, there = square(), {"velocity": 0.2, "conductivity": K, "diffusivity": KAPPA}
     bare = rise(flux, velocity=0.2)
     largest = float(bare.max())

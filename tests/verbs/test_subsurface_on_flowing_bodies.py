@@ -1,4 +1,4 @@
-"""What reaches a depth of bodies that flow or are stiff, against Airy's stress function and de Hoog's inversion."""
+"""Fields below the surface of bodies that flow or are stiff, against Airy's stress function and de Hoog's inversion."""
 
 import jax
 import jax.numpy as jnp

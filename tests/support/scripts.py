@@ -1,0 +1,16 @@
+"""Scripts of the documentation, imported as modules."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def script(path):
+    """Return a script in docs/, such as "benchmarks/answers.py", as a module."""
+    found = importlib.util.spec_from_file_location(f"docs_{Path(path).stem}", DOCS / path)
+    module = importlib.util.module_from_spec(found)
+    sys.modules[found.name] = module
+    found.loader.exec_module(module)
+    return module
