@@ -293,3 +293,10 @@ def test_wear_and_work_follow_the_path_where_the_direction_changes_within_a_step
         assert np.all(worn.status == jc.Status.FINE)
         assert -np.sum(worn.thickness[-1]) * grid.cell_area == pytest.approx(1e-18 * 0.1 * path, rel=1e-9)
         assert np.sum(worn.friction_work) * grid.cell_area == pytest.approx(0.2 * 0.1 * path, rel=1e-9)
+
+
+def test_the_slope_in_the_notes_is_that_of_the_film_that_has_formed():
+    """A flat film that grows where there is contact has a step at the edge of contact."""
+    run = on_a_line(jc.StressActivated(5e-9, 0.0, 0.0, 373.0), thickness=1e-7, thickest=2e-6)
+    slope = np.abs(np.diff(run.thickness, axis=1)).max() / 4e-6
+    assert slope > 0.02 and float(run.diagnostics.thickness_slope) == pytest.approx(slope, rel=1e-12)
