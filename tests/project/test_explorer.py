@@ -28,7 +28,7 @@ SLIDERS = {  # as in explorer.js
 }
 TIMES = np.append(0.0, np.geomspace(0.5, 1e4, 80))
 SHOWN = [0, 10, 30, 50, 60, 70, 80]
-NAMES = ("approach", "contact_radius", "middle_pressure")
+NAMES = ("approach", "contact_radius", "mean_pressure")
 NODE = shutil.which("node")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
@@ -51,12 +51,12 @@ def read(inputs, times):
     """Return the results of the table over times, by a second reading that shares no code with the page."""
     load, radius, h, G, s, delay, flow = (inputs[name] for name in SLIDERS)
     point = (load * radius / (G * h**3), s, flow / delay, G / TABLE["steel"])
-    units = (h**2 / radius, h, G * h / radius)
+    units = (h**2 / radius, h)
     sizes = [size for _, _, size in TABLE["axes"].values()]
     compliance = 1.0 + s * (1.0 - np.exp(-times / delay)) + times / flow
     where = np.log(compliance) / np.log(1.0 + s + TABLE["flown"]) * (TABLE["nodes"] - 1)
     results = []
-    for name, unit in zip(NAMES, units, strict=True):
+    for name, unit in zip(NAMES[:2], units, strict=True):
         packed = TABLE["quantities"][name]
         whole = np.frombuffer(base64.b64decode(packed["values"]), "<u2").astype(float)
         logs = (packed["low"] + (packed["high"] - packed["low"]) * whole / 65535).reshape(*sizes, -1)
@@ -68,7 +68,12 @@ def read(inputs, times):
             first, weights = cubic(position, TABLE["nodes"])
             over_time.append(unit * np.exp(weights @ logs[first : first + 4]))
         results.append(over_time)
-    return np.array(results)
+    return with_mean_pressure(results, load)
+
+
+def with_mean_pressure(results, load):
+    approach, radius = map(np.asarray, results)
+    return np.array([approach, radius, load / (np.pi * radius**2)])
 
 
 def from_the_page(script, folder):
@@ -82,8 +87,8 @@ def from_the_page(script, folder):
 
 @jax.jit
 def run(body, ball, load, grid):
-    history = jc.indent(body, ball, jc.Load(load), TIMES, grid=grid, save=lambda step: step.pressure[47, 47])
-    return history.approach, history.contact_radius, history.saved, history.status
+    history = jc.indent(body, ball, jc.Load(load), TIMES, grid=grid, save="last")
+    return history.approach, history.contact_radius, history.status
 
 
 def direct(inputs):
@@ -95,16 +100,16 @@ def direct(inputs):
     grid = jc.Grid.around(body, ball, jc.Load(load), TIMES, n=95)
     *results, status = run(*jax.tree.map(np.float64, (body, ball, load)), grid)
     assert not np.any(status)
-    return np.array(results)
+    return with_mean_pressure(results, load)
 
 
 @pytest.mark.slow
 def test_the_table_agrees_with_direct_runs_within_a_hundredth():
     corners = [dict(zip(SLIDERS, values, strict=True)) for values in zip(*SLIDERS.values(), strict=True)]
     for inputs in [*experiments(10, seed=1), *corners]:
-        np.testing.assert_allclose(
-            read(inputs, TIMES[SHOWN]), direct(inputs)[:, SHOWN], rtol=1e-2, err_msg=str(inputs)
-        )
+        found, expected = read(inputs, TIMES[SHOWN]), direct(inputs)[:, SHOWN]
+        np.testing.assert_allclose(found[:2], expected[:2], rtol=1e-2, err_msg=str(inputs))
+        np.testing.assert_allclose(found[2], expected[2], rtol=2e-2, err_msg=str(inputs))
 
 
 def test_no_position_of_the_sliders_is_outside_the_table():
@@ -141,6 +146,7 @@ def test_the_page_reads_the_table_as_python_does(tmp_path):
 
 PROBE = """
 <script>
+{
 const slider = document.getElementById("load"), curve = () => document.querySelector(".curve").getAttribute("points");
 const first = curve();
 slider.value = Number(slider.value) + 0.5;
@@ -150,8 +156,13 @@ const found = {
   labels: document.querySelectorAll("label").length,
   wide: document.documentElement.scrollWidth - innerWidth, inner: innerWidth,
 };
-document.body.dataset.found = JSON.stringify(found);
+parent.postMessage(JSON.stringify(found), "*");
+}
 </script></body>
+"""
+HOST = """<!doctype html><body>
+<script>addEventListener("message", (event) => {{ document.body.dataset.found = event.data; }});</script>
+<iframe src="page/explorer.html" style="border: 0; height: 900px; width: {width}px"></iframe></body>
 """
 
 
@@ -163,10 +174,12 @@ def test_the_page_works_in_a_browser(width, tmp_path):
     shutil.copytree(PAGE, tmp_path / "page")
     page = tmp_path / "page" / "explorer.html"
     page.write_text(page.read_text().replace("</body>", PROBE))
+    host = tmp_path / "host.html"  # a window of Chromium is not narrower than 500 pixels
+    host.write_text(HOST.format(width=width))
     flags = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-sync --dump-dom"
-    flags += " --disable-background-networking --disable-component-update"
+    flags += " --virtual-time-budget=5000 --disable-background-networking --disable-component-update"
     done = subprocess.run(
-        [CHROMIUM, *flags.split(), f"--user-data-dir={tmp_path / 'data'}", f"--window-size={width},900", page.as_uri()],
+        [CHROMIUM, *flags.split(), f"--user-data-dir={tmp_path / 'data'}", "--window-size=1500,1000", host.as_uri()],
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     found = json.loads(re.search(r'data-found="([^"]*)"', done.stdout)[1].replace("&quot;", '"'))

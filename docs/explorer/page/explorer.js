@@ -12,16 +12,17 @@ const INPUTS = {
   time: { label: "Time under load", low: 1, high: 1e4, unit: "s" },
 };
 const PRESETS = {
-  "Polymer coating": { load: 5e-3, radius: 5e-4, thickness: 5e-6, modulus: 1e9, softening: 0.5, delay: 600, flow: 2e4 },
+  "Polymer coating": { load: 5e-3, radius: 5e-4, thickness: 5e-6, modulus: 1e9, softening: 3, delay: 300, flow: 5e3 },
   "Soft coating": { load: 2e-3, radius: 1e-3, thickness: 2e-5, modulus: 1e8, softening: 3, delay: 50, flow: 1e6 },
   "Stiff coating that flows": { load: 0.05, radius: 1e-3, thickness: 3e-6, modulus: 8e9, softening: 0.2, delay: 20, flow: 2e3 },
 };
 const CHARTS = {
   approach: { label: "Approach", unit: "m", low: 1e-9, high: 1e-5 },
   contact_radius: { label: "Contact radius", unit: "m", low: 1e-6, high: 1e-4 },
-  middle_pressure: { label: "Pressure in the middle", unit: "Pa", low: 1e5, high: 1e10 },
+  mean_pressure: { label: "Mean pressure", unit: "Pa", low: 1e5, high: 1e10 },
 };
-const WIDTH = 620, HEIGHT = 170, LEFT = 62, RIGHT = 12, TOP = 8, BOTTOM = 24;
+let WIDTH = 620; // narrower on narrow screens, so that the text keeps its size
+const HEIGHT = 170, LEFT = 62, RIGHT = 12, TOP = 8, BOTTOM = 24;
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 
 let now = { ...PRESETS["Polymer coating"], time: 100 };
@@ -134,6 +135,7 @@ function validity(result) {
 }
 
 function draw() {
+  WIDTH = innerWidth > 800 ? 620 : 370;
   for (const [name, { unit }] of Object.entries(INPUTS)) {
     const text = quantity(now[name], unit);
     byId(name).value = Math.log10(now[name]);
@@ -155,3 +157,4 @@ for (const [name, values] of Object.entries(PRESETS)) {
 }
 byId("home").hidden = !location.protocol.startsWith("http");
 draw();
+addEventListener("resize", draw);

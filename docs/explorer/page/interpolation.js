@@ -49,11 +49,7 @@ function experiment({ load, radius, thickness, modulus, softening, delay, flow }
     flow: flow / delay,
     stiffness: modulus / TABLE.steel,
   });
-  const units = {
-    approach: thickness ** 2 / radius,
-    contact_radius: thickness,
-    middle_pressure: (modulus * thickness) / radius,
-  };
+  const units = { approach: thickness ** 2 / radius, contact_radius: thickness };
   const curves = Object.entries(LOGARITHMS).map(([name, logarithms]) => [
     name,
     Array.from({ length: TABLE.nodes }, (_, node) =>
@@ -66,6 +62,7 @@ function experiment({ load, radius, thickness, modulus, softening, delay, flow }
     const position = (Math.log(compliance) / last) * (TABLE.nodes - 1);
     const { first, weights } = cubic(position, TABLE.nodes);
     const at = (nodes) => weights.reduce((sum, weight, i) => sum + weight * nodes[first + i], 0);
-    return Object.fromEntries(curves.map(([name, nodes]) => [name, units[name] * Math.exp(at(nodes))]));
+    const found = Object.fromEntries(curves.map(([name, nodes]) => [name, units[name] * Math.exp(at(nodes))]));
+    return { ...found, mean_pressure: load / (Math.PI * found.contact_radius ** 2) };
   };
 }
