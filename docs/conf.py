@@ -143,7 +143,7 @@ def _card(source: Path, target: Path) -> str:
         raise ValueError(f"{source.name}: expected a picture for the gallery")
     (target / f"{source.stem}.png").write_bytes(base64.b64decode("".join(pictures[0])))
     name = f"notebooks/{source.stem}"
-    return f'```{{figure}} {name}.png\n:alt: ""\n:target: {name}.html\n\n[{title}]({name}.ipynb)\n```\n'
+    return f'```{{figure}} {name}.png\n:alt: ""\n\n[{title}]({name}.ipynb)\n```\n'
 
 
 def setup(app: Any) -> None:

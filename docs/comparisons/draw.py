@@ -186,7 +186,7 @@ def slip() -> Figure:
         shown = (x >= 0) & (x <= 1)
         compare(ax, r, exact * 1e-6, x[shown][::2], ours[shown][::2] * 1e-6)
         ax.annotate(
-            f"{share:g} µW", (0.02, exact[0] * 1e-6), xytext=(0, 4),
+            f"{share:g} µW", (0.0, exact[0] * 1e-6), xytext=(2, 7),
             textcoords="offset points", fontsize=8,
         )  # fmt: skip
     ax.set(xlim=(0, 1.02), ylim=(0, None))
@@ -274,7 +274,7 @@ def adhesion() -> Figure:
         at * 1e9, np.asarray(history.load) * 1e6,
     )  # fmt: skip
     ax.axhline(0.0, color="0.7", lw=0.8, ls="-")
-    ax.set(xlim=(-110, 260), ylim=(-1.0, 1.5))
+    ax.set(xlim=(-110, 260), ylim=(-1.4, 1.0))
     return figure
 
 
