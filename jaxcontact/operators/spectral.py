@@ -99,7 +99,12 @@ def circulant_spectrum(kernel: Array) -> Array:
 
 def apply_circulant(spectrum: Array, field: Array) -> Array:
     """Multiply by a circulant spectrum on the grid itself, (..., nx, ny) -> (..., nx, ny)."""
-    return convolve(spectrum, field, (True, True))
+    nx, ny = field.shape[-2:]
+    if distributed.devices() > 1:
+        return distributed.inverse(spectrum * distributed.transform(field, (nx, ny)), (nx, ny), ny)
+    rows = jnp.swapaxes(jnp.fft.rfft(field, axis=-1), -1, -2)
+    rows = jnp.fft.ifft(spectrum * jnp.fft.fft(rows, axis=-1), axis=-1)
+    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)
 
 
 def window_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int]:
