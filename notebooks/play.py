@@ -31,7 +31,17 @@ with app.setup:
         "radius": "radius",
         "load": "load",
     }
-    UNITS = {"times": 1.0, "s": 1.0, "h": 3600.0, "GPa": 1e9, "MPa": 1e6, "kPa": 1e3, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
+    UNITS = {
+        "times": 1.0,
+        "s": 1.0,
+        "h": 3600.0,
+        "GPa": 1e9,
+        "MPa": 1e6,
+        "kPa": 1e3,
+        "mm": 1e-3,
+        "µm": 1e-6,
+        "nm": 1e-9,
+    }
     UNITS |= {"N": 1.0, "nN": 1e-9, "kN/m": 1e3}
     PRESETS = {  # what is pressed, the film and its Poisson's ratio, the substrate, and the sliders
         "ZDDP film on steel": (

@@ -108,7 +108,7 @@ def creep() -> Figure:
             f"{times[step] * G / eta:g} τ", (0.0, exact[0] * 1e-6), xytext=(2, 6),
             textcoords="offset points", fontsize=8,
         )  # fmt: skip
-    ax.set(xlim=(0, None), ylim=(0, None))
+    ax.set(xlim=(0, None), ylim=(0, 280))
     return figure
 
 

@@ -89,7 +89,7 @@ function chart(name, result, ghost) {
   );
   const columns = decades(1, 1e4).map(
     (t) => `<line class="grid" x1="${across(t)}" x2="${across(t)}" y1="${TOP}" y2="${bottom}"/>
-      <text class="tick" x="${across(t)}" y="${HEIGHT - 6}" text-anchor="${t === 1e4 ? "end" : "middle"}">${quantity(t, "s")}</text>`,
+      <text class="tick" x="${across(t)}" y="${HEIGHT - 6}" text-anchor="${t === 1e4 ? "end" : "middle"}">${t.toLocaleString("en")}${t > 1 && t < 1e4 ? "" : " s"}</text>`,
   );
   const description = `${label} over time: ${quantity(result(1)[name], unit)} after 1 s, ${quantity(result(1e4)[name], unit)} after 10,000 s`;
   return `<div><h2><span>${label}</span><span>${quantity(value, unit)} after ${quantity(now.time, "s")}</span></h2>
