@@ -20,7 +20,7 @@ from fitting.models.coordinates import NUISANCES
 from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
 from fitting.search.nonlinear import moved
-from fitting.search.press import Instrument
+from fitting.search.press import Instrument, indentation_weights
 from fitting.views import adhesion_picture, report
 
 Interval = tuple[float, float, float]
