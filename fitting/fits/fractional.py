@@ -126,7 +126,7 @@ class LawSpace(ParameterSpace):
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Crept:
+class ScaledCreepCurve:
     """A padded creep curve scaled by its duration, largest response and largest stress.
 
     decades: decades between the shortest gap and the end of the curve; n: number of points.
@@ -141,7 +141,7 @@ class Crept:
     n: int
 
     @classmethod
-    def of(cls, data: CreepData, weight: np.ndarray) -> "Crept":
+    def of(cls, data: CreepData, weight: np.ndarray) -> "ScaledCreepCurve":
         """Return the scaled curve of the data with weights (n,)."""
         size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
         basis, stress = creep_search.basis(data)

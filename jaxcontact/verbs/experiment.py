@@ -105,8 +105,9 @@ class Experiment:
             exact = static_options.correspondence == "exact"
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
-        valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
-        valid = valid & _can_be_reached(control, indenter, grid, film_map)
+        valid = valid & check_stiffness(body)
+        valid = valid & _check_instantaneous_compliance(body, indenter, static_options.correspondence)
+        valid = valid & _check_approach_range(control, indenter, grid, film_map)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
         iterations = jnp.asarray(max_iterations, int)
@@ -202,8 +203,11 @@ class TimedExperiment(Experiment, abc.ABC):
         return Plan(stepper, steps, scale, errors, course, {"grid": self.grid} | (beside or {}), makes, step)
 
 
-def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: str) -> Verdict:
-    """A surface with J(0) = 0 needs an elastic indenter, and, as a film, the quasi-elastic way; a bulk modulus the exact."""
+def _check_instantaneous_compliance(
+    body: LayeredHalfSpace, indenter: Indenter, correspondence: str
+) -> Verdict:
+    """Require an elastic indenter for J(0) = 0, the quasi-elastic method for such a film, and the exact one with a bulk
+    modulus."""
     bulky = any(solid.bulk_modulus is not None for solid in solids(body))
     checks.require(
         correspondence == "exact" or not bulky,
@@ -240,10 +244,10 @@ def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | N
     return over - (jnp.min(over) - jnp.min(profile))
 
 
-def _can_be_reached(
+def _check_approach_range(
     control: Control, indenter: Indenter, grid: Grid, film_map: ThicknessMap | None
 ) -> Verdict:
-    """On a periodic grid the mean of the surface stays where it is, and so does the mean gap."""
+    """Require an approach that is less than the mean gap on a periodic grid, where the mean displacement is zero."""
     if isinstance(control, Load) or not all(grid.periodic) or (film_map is not None and film_map.over_times):
         return True
     highest = jnp.mean(profile_over_film(indenter, grid, film_map))

@@ -231,8 +231,8 @@ def test_numbers_are_printed_as_they_are_and_units_with_prefixes():
     assert "3 depths from 1 µm to 5 µm on 64 x 64 cells of 1 µm" in text
     assert "peak of von Mises stress 4 MPa at (x, y, z) = (-11.5 µm, -26.5 µm, 2 µm)" in text
     assert inside.notes == () and "note" not in text
-    spoilt = dataclasses.replace(inside, stress=np.full_like(stress, np.nan))
-    assert "note: a value is outside its range" in str(spoilt)
+    invalid = dataclasses.replace(inside, stress=np.full_like(stress, np.nan))
+    assert "note: a value is outside its range" in str(invalid)
 
 
 def test_traced_objects_are_printed_too():
