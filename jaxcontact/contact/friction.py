@@ -319,7 +319,7 @@ def _towards(problem: TangentialProblem, s: _Iterate, trial: _SlipTrial) -> _Ite
     return _Iterate(
         q, u, shift, slip, _error(problem, q, u, slip), s.iterations + 1,
         direction=trial.direction, earlier=s.slip, descent=jnp.where(conjugate, trial.descent, 0.0),
-        length=jnp.where(conjugate, longer, s.length), steepest=~s.steepest & (share == 0.0),
+        length=jnp.where(s.steepest, s.length, longer), steepest=~s.steepest & (share == 0.0),
         steepest_length=jnp.where(s.steepest & stiff, steepest_length, s.steepest_length),
     )  # fmt: skip
 
