@@ -11,8 +11,9 @@ error does not fall. Where solids are similar K_zt and K_tz vanish and one round
 
 The error of a round is that of both problems at once: the error of the tangential problem, and that of the pressure under
 the new traction. The first round solves both loosely, every other one to a share of the latter error, which is what is
-left of the coupling. The rounds take place in a window around the contact if that leaves enough of the grid free, and end
-on the whole grid, where a single round is enough unless the contact has outgrown the window.
+left of the coupling; the share is less while the error does not fall. Products of the operator are handed from round to
+round, and with the result. The rounds take place in a window around the contact if that leaves enough of the grid free,
+and end on the whole grid, where a single round is enough unless the contact has outgrown the window.
 """
 
 from collections.abc import Callable
@@ -30,7 +31,7 @@ from jaxcontact.contact.window import cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
 LOOSE = 1e-2  # tolerance of the first round
-TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left
+TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left and of the step
 FINAL = 0.3  # of the tolerance: both problems are not solved to less
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
