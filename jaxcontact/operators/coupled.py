@@ -120,6 +120,7 @@ class Coupled(TractionOperator):
 
     def _sunk(self, spectra: Array) -> Array:
         """``sunk`` of spectra of a traction, (...)."""
+        assert self.tangential.coupling is not None
         return jnp.sum(-1j * self.tangential.coupling * spectra, 0)
 
     def preconditioner(self, added: Array) -> Linear:
