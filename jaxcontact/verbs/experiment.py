@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -22,7 +23,7 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace,
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
-from jaxcontact.indenters.shapes import HeightField, Indenter, checked_indenter
+from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
@@ -339,7 +340,9 @@ def marched(experiment: TimedExperiment) -> Any:
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
+    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    told = replace(told, ball_radius=jax.lax.stop_gradient(jnp.asarray(radius, float)))
     if experiment.film_map is not None:
         told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
     return nan_where_invalid(
