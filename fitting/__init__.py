@@ -32,6 +32,8 @@ from fitting.fits.modulus import ModulusFit as ModulusFit
 from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
 from fitting.fits.prony import PronyFit as PronyFit
+from fitting.fits.master import MasterFit as MasterFit
+from fitting.fits.master import fit_master as fit_master
 from fitting.fits.prony import fit_prony as fit_prony
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
@@ -42,6 +44,7 @@ from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
 from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
+from fitting.io.sweeps_reader import read_sweeps as read_sweeps
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
 from fitting.search.minimising import Minimum as Minimum
@@ -63,6 +66,7 @@ __all__ = [
     "IndentationData",
     "IndentationFit",
     "JointFit",
+    "MasterFit",
     "Minimum",
     "ModulusFit",
     "OscillationData",
@@ -78,6 +82,7 @@ __all__ = [
     "fit_force",
     "fit_growth",
     "fit_indentation",
+    "fit_master",
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
@@ -91,6 +96,7 @@ __all__ = [
     "read_indentation",
     "read_oscillation",
     "read_relaxation",
+    "read_sweeps",
     "resample",
     "thin_layer_factor",
 ]

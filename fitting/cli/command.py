@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, growth, prony, compare,
-batch, propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, master, growth, prony,
+compare, batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags.
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, force_command, further_commands, growth_command
+from fitting.cli import batch_command, flags, force_command, further_commands, growth_command, master_command
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
@@ -72,6 +72,9 @@ def add_parser(kinds: Any) -> None:
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
     _add_moduli(kinds)
+    master_command.add_master(
+        _add(kinds, "master", "time-temperature superposition: curves at several temperatures")
+    )
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
 
 

@@ -39,6 +39,11 @@ def add_common(parser: Any, weights: str, text: str, kinds: str, window: str = "
     )
     selected = f"selected {window}; one side may be empty"
     parser.add_argument("--window", metavar="BEGIN:END", help=selected)
+    add_places(parser, kinds)
+
+
+def add_places(parser: Any, kinds: str) -> None:
+    """Add the flags for the columns of a file."""
     parser.add_argument("--decimal", metavar="MARK", help='decimal mark, "." or ",", if it is ambiguous')
     _add_pairs(parser, "column", "KIND=HEADER", f"column of a quantity ({kinds})")
     _add_pairs(parser, "unit", "KIND=UNIT", "unit of a quantity, which takes precedence over the header")
