@@ -28,7 +28,9 @@ def add_master(parser: Any) -> None:
     selected = "selected angular frequencies [rad/s] or times [s]; one side may be empty"
     parser.add_argument("--window", metavar="BEGIN:END", help=selected)
     flags.add_places(parser, "omega, storage, loss, complex, delta, tan_delta, t, modulus, J, temperature")
-    parser.add_argument("--tension", type=float, metavar="NU", help="tests in tension, with this Poisson's ratio")
+    parser.add_argument(
+        "--tension", type=float, metavar="NU", help="tests in tension, with this Poisson's ratio"
+    )
     flags.add_known(parser)
     parser.set_defaults(command=run)
 

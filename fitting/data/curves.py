@@ -137,7 +137,11 @@ class CreepData:
             ("strain", self.strain, ""),
             ("stress", stress, "Pa"),
         ]
-        rows += [("sigma", self.sigma, ""), ("scatter", self.scatter, ""), ("temperature", self.temperature, "K")]
+        rows += [
+            ("sigma", self.sigma, ""),
+            ("scatter", self.scatter, ""),
+            ("temperature", self.temperature, "K"),
+        ]
         head = f"CreepData: {self.t.size} points, convention {self.convention}"
         return described(head, rows, self.notes)
 

@@ -141,7 +141,13 @@ class MasterFit(Fit):
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the shift factors of every temperature."""
         rows = [
-            {"temperature_K": plain(T), "a_T": plain(a), "low": plain(low), "high": plain(high), "b_T": plain(b)}
+            {
+                "temperature_K": plain(T),
+                "a_T": plain(a),
+                "low": plain(low),
+                "high": plain(high),
+                "b_T": plain(b),
+            }
             for T, (a, low, high), b in zip(self.temperatures, self.factors, self.vertical, strict=True)
         ]
         own = {"reference_K": self.reference, "deviation_K": plain(self.deviation), "factors": rows}
@@ -174,7 +180,7 @@ def fit_master(
         b_T G(omega, T) = G(a_T omega, T0)
         WLF: log10 a_T = -c1 (T - T0)/(c2 + T - T0),     Arrhenius: ln a_T = activation_energy/k (1/T - 1/T0)
 
-    All curves are described by one smooth master curve, a spline whose number of knots is chosen by BIC. It is fitted
+    All curves are described by one smooth master curve, a spline whose number of knots is chosen by AIC. It is fitted
     first with a free shift factor for each temperature, which gives ``factors`` and shows whether the curves superpose,
     then with the law. Errors are taken as equal relative to the modulus, |G*| of an oscillation.
 

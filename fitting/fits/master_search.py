@@ -91,7 +91,9 @@ class Shifting:
         """Return the logarithms (k,) of the parameters that fit the starting ln a_T best."""
         T, T0 = self.sweeps.temperature, self.sweeps.temperature[self.sweeps.reference]
         if self.law == "Arrhenius":
-            return np.log([max(_slope((1.0 / T - 1.0 / T0) / BOLTZMANN, self.start)[0], 1e-3 * BOLTZMANN * T0)])
+            return np.log(
+                [max(_slope((1.0 / T - 1.0 / T0) / BOLTZMANN, self.start)[0], 1e-3 * BOLTZMANN * T0)]
+            )
         above = T - T0
         trials = least_c2(self.sweeps) + WIDE
         found = [(_slope(-np.log(10.0) * above / (c2 + above), self.start), c2) for c2 in trials]
@@ -156,16 +158,20 @@ class Shifting:
         )
 
     def resolved(self) -> "Shifting":
-        """Return the same with the number of knot intervals of lowest BIC at the start."""
-        return min((dataclasses.replace(self, intervals=k) for k in INTERVALS), key=lambda one: one.bic())
+        """Return the same with the number of knot intervals of lowest AIC at the start.
 
-    def bic(self) -> float:
-        """Return the BIC at the starting shifts; inf where the data do not determine every coefficient."""
+        The BIC takes fewer, with which the stiffness of the spline biases the shifts by more than their errors.
+        """
+        return min((dataclasses.replace(self, intervals=k) for k in INTERVALS), key=lambda one: one.aic())
+
+    def aic(self) -> float:
+        """Return the AIC at the starting shifts, for few points (C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297); inf
+        where the data do not determine every coefficient."""
         n, p = self.sweeps.y.size, sum(self.count[1:])
         if p > PER_POINT * n:
             return np.inf
         rss = self.linear(self.start)[1]
-        return n * np.log(max(rss, 1e-26 * float(np.sum(self.sweeps.y**2)))) + p * np.log(n)
+        return n * np.log(max(rss, 1e-26 * float(np.sum(self.sweeps.y**2)))) + 2.0 * p * n / (n - p - 1.0)
 
 
 def least_c2(sweeps: Sweeps) -> float:

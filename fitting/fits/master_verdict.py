@@ -10,7 +10,9 @@ from fitting.inference.evidence import Judged, Sample, Solved
 from fitting.models.master_curve import Sweeps
 
 CHANCE = 1e-3  # probability that a difference is found significant by chance
-SIMILAR = 0.05  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
+SIMILAR = (
+    0.03  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
+)
 NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
 WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
 

@@ -9,7 +9,16 @@ import numpy as np
 
 from fitting.data.units import CELSIUS
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.modulus_reader import ANGLE, COMPLEX, FACTOR, LOSS, OMEGA, oscillation_of, pair_of, relaxation_of
+from fitting.io.modulus_reader import (
+    ANGLE,
+    COMPLEX,
+    FACTOR,
+    LOSS,
+    OMEGA,
+    oscillation_of,
+    pair_of,
+    relaxation_of,
+)
 from fitting.io.names import read_heading
 from fitting.io.readers import COMPLIANCE, MODULUS, STORAGE, TIME, checked_options, curves_of, read_creep
 from fitting.io.table import Block, Table, read_table
@@ -86,7 +95,9 @@ def read_sweeps(
         else:
             found.append(oscillation_of(table.path, part, units, convention or "G", nu, window, held))
     if not found:
-        raise ValueError(f"{table.path}: expected curves of at least {LEAST} points at one temperature, got none")
+        raise ValueError(
+            f"{table.path}: expected curves of at least {LEAST} points at one temperature, got none"
+        )
     return found
 
 
@@ -143,4 +154,3 @@ def _stated(path: str, *texts: str) -> float:
     raise ValueError(
         f"{path}: temperature: expected a column, or a step or a line that states it, got none: give temperature= [K]"
     )
-

@@ -40,7 +40,11 @@ def _curves(axes: Any, fit: Any, colours: Any) -> None:
     for T, colour in zip(fit.temperatures, colours, strict=True):
         at, values = fit.shifted(T)
         for k, row in enumerate(values):
-            mark = {"marker": ".", "markersize": 5} if k == 0 else {"marker": "o", "markersize": 3, "mfc": "none"}
+            mark = (
+                {"marker": ".", "markersize": 5}
+                if k == 0
+                else {"marker": "o", "markersize": 3, "mfc": "none"}
+            )
             label = f"{T:.4g} K" if k == 0 else None
             axes.loglog(at, row, linestyle="", color=colour, label=label, **mark)
     line = fit.line(FINE)

@@ -52,7 +52,9 @@ def simulated(law: str, kind: str, noise: float, lifted: bool, rng: np.random.Ge
             continue
         s = 1j * a * omega[:, None] * TAU
         complex_modulus = b * (s / (1.0 + s)) @ G * (error + 1j * noise * rng.standard_normal(16))
-        found.append(fitting.OscillationData(omega, complex_modulus.real, complex_modulus.imag, temperature=T))
+        found.append(
+            fitting.OscillationData(omega, complex_modulus.real, complex_modulus.imag, temperature=T)
+        )
     return found
 
 

@@ -43,6 +43,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.ForceFit,
         fitting.GrowthFit,
         fitting.IndentationFit,
+        fitting.MasterFit,
     ),
     *(
         fitting.FieldFit,
