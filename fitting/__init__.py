@@ -28,12 +28,14 @@ from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import fit_growth as fit_growth
 from fitting.fits.indentation import IndentationFit as IndentationFit
 from fitting.fits.indentation import fit_indentation as fit_indentation
+from fitting.fits.master import MasterFit as MasterFit
+from fitting.fits.master import fit_master as fit_master
+from fitting.fits.maxwell import MaxwellFit as MaxwellFit
+from fitting.fits.maxwell import fit_maxwell as fit_maxwell
 from fitting.fits.modulus import ModulusFit as ModulusFit
 from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
 from fitting.fits.prony import PronyFit as PronyFit
-from fitting.fits.master import MasterFit as MasterFit
-from fitting.fits.master import fit_master as fit_master
 from fitting.fits.prony import fit_prony as fit_prony
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
@@ -67,6 +69,7 @@ __all__ = [
     "IndentationFit",
     "JointFit",
     "MasterFit",
+    "MaxwellFit",
     "Minimum",
     "ModulusFit",
     "OscillationData",
@@ -83,6 +86,7 @@ __all__ = [
     "fit_growth",
     "fit_indentation",
     "fit_master",
+    "fit_maxwell",
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",

@@ -14,6 +14,7 @@ import jaxcontact as jc
 from fitting.cli import batch_command, flags, force_command, further_commands, growth_command, master_command
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
+from fitting.fits.maxwell import fit_maxwell
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.fits.prony import fit_prony
 from fitting.io.modulus_reader import read_oscillation, read_relaxation
@@ -72,9 +73,6 @@ def add_parser(kinds: Any) -> None:
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
     _add_moduli(kinds)
-    master_command.add_master(
-        _add(kinds, "master", "time-temperature superposition: curves at several temperatures")
-    )
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
 
 
@@ -100,6 +98,11 @@ def _add_moduli(kinds: Any) -> None:
         oscillation, "one of several sweeps, by name or position from 0; repeat to join several"
     )
     oscillation.set_defaults(command=_oscillation)
+    series = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
+    for parser in (relaxation, oscillation):
+        parser.add_argument("--tau", metavar="T,T,...", help=series)
+    several = "time-temperature superposition: curves at several temperatures"
+    master_command.add_master(_add(kinds, "master", several))
 
 
 def _add_indentation(press: Any) -> None:
@@ -177,9 +180,8 @@ def _prony(options: argparse.Namespace) -> int:
     """Fit a series of retardation times and write the results."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
-    tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
     with flags.about(options.file):
-        found = fit_prony(data, tau, **given)
+        found = fit_prony(data, _times(options.tau), **given)
     return output.finish(options, found)
 
 
@@ -187,21 +189,34 @@ def _relaxation(options: argparse.Namespace) -> int:
     """Fit a relaxation modulus and write the results."""
     output.check_directory(options)
     data, nu = _modulus(read_relaxation, options, start=options.start)
-    given = flags.weighting(options, False) | flags.known(options)
-    with flags.about(options.file):
-        found = fit_relaxation(data, options.model, nu=nu, **given)
-    return output.finish(options, found)
+    return _fit_modulus(options, fit_relaxation, data, nu)
 
 
 def _oscillation(options: argparse.Namespace) -> int:
     """Fit storage and loss moduli and write the results."""
     output.check_directory(options)
     data, nu = _modulus(read_oscillation, options)
+    return _fit_modulus(options, fit_oscillation, data, nu)
+
+
+def _fit_modulus(options: argparse.Namespace, fit: Callable[..., Any], data: Any, nu: float) -> int:
+    """Fit a model, or a series of relaxation times, and write the results."""
+    given, held = flags.weighting(options, False), flags.known(options)
+    if options.tau is not None and any(held.values()):
+        raise ValueError("--tau: expected no --fix and no --bound beside it, got some")
     with flags.about(options.file):
-        found = fit_oscillation(
-            data, options.model, nu=nu, **flags.weighting(options, False), **flags.known(options)
-        )
+        if options.tau is None:
+            found = fit(data, options.model, nu=nu, **given, **held)
+        else:
+            found = fit_maxwell(data, _times(options.tau), nu=nu, **given)
     return output.finish(options, found)
+
+
+def _times(text: str | None) -> list[float] | None:
+    """Return the times of a series, None for those chosen automatically."""
+    if text is None or text.lower() == "auto":
+        return None
+    return [flags.number("--tau", one) for one in text.split(",")]
 
 
 def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:

@@ -204,11 +204,11 @@ def fit_master(
         ValueError: data of other or mixed kinds or without temperatures, fewer than three temperatures, or bad values.
 
     Example:
-        >>> law, curves = jc.WLFShift(c1=8.0, c2=100.0, reference=400.0), []
+        >>> law, omega, curves = jc.WLFShift(c1=8.0, c2=100.0, reference=400.0), np.geomspace(0.1, 100.0, 19), []
         >>> for T in (380.0, 400.0, 420.0, 440.0):
-        ...     s = 1j * np.geomspace(0.1, 100.0, 19) * float(np.exp(law.log_factor(T)))
+        ...     s = 1j * omega * float(np.exp(law.log_factor(T)))
         ...     G = 1e5 * s / (1 + s) + 1e6 * s / (50 + s)
-        ...     curves.append(fitting.OscillationData(s.imag / float(np.exp(law.log_factor(T))), G.real, G.imag, temperature=T))
+        ...     curves.append(fitting.OscillationData(omega, G.real, G.imag, temperature=T))
         >>> fit = fitting.fit_master(curves, reference=400.0)
         >>> print(f"c1 = {fit.values['c1']:.1f}, c2 = {fit.values['c2']:.0f} K")
         c1 = 8.0, c2 = 100 K

@@ -6,6 +6,7 @@ first enter linearly.
 """
 
 import dataclasses
+
 import numpy as np
 
 import jaxcontact as jc

@@ -22,6 +22,7 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
+from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
@@ -30,6 +31,7 @@ from fitting.models.halfspace import relaxation_modes
 from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import padding
 from fitting.search.nonlinear import Objective
+from fitting.views import modulus_picture
 
 # tau over the duration, retarded fraction
 STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))
@@ -49,20 +51,50 @@ class ModulusFit(Fit):
     @property
     def abscissa(self) -> tuple[str, str]:
         """The symbol and the unit of the abscissa of the data."""
-        return ("t", "s") if isinstance(self.data, RelaxationData) else ("omega", "rad/s")
+        return ("t", "s") if self.relaxed else ("omega", "rad/s")
 
     @property
     def since(self) -> np.ndarray:
         """The times [s] that the data cover; of an oscillation, the reciprocals of its angular frequencies."""
-        return self.curve[2] if isinstance(self.data, RelaxationData) else 1.0 / self.data.omega[::-1]
+        return self.curve[2] if self.relaxed else 1.0 / self.data.omega[::-1]
+
+    @property
+    def relaxed(self) -> bool:
+        """Whether the data are a relaxation modulus over time."""
+        return isinstance(self.data, RelaxationData)
 
     def modulus(self, at: Any) -> np.ndarray:
         """Return the shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
-        at, c = jnp.asarray(at, dtype=float), self.compliances()
-        if isinstance(self.data, RelaxationData):
+        found = self._parts(jnp.asarray(self.estimate.best), jnp.asarray(at, dtype=float))
+        return np.asarray(found[0] if self.relaxed else found[0] + 1j * found[1])
+
+    def modulus_band(self, at: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return the limits (low, high) of G (k,), or of G' + i G'' (k,), at times or frequencies (k,), linearised in the
+        logarithm of each part, at the fit's level."""
+        at = jnp.asarray(at, dtype=float)
+        start = jnp.asarray(self.structure.off_zero(self.estimate.best, self.duration))
+        best = np.asarray(self._parts(start, at))
+        slope = np.asarray(jax.jacfwd(lambda values: jnp.log(self._parts(values, at)))(start))
+        wide = student.two_sided(self.level) * np.sqrt(
+            np.maximum(np.einsum("pni,ij,pnj->pn", slope, self.covariance(), slope), 0.0)
+        )
+        with np.errstate(over="ignore"):
+            low, high = best * np.exp(-wide), best * np.exp(wide)
+        return (low[0], high[0]) if self.relaxed else (low[0] + 1j * low[1], high[0] + 1j * high[1])
+
+    def _parts(self, values: Array, at: Array) -> Array:
+        """Return G (1, k), or G' and G'' (2, k), of the list of values of the structure."""
+        c = self.structure.compliances(values)
+        if self.relaxed:
             weights, rates = relaxation_modes(c, jnp.zeros(()))
-            return np.asarray(jnp.exp(-at[..., None] * rates) @ weights)
-        return np.asarray(_complex_modulus(c, at))
+            return (jnp.exp(-at[..., None] * rates) @ weights)[None]
+        found = _complex_modulus(c, at)
+        return jnp.stack([found.real, found.imag])
+
+    def plot(self, path: Any = None) -> Any:
+        """Return a figure of the moduli with the fit and its band, tan delta or J(t), residuals and verdict; save it where
+        a path is given."""
+        return modulus_picture.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the numbers of starts."""
