@@ -8,6 +8,7 @@ from fitting.after.planning import design as design
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
+from fitting.data.exclusion import exclude as exclude
 from fitting.data.fields import ContactData as ContactData
 from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
@@ -79,6 +80,7 @@ __all__ = [
     "RelaxationData",
     "compare",
     "design",
+    "exclude",
     "fit_creep",
     "fit_creep_batch",
     "fit_fields",

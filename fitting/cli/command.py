@@ -84,15 +84,16 @@ def _add(kinds: Any, name: str, what: str) -> Any:
 def _add_moduli(kinds: Any) -> None:
     relaxation = _add(kinds, "relaxation", "a relaxation modulus over time")
     flags.add_file(relaxation)
-    flags.add_model(relaxation)
+    flags.add_model(relaxation, laws=True)
     flags.add_test(relaxation, "t, modulus")
     relaxation.set_defaults(command=_relaxation)
     oscillation = _add(kinds, "oscillation", "storage and loss modulus over frequency")
     flags.add_file(oscillation)
-    flags.add_model(oscillation)
+    flags.add_model(oscillation, laws=True)
     errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
     columns = "omega, storage, loss, complex, delta, tan_delta"
     flags.add_common(oscillation, "relative", errors, columns, window="angular frequencies [rad/s]")
+    flags.add_exclude(oscillation)
     flags.add_volume(oscillation)
     flags.add_segment(
         oscillation, "one of several sweeps, by name or position from 0; repeat to join several"
@@ -224,6 +225,7 @@ def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: A
     tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
     segment = options.segment and [flags.place(one) for one in options.segment]
     data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
+    data = flags.excluded(options, options.file, data)
     return data, options.nu if options.tension is None else options.tension
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from fitting.data.exclusion import exclude
 from fitting.data.weights import KINDS
 from fitting.fits.fractional import LAWS
 from fitting.inference.resampling import resample
@@ -75,6 +76,7 @@ def add_test(parser: Any, kinds: str) -> None:
     """Add the flags for reading and weighting a curve over time."""
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
     add_common(parser, "estimated", errors, kinds)
+    add_exclude(parser)
     add_volume(parser)
     parser.add_argument("--start", type=float, metavar="T", help="time of loading on the file's clock [s]")
     add_segment(
@@ -86,6 +88,20 @@ def add_resample(parser: Any) -> None:
     """Add the flag for resampling."""
     what = "average the samples to N points per decade of time"
     parser.add_argument("--resample", type=float, metavar="N", help=what)
+
+
+def add_exclude(parser: Any) -> None:
+    """Add the flag that leaves out single points."""
+    what = "leave out single points, by their times [s] or angular frequencies [rad/s]"
+    parser.add_argument("--exclude", metavar="X,X,...", help=what)
+
+
+def excluded(options: argparse.Namespace, file: str, data: Any) -> Any:
+    """Return the data without the points of ``--exclude``."""
+    if options.exclude is None:
+        return data
+    with about(file):
+        return exclude(data, [number("--exclude", text) for text in options.exclude.split(",")])
 
 
 def add_volume(parser: Any) -> None:
@@ -193,7 +209,7 @@ def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
         segment=options.segment and [place(one) for one in options.segment],
         **{"convention": options.convention, **tensile},
     )  # fmt: skip
-    data = resampled(options, file, data)
+    data = resampled(options, file, excluded(options, file, data))
     nu = options.nu if options.tension is None else options.tension
     return data, {"nu": nu} | weighting(options, data.sigma is not None or data.scatter is not None)
 

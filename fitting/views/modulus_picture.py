@@ -23,11 +23,14 @@ def draw(fit: Any, path: Any) -> Any:
     model, band = fit.modulus(line), fit.modulus_band(line)
     part = (lambda values, k: values) if fit.relaxed else (lambda values, k: (values.real, values.imag)[k])
     for k, (name, colour, (x, y, residual)) in enumerate(_named(fit, rows)):
-        top.loglog(x[x > 0.0], np.where(y > 0.0, y, np.nan)[x > 0.0], ".", markersize=4, color=colour, label=name)
+        top.loglog(
+            x[x > 0.0], np.where(y > 0.0, y, np.nan)[x > 0.0], ".", markersize=4, color=colour, label=name
+        )
         top.loglog(line, part(model, k), color=colour, linewidth=1.0)
         top.fill_between(line, part(band[0], k), part(band[1], k), color=colour, alpha=0.3, linewidth=0)
         bottom.semilogx(x[x > 0.0], -residual[x > 0.0], ".", markersize=4, color=colour)
-    low = min(float(np.min(part(model, k))) for k in range(len(rows)))
+    positive = [np.min(y[y > 0.0]) for _, y, _ in rows if np.any(y > 0.0)]
+    low = min([*positive, *(float(np.min(part(model, k))) for k in range(len(rows)))])
     high = max(float(np.max(y)) for _, y, _ in rows)
     top.set(ylabel=f"{', '.join(name for name, *_ in _named(fit, rows))} [Pa]", ylim=(0.5 * low, 2.0 * high))
     top.legend(title=f"{fit.model.__name__}, {100 * fit.level:g} % band", fontsize="small")

@@ -5,9 +5,9 @@ import re
 # names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
-        "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
-        "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start", "stress", "tau",
-        "temperature", "weights", "window", "bulk_modulus",
+        "adhesion", "contact_point", "control", "convention", "curve", "drift", "exclude", "layer", "level",
+        "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start",
+        "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",

@@ -44,6 +44,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.GrowthFit,
         fitting.IndentationFit,
         fitting.MasterFit,
+        fitting.MaxwellFit,
     ),
     *(
         fitting.FieldFit,

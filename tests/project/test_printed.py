@@ -165,6 +165,7 @@ OF_FITS = {
     "GrowthData": lambda: growth()[0],
     "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
     "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
+    "MaxwellFit": lambda: fitting.fit_maxwell(relaxation()),
     "MasterFit": lambda: fitting.fit_master(melts()),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "AdhesiveFit": lambda: fitting.fit_indentation(
@@ -192,6 +193,7 @@ DEAR = {
     "JointFit",
     "IndentationFit",
     "MasterFit",
+    "MaxwellFit",
 }
 
 
