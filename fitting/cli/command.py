@@ -44,7 +44,7 @@ def add_parser(kinds: Any) -> None:
         (
             "batch",
             batch_command.run,
-            "many creep curves: a folder of results for each, a table and a report of all",
+            "many curves: a folder of results for each, a table and a report of all",
         ),
         (
             "propagate",
@@ -54,19 +54,7 @@ def add_parser(kinds: Any) -> None:
     ):
         parser = _add(kinds, name, what)
         flags.add_file(parser, several=command is batch_command.run)
-        if command is _prony:
-            parser.add_argument(
-                "--tau", metavar="T,T,...", help="retardation times [s]; by default chosen by BIC"
-            )
-        elif command is _compare:
-            parser.add_argument(
-                "--models", default=MODELS, metavar="M,M,...", help=f"models to compare ({MODELS})"
-            )
-            flags.add_known(parser)
-        else:
-            flags.add_model(parser, laws=True)
-        if command is further_commands.carry:
-            further_commands.add_carry(parser)
+        _add_own(parser, command)
         flags.add_creep(parser)
         parser.set_defaults(command=command)
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
@@ -74,6 +62,25 @@ def add_parser(kinds: Any) -> None:
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
     _add_moduli(kinds)
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
+
+
+def _add_own(parser: Any, command: Callable[..., int]) -> None:
+    """Add the flags of one of the commands for creep curves that the others do not have."""
+    if command is _prony:
+        parser.add_argument(
+            "--tau", metavar="T,T,...", help="retardation times [s]; by default chosen by BIC"
+        )
+        return
+    if command is _compare:
+        what = f"models to compare ({MODELS})"
+        parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=what)
+        flags.add_known(parser)
+        return
+    flags.add_model(parser, laws=True)
+    if command is batch_command.run:
+        batch_command.add_kind(parser)
+    if command is further_commands.carry:
+        further_commands.add_carry(parser)
 
 
 def _add(kinds: Any, name: str, what: str) -> Any:
@@ -189,14 +196,14 @@ def _prony(options: argparse.Namespace) -> int:
 def _relaxation(options: argparse.Namespace) -> int:
     """Fit a relaxation modulus and write the results."""
     output.check_directory(options)
-    data, nu = _modulus(read_relaxation, options, start=options.start)
+    data, nu = flags.moduli(options, options.file, read_relaxation, start=options.start)
     return _fit_modulus(options, fit_relaxation, data, nu)
 
 
 def _oscillation(options: argparse.Namespace) -> int:
     """Fit storage and loss moduli and write the results."""
     output.check_directory(options)
-    data, nu = _modulus(read_oscillation, options)
+    data, nu = flags.moduli(options, options.file, read_oscillation)
     return _fit_modulus(options, fit_oscillation, data, nu)
 
 
@@ -218,15 +225,6 @@ def _times(text: str | None) -> list[float] | None:
     if text is None or text.lower() == "auto":
         return None
     return [flags.number("--tau", one) for one in text.split(",")]
-
-
-def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
-    """Return the data, and Poisson's ratio."""
-    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
-    segment = options.segment and [flags.place(one) for one in options.segment]
-    data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
-    data = flags.excluded(options, options.file, data)
-    return data, options.nu if options.tension is None else options.tension
 
 
 def _compare(options: argparse.Namespace) -> int:

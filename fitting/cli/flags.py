@@ -214,6 +214,25 @@ def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
     return data, {"nu": nu} | weighting(options, data.sigma is not None or data.scatter is not None)
 
 
+def moduli(
+    options: argparse.Namespace, file: str, reader: Callable[..., Any], **given: Any
+) -> tuple[Any, float]:
+    """Return a relaxation test or a frequency sweep, and Poisson's ratio of the material."""
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
+    segment = options.segment and [place(one) for one in options.segment]
+    data = read(reader, file, options, segment=segment, **tensile, **given)
+    data = excluded(options, file, data)
+    return data, options.nu if options.tension is None else options.tension
+
+
+def modulus_weights(options: argparse.Namespace, kind: str) -> dict[str, Any]:
+    """Return weights or sigma, and the level; where nothing else is given, relative weights for an oscillation."""
+    given = weighting(options, False)
+    return (
+        given | {"weights": "relative"} if (kind, given["weights"]) == ("oscillation", "estimated") else given
+    )
+
+
 def resampled(options: argparse.Namespace, file: str, data: Any) -> Any:
     """Return the data resampled according to ``--resample``."""
     if options.resample is None:
