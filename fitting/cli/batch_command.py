@@ -19,7 +19,10 @@ from fitting.views import output
 from fitting.views.shell_words import in_flags
 
 RESULTS = ("summary.json", "table.csv", "report.html")
-MODULI = {"relaxation": (read_relaxation, fit_relaxation), "oscillation": (read_oscillation, fit_oscillation)}
+MODULI: dict[str, tuple[Any, Any]] = {
+    "relaxation": (read_relaxation, fit_relaxation),
+    "oscillation": (read_oscillation, fit_oscillation),
+}
 KINDS = ("creep", *MODULI)
 
 

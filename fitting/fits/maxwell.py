@@ -81,7 +81,7 @@ def fit_maxwell(
     if weights is None and sigma is None:
         weights = "estimated" if relaxed else "relative"
     _, sample, duration = weigh(data, weights, sigma)
-    at = np.asarray(data.t if relaxed else data.omega)
+    at = data.t if isinstance(data, RelaxationData) else data.omega
     columns = lambda tau: _columns(relaxed, at, MaxwellSeries.with_times(tau, equilibrium))
     notes: list[str] = []
     if tau is None:

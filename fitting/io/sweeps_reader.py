@@ -72,8 +72,8 @@ def read_sweeps(
         [403.15, 423.15]
     """
     table = read_table(path, decimal)
-    keys = ("t", "modulus", "J", "sigma", "omega", TEMPERATURE.key)
-    keys += tuple(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR))
+    pairs = (one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR))
+    keys = ("t", "modulus", "J", "sigma", "omega", TEMPERATURE.key, *pairs)
     columns, units = checked_options(table, columns, units, keys)
     some = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
     if some(COMPLIANCE) and not some(STORAGE):

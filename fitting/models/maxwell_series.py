@@ -40,6 +40,12 @@ class MaxwellSeries(ParameterList):
         return dataclasses.replace(found, tau=tau)
 
     @property
+    def rates(self) -> np.ndarray:
+        """Relaxation rates 1/tau (k,) [1/s]."""
+        assert self.tau is not None
+        return 1.0 / self.tau
+
+    @property
     def solid(self) -> bool:
         """Whether there is an equilibrium modulus."""
         return "Ge" in self.where
@@ -55,25 +61,25 @@ class MaxwellSeries(ParameterList):
     def relaxation(self, values: Array, t: Array) -> Array:
         """Return G(t) at times t of any shape."""
         Ge, G = self.moduli(values)
-        return Ge + jnp.exp(-t[..., None] / self.tau) @ G
+        return Ge + jnp.exp(-t[..., None] * self.rates) @ G
 
     def complex_modulus(self, values: Array, omega: Array) -> Array:
         """Return G' + i G'' at angular frequencies omega of any shape."""
         Ge, G = self.moduli(values)
-        s = 1j * omega[..., None] * self.tau
+        s = 1j * omega[..., None] / self.rates
         return Ge + (s / (1.0 + s)) @ G
 
     def compliances(self, values: Array) -> Compliances:
         """Return the equivalent compliances, k retarded ones and a fluidity."""
         Ge, G = self.moduli(values)
         G = jnp.maximum(G, 1e-14 * jnp.sum(G) / G.size)
-        total, rates = Ge + jnp.sum(G), 1.0 / self.tau
+        total, rates = Ge + jnp.sum(G), self.rates
         v = jnp.sqrt(G * rates)
         rho, Q = jnp.linalg.eigh(jnp.diag(rates) - jnp.outer(v, v) / total)
         liquid = (jnp.arange(rho.size) == 0) & (Ge <= SOLID * total)
         rho = jnp.where(liquid, 1.0, jnp.maximum(rho, 1e-300))
         J = jnp.where(liquid, 0.0, (v @ Q / total) ** 2 / rho)
-        flow = jnp.where(liquid[0], 1.0 / (G @ self.tau), 0.0)
+        flow = jnp.where(liquid[0], 1.0 / jnp.sum(G / rates), 0.0)
         return Compliances(1.0 / total, J, flow, rho)
 
     def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:

@@ -51,7 +51,8 @@ def _rows(fit: Any) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return (abscissa, values, residuals) of G, or of G' and of G''."""
     _, _, x, y = fit.curve
     count = 1 if fit.relaxed else 2
-    return [tuple(np.split(one, count)[k] for one in (x, y, fit.residuals)) for k in range(count)]
+    columns = [np.split(one, count) for one in (x, y, fit.residuals)]
+    return [(columns[0][k], columns[1][k], columns[2][k]) for k in range(count)]
 
 
 def _named(fit: Any, rows: list) -> list[tuple[str, str, Any]]:
