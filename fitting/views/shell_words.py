@@ -16,6 +16,7 @@ HEADS = {
 FLAGS = (
     (rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\")", lambda found: f"{found[1]}{HEADS[found[2]]}: "),
     (r"\b(fixed|bounds)\['?([^'\]]+)'?\]", lambda found: f"{HEADS[found[1]]} {found[2]}"),
+    (r"\berrors\['(\w+)'\]", lambda found: f"--{found[1].replace('_', '-')}-error"),
     (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
     (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
     (r"columns\['(\w+)'\]", r"--column \1"),
