@@ -198,6 +198,14 @@ def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     found = json.loads((tmp_path / "plain" / "summary.json").read_text())
     area = np.pi * np.tan(found["indenter_half_angle_rad"]) ** 2
     assert area == pytest.approx(4.0 * np.tan(np.radians(35.0)) ** 2)
+    known = ["fit", "force", "bead.csv", "-o", "known"]
+    assert main([*known, "--spring-constant-error", "0.1"]) == 0
+    wider = json.loads((tmp_path / "known" / "summary.json").read_text())["youngs_modulus_Pa"]
+    assert np.log(wider["high"] / wider["value"]) > 0.19
+    assert main([*known, "--force", "--sensitivity-error", "7"]) == 2
+    assert "--sensitivity-error: expected a relative standard deviation" in capsys.readouterr().err
+    assert main([*known, "--force", "--sensitivity-error", "0.1"]) == 2
+    assert "--spring-constant: expected the spring constant" in capsys.readouterr().err
 
 
 WORKSHOP = "Force-Distance Curve\nFile Format:\t3\n\nMode:\tSingle\nPoint:\t1\n\n"
