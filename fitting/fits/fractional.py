@@ -95,7 +95,7 @@ def creep_structure(model: type | str) -> Structure:
     return Law.of(law, {name: UNITS[name] for name in own if name in UNITS})
 
 
-def _orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """Return the parameter bounds with those of alpha limited to 1; ValueError where the interval becomes empty."""
     low, high = table["alpha"]
     if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
@@ -165,7 +165,7 @@ class ScaledCreepCurve:
         """Return the sought structure with bounds of alpha, its material approximated over the times of the data."""
         assert isinstance(sought.structure, Law)
         law = dataclasses.replace(sought.structure, span=self.span)
-        return sought._replace(structure=law, table=_orders(sought.table))
+        return sought._replace(structure=law, table=orders(sought.table))
 
     def space(self, sought: Sought) -> LawSpace:
         """Return the search space with its bounds."""

@@ -108,6 +108,15 @@ def microscope_curve():
     return fitting.IndentationData(t=t, load=load, depth=2e-6 * t)
 
 
+def melts():
+    omega = np.geomspace(0.1, 100.0, 15)
+    curves = []
+    for T, shift in ((380.0, 3.0), (400.0, 1.0), (420.0, 0.4)):
+        G = 1e5 * 1j * omega * shift / (1.0 + 1j * omega * shift)
+        curves.append(fitting.OscillationData(omega, G.real, G.imag, temperature=T))
+    return curves
+
+
 def growth():
     kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 0.2)
     conditions = [(3e8, 353.0), (9e8, 353.0), (3e8, 393.0)]
@@ -156,6 +165,8 @@ OF_FITS = {
     "GrowthData": lambda: growth()[0],
     "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
     "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
+    "MaxwellFit": lambda: fitting.fit_maxwell(relaxation()),
+    "MasterFit": lambda: fitting.fit_master(melts()),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),
@@ -181,6 +192,8 @@ DEAR = {
     "PronyFit",
     "JointFit",
     "IndentationFit",
+    "MasterFit",
+    "MaxwellFit",
 }
 
 
