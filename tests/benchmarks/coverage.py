@@ -1,8 +1,8 @@
 """Coverage of the 95 % intervals of fits with estimated weights, from simulated data sets.
 
 Curves of 60 points: creep, relaxation, both together, and the indentation of a half-space by a ball under constant load;
-two models, ratios J0/J(T) of the instantaneous to the final compliance, five kinds of noise with a standard deviation of 1 %, and
-even and logarithmic times. The responses are computed here independently of the package.
+two models, ratios J0/J(T) of the instantaneous to the final compliance, five kinds of noise with a standard deviation of
+1 %, and even and logarithmic times. The responses are computed here independently of the package.
 
     python -m tests.benchmarks.coverage [--sets 400] [--only TEXT] [--seed 0] [--points 60] [-o FILE]
 
