@@ -3,8 +3,8 @@
 The model is ``jc.indent`` on a grid of its own, seen through the instrument (``imaging.py``). The fit is a least squares
 of means over blocks of pixels, divided by the standard deviations that their residuals show (``pixels.py``), over the
 logarithms of the parameters and the nuisance parameters of the instrument; the Jacobian is that of forward mode through
-the solver. Solutions with half and three quarters of the cells along each axis estimate the error of the grid, by which the
-intervals are widened.
+the solver. Solutions on grids with half the cells along each axis and slightly different widths estimate the error of the
+grid, by which the intervals are widened.
 """
 
 import dataclasses
@@ -95,7 +95,8 @@ def fit_fields(
 
     The images of ``jc.indent(body(p), indenter, data.control, data.times, grid=grid)`` are fitted to the data over the
     logarithms of the parameters p and over the nuisance parameters of the instrument. See ``fitting/models/imaging.py``
-    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise.
+    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise. A pixel of a contact
+    image is a Bernoulli variable, whose probability rises across the edge and is limited by a share of misread pixels.
 
     The sum of squares can have several minima. It is first evaluated at quasi-random points, and local searches begin at the
     start and at the best of these. The fit is rejected if only one search ended at the best optimum, or if other

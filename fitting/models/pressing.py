@@ -107,4 +107,4 @@ def _tangents(
     ``varied`` of the view."""
     one = lambda change: jax.jvp(lambda f: _see(f, view, grid, image, seen=seen), (fields,), (change,))[1]
     shown = lambda values: _see(fields, view.moved(values), grid, image, seen=seen)
-    return jax.vmap(one)(moved), jax.jacfwd(shown)(varied)
+    return jax.vmap(one)(moved), jax.jacfwd(shown)(varied) if varied else {name: {} for name in seen}
