@@ -30,6 +30,7 @@ NOTES = {  # notes and diagnostics, stored with any result
     "thickness_error": "relative error of the series in a thickness that varies in the plane [1]",
     "thickness_slope": "largest slope of a thickness that varies in the plane [1]",
     "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
+    "ball_radius": "radius of a ball, inf for any other indenter [m]",
 }
 
 

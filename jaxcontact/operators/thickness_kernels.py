@@ -121,7 +121,7 @@ def assembled(
     return VaryingKernels(body, uniform, series, spectra, circulant, strains, slopes, error)
 
 
-_assembled = Program(assembled, ("nodes", "terms"), in_haste=True)
+_assembled = Program(assembled, ("nodes", "terms"), fast_compile=True)
 
 
 def _bed(images: Images) -> Array:
