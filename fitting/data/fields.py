@@ -22,7 +22,7 @@ class ContactData:
         control: ``jc.Load`` [N] or ``jc.Approach`` [m] over these times, as ``jc.indent`` takes it.
         fields: {name: (nt, nx, ny)}, or (nx, ny) for a single time. "pressure" [Pa]; "gap" [m]; "displacement" [m], which
             is a residual imprint where the load is zero; "contact", 1 for a pixel in contact and 0 for one out of
-            contact, which ``fit_fields`` does not accept yet. NaN marks a pixel that is not measured.
+            contact. NaN marks a pixel that is not measured.
         grid: ``jc.Grid`` of the pixels, the same for all fields. It may differ in extent and spacing from that of the fit.
         sigma: {name: standard deviation of a pixel}, a number or an array of the shape of the field, up to a common factor
             of the field, which the fit estimates. Of a field without it the standard deviation is taken as constant. A

@@ -4,7 +4,10 @@ The coordinates are the logarithms of the parameters, and the nuisance parameter
 sum of squares can have several minima. It is therefore evaluated first at quasi-random points within a factor of
 exp(``SCAN``) about the start, on a grid with half the cells along each axis; local searches begin at the start and at the
 best of these points. The optimum is accepted if at least two searches end there; where the first ones do not agree, two
-more begin at both sides of the best optimum. Optima of the same sum of squares at other parameters lead to rejection.
+more begin at both sides of the best optimum. On the grid of the model the slope of the sum of squares changes wherever a
+cell enters the contact, so that it has several local minima within the error of the grid. Two optima are therefore the
+same if they differ by no more than this error and the noise allow. Optima of the same sum of squares at other parameters
+lead to rejection.
 """
 
 import dataclasses
@@ -26,9 +29,20 @@ from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import Sought
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective
+from fitting.search.uncertainty import inverse
 
 RANGE = 7.0  # e-folds about the start within which a parameter is sought
-COARSER = (1 / 2, 3 / 4)  # cells along each axis of the grids that tell the error, over those of the fit
+WIDER = (
+    1.0,
+    1.03,
+    1.06,
+    1.09,
+    1.12,
+)  # widths, over that of the fit, of grids of half the cells that tell the error
+COARSER = (
+    1 / 2,
+    3 / 4,
+)  # cells along each axis of these grids, over those of the fit, where the width is a period
 TURNS = 3  # of estimating the noise
 MARGIN = 3  # cells at the edge of the model's grid that are not compared
 ALIGN = {"none": (), "shift": ("shift_x", "shift_y"), "shift and rotation": ("shift_x", "shift_y", "angle")}
@@ -41,11 +55,8 @@ SCAN = 3.0  # e-folds about the start over which the sum of squares is evaluated
 POINTS = 8  # number of these points for one parameter; doubled for each further one, up to four times as many
 SEARCHES = 3  # local searches from the best of these points, besides that from the start
 BESIDE = 0.4  # log parameters between the best optimum and the starts beside it
-SAME = 0.02  # largest difference of log parameters of the same optimum
-NEAR, EQUAL = (
-    1e-3,
-    1e-4,
-)  # relative difference of sums of squares at the same optimum, and at equally good ones
+SURE = 2.0  # standard deviations by which noise may move a log parameter
+EQUAL = 1e-4  # relative difference of sums of squares of equally good optima
 APART = 0.2  # distance in log parameters below which two starting values are the same
 
 
@@ -86,7 +97,7 @@ class FieldSearch:
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         return cls(
             data, sought, press(grid),
-            tuple(press(_coarser(grid, share)) for share in COARSER), nuisances, units,
+            tuple(press(one) for one in _coarser(grid)), nuisances, units,
             0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
             {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
@@ -124,15 +135,10 @@ class FieldSearch:
 
     def slopes(self, theta: np.ndarray) -> np.ndarray:
         """Return the Jacobian (n, m) of ``vector(images(theta))``."""
-        own, views = self.pressing.image_slopes(theta[: self.k], self.view(theta))
+        own, views = self.pressing.image_slopes(theta[: self.k], self.view(theta), self.nuisances)
         rows = [self.vector(own)]
         for name, unit in zip(self.nuisances, self.units, strict=True):
-            one = lambda view, name=name: (
-                np.asarray(view.shift)[..., "xy".index(name[-1])]
-                if name in ALIGN["shift"]
-                else getattr(view, name)
-            )
-            rows.append(unit * self.vector({field: one(view) for field, view in views.items()})[None])
+            rows.append(unit * self.vector({field: view[name] for field, view in views.items()})[None])
         return np.concatenate(rows).T
 
     def objective(self, weights: np.ndarray) -> Objective:
@@ -178,7 +184,7 @@ class FieldSearch:
             status = jc.Status(self.pressing.history(tuple(self.start[: self.k].tolist()))[1])
             raise ValueError(f"parameters: expected a start that can be computed, got: {status.message}")
         first = self.weights(self.start, True)
-        found = self.several(self.objective(first), [self.start, *self.scanned(first)])
+        found = self.several(first, [self.start, *self.scanned(first)])
         best = found
         images = self.images(best.theta)
         for name, field in self.data.fields.items():
@@ -191,26 +197,34 @@ class FieldSearch:
             best = nonlinear.minimise(self.objective(weights), best.theta)
         return best._replace(starts=found.starts, agreed=found.agreed, others=found.others), weights
 
-    def several(self, objective: Objective, starts: list[np.ndarray]) -> Best:
+    def several(self, weights: np.ndarray, starts: list[np.ndarray]) -> Best:
         """Return the best of the optima from several starts, with those that differ from it as ``others``."""
+        objective = self.objective(weights)
         found = [
             nonlinear.minimise(objective, start)
             for start in starts
             if np.all(np.isfinite(objective.at(start)))
         ]
         best = min(found, key=lambda one: one.rss)
-        if sum(self.same(best, one) for one in found) < 2:
+        if sum(self.same(best, found, weights)) < 2:
             beside = np.where(np.arange(best.theta.size) < self.k, BESIDE, 0.0)
             found += [nonlinear.minimise(objective, best.theta + sign * beside) for sign in (-1.0, 1.0)]
             best = min(found, key=lambda one: one.rss)
-        agreed = [one for one in found if self.same(best, one)]
-        others = tuple(one.theta for one in found if not self.same(best, one))
-        return best._replace(starts=len(found), agreed=len(agreed), others=others)
+        same = self.same(best, found, weights)
+        others = tuple(one.theta for one, equal in zip(found, same, strict=True) if not equal)
+        return best._replace(starts=len(found), agreed=sum(same), others=others)
 
-    def same(self, best: Best, other: Best) -> bool:
-        """Return whether an optimum is the best one: the sum of squares and the parameters agree."""
-        near = bool(np.max(np.abs(other.theta - best.theta)[: self.k]) < SAME)
-        return near and other.rss <= best.rss * (1.0 + NEAR)
+    def same(self, best: Best, found: list[Best], weights: np.ndarray) -> list[bool]:
+        """Return whether each optimum lies within the noise and the error of the grid about the best one."""
+        reach = SURE * self.deviations(best) + np.nan_to_num(self.grid_error(best, weights)[: self.k])
+        return [bool(np.all(np.abs(one.theta - best.theta)[: self.k] <= reach)) for one in found]
+
+    def deviations(self, best: Best) -> np.ndarray:
+        """Return the standard deviations (k,) of the log parameters in the linearised model."""
+        variance, free = np.zeros(best.theta.size), self.space.free
+        scale = best.rss / max(best.residual.size - free.size, 1)
+        variance[free] = scale * np.maximum(np.diag(inverse(best.jacobian)), 0.0)
+        return np.sqrt(variance[: self.k])
 
     def scanned(self, weights: np.ndarray) -> list[np.ndarray]:
         """Return the best starting values among quasi-random points, at least ``APART`` from each other and the start."""
@@ -255,7 +269,7 @@ class FieldSearch:
         """Return the largest change (m,) of the coordinates between the grid and coarser ones.
 
         The error of the edge of contact oscillates with its place among the cells, so that a single coarser grid may show
-        none by chance. nan where a coarse solution fails.
+        none by chance. The widths of these grids therefore differ. nan where a coarse solution fails.
         """
         return np.max([self._change(best, weights, one) for one in self.coarse], axis=0)
 
@@ -288,10 +302,17 @@ class FieldSearch:
         )
 
 
-def _coarser(grid: jc.Grid, share: float) -> jc.Grid:
-    """Return a grid of the same width with a share of the cells along each axis."""
+def _coarser(grid: jc.Grid) -> list[jc.Grid]:
+    """Return coarser grids, with different places of the edge of contact among their cells."""
+    if any(grid.periodic):
+        return [_changed(grid, share, 1.0) for share in COARSER]
+    return [_changed(grid, COARSER[0], wider) for wider in WIDER]
+
+
+def _changed(grid: jc.Grid, share: float, wider: float) -> jc.Grid:
+    """Return a grid of another width with a share of the cells along each axis."""
     shape = tuple(max(int(share * n), 4) for n in grid.shape)
-    spacing = tuple(d * n / m for d, n, m in zip(grid.spacing, grid.shape, shape, strict=True))
+    spacing = tuple(wider * d * n / m for d, n, m in zip(grid.spacing, grid.shape, shape, strict=True))
     return jc.Grid(shape, spacing, grid.periodic)
 
 

@@ -3,8 +3,8 @@
 The model is ``jc.indent`` on a grid of its own, seen through the instrument (``imaging.py``). The fit is a least squares
 of means over blocks of pixels, divided by the standard deviations that their residuals show (``pixels.py``), over the
 logarithms of the parameters and the nuisance parameters of the instrument; the Jacobian is that of forward mode through
-the solver. Solutions with half and three quarters of the cells along each axis estimate the error of the grid, by which the
-intervals are widened.
+the solver. Solutions on grids with half the cells along each axis and slightly different widths estimate the error of the
+grid, by which the intervals are widened.
 """
 
 import dataclasses
@@ -16,7 +16,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.fields import ContactData
-from fitting.fits.field_search import ALIGN, FieldSearch
+from fitting.fits.field_search import ALIGN, SURE, FieldSearch
 from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit
@@ -26,6 +26,7 @@ from fitting.search import profiles
 from fitting.views import field_picture
 
 NOISE = ("constant", "estimated")
+NARROW = 0.05  # half interval of a log parameter below which the model is taken as linear
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -94,8 +95,8 @@ def fit_fields(
 
     The images of ``jc.indent(body(p), indenter, data.control, data.times, grid=grid)`` are fitted to the data over the
     logarithms of the parameters p and over the nuisance parameters of the instrument. See ``fitting/models/imaging.py``
-    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise. Contact images are not
-    accepted, since the coverage of intervals from them has not been established.
+    for the model of the instrument, and ``fitting/inference/pixels.py`` for that of the noise. A pixel of a contact
+    image is a Bernoulli variable, whose probability rises across the edge and is limited by a share of misread pixels.
 
     The sum of squares can have several minima. It is first evaluated at quasi-random points, and local searches begin at the
     start and at the best of these. The fit is rejected if only one search ended at the best optimum, or if other
@@ -148,10 +149,6 @@ def fit_fields(
 def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: Any) -> None:
     if not isinstance(data, ContactData):
         raise ValueError(f"data: expected ContactData, got {type(data).__name__}")
-    if "contact" in data.fields:  # the coverage of their intervals has not been established
-        raise ValueError(
-            "data: expected pressure, gap or displacement; contact images cannot be fitted yet, got 'contact'"
-        )
     good = isinstance(parameters, Mapping) and len(parameters) > 0
     if not good or not all(isinstance(v, int | float) and 0.0 < v < math.inf for v in parameters.values()):
         raise ValueError(f"parameters: expected {{name: starting value > 0}}, got {parameters!r}")
@@ -172,6 +169,7 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
     objective, k = search.objective(weights), search.k
     others = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     traced = np.arange(best.theta.size) < k
+    traced[:k] &= SURE * search.deviations(best) > NARROW
     solved = solution(objective, best, weights)._replace(
         profile=lambda judged: profiles.profile(objective, best, judged.levels(), traced),
         left=left, notes=search.notes(best.theta, left), against=search.doubts(best, others),
@@ -189,6 +187,6 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
         grid_error=dict(zip(search.sought.structure.where, left[:k].tolist(), strict=True)),
         images=lambda slopes: (
             search.images(best.theta),
-            search.pressing.image_slopes(best.theta[:k], search.view(best.theta))[0] if slopes else None,
+            search.pressing.image_slopes(best.theta[:k], search.view(best.theta), ())[0] if slopes else None,
         ),
     )

@@ -21,7 +21,7 @@ from jax import Array
 from fitting.fits import modulus
 from fitting.inference import evidence, noise
 from fitting.inference.conclusion import solution
-from fitting.inference.correlation import lag_one
+from fitting.inference.correlation import basis, lag_one
 from fitting.inference.evidence import Curve, Judged, Sample, Solved
 from fitting.models.coordinates import Coordinates, Space
 from fitting.models.history import columns
@@ -131,9 +131,13 @@ class Tests(NamedTuple):
         joint fit."""
         rows, n = self.each(solved), solved.residual.size
         noises = [sample.noise(own, p) for sample, own in rows]
+        smooth = [sample.smooth(own.residual, own.jacobian[:, own.inside]) for sample, own in rows]
+        parts = np.split(
+            basis(np.concatenate(smooth)), self.ends
+        )  # a test alone determines less than all of them
         quality = [
-            evidence.judged(sample, own, found, p, level).evidence
-            for (sample, own), found in zip(rows, noises, strict=True)
+            evidence.judged(sample, own, found, p, level, Q).evidence
+            for (sample, own), found, Q in zip(rows, noises, parts, strict=True)
         ]
         # the parameters are shared, so s^2 of each test is RSS_k/(n_k (1 - p/n))
         shares = [(own.residual.size - p) / (own.residual.size * (1.0 - p / n)) for _, own in rows]

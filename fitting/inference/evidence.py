@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.inference import noise, student
-from fitting.inference.correlation import BEYOND_CHANCE
+from fitting.inference.correlation import BEYOND_CHANCE, basis
 from fitting.inference.noise import Noise
 from fitting.inference.verdict import reasons
 from fitting.models.search_space import Landscape
@@ -212,8 +212,14 @@ def check(level: float, n: int, p: int) -> None:
         raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
 
 
-def judged(sample: Sample, solved: Solved, found: Noise, p: int, level: float) -> Judged:
-    """Return the evidence of a fit of p parameters to all points of a sample, with the estimated noise model."""
+def judged(
+    sample: Sample, solved: Solved, found: Noise, p: int, level: float, Q: np.ndarray | None = None
+) -> Judged:
+    """Return the evidence of a fit of p parameters to all points of a sample, with the estimated noise model.
+
+    Q (n, k): where the sample is part of the data, the rows for its points of orthonormal columns that span the Jacobian
+    of all data.
+    """
     residual, jacobian = solved.residual, solved.jacobian
     rss, least = float(residual @ residual), ROUNDING * sample.size
 
@@ -221,7 +227,8 @@ def judged(sample: Sample, solved: Solved, found: Noise, p: int, level: float) -
         some = np.eye(jacobian.shape[1]) if gradients is None else gradients
         return rss + np.maximum(found.rises(some, level), least)
 
-    quality = _weigh(sample, residual, sample.smooth(residual, jacobian[:, solved.inside]), found, p, level)
+    own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
+    quality = _weigh(sample, residual, own, found, p, level)
     spread = (1.0 if sample.known else quality.noise) * quality.widening
     return Judged(quality, found.whitened(jacobian, spread), levels)
 
@@ -249,16 +256,16 @@ def close(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def _weigh(
-    sample: Sample, residuals: np.ndarray, jacobian: np.ndarray, found: Noise, p: int, level: float
+    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float
 ) -> Evidence:
-    """Return the evidence; jacobian (n, k): of the coordinates that are not at a bound."""
+    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound."""
     measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
     real = sample.real(residuals, p)
     fitted = measured + residuals / sample.weights
     r2 = coefficient_of_determination(measured, fitted)
     misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
     matters = real and rss > NEGLIGIBLE * sample.size
-    why = reasons(residuals, jacobian, found, r2, fitted, sample.t, sample.blocks) if matters else ()
+    why = reasons(residuals, Q, found, r2, fitted, sample.t, sample.blocks) if matters else ()
     scale = math.sqrt(rss / (n - p))
     aic, bic = criteria(rss, n, p, known)
     widening = found.widening(level, 1.0 if known else scale)

@@ -75,7 +75,7 @@ def _candidates(now: SupportedPoints) -> list[list[int]]:
     J = creep_search.inside_jacobian(now.problem, now.best)[on]
     residual, say = np.asarray(now.best.residual)[on], np.sum(basis(J) ** 2, 1)
     much = [int(i) for i in np.argsort(-say)[:TRIED] if say[i] > MUCH]
-    off = sorted(verdict.outlying(residual, J), key=lambda i: -abs(residual[i]))[:TRIED]
+    off = sorted(verdict.outlying(residual, basis(J)), key=lambda i: -abs(residual[i]))[:TRIED]
     alone = [[int(on[i])] for i in dict.fromkeys([*much, *off])]
     return alone + [[int(on[i]), int(on[i + 1])] for i in much if i + 1 < on.size]
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from fitting.inference import student
-from fitting.inference.correlation import BEYOND_CHANCE, RHO, basis, within
+from fitting.inference.correlation import BEYOND_CHANCE, RHO, within
 from fitting.inference.noise import Noise
 
 CHANCE = 1e-3  # probability of an outlier in a series of Gaussian noise
@@ -15,12 +15,13 @@ FLAT = 1e-9
 
 
 def reasons(
-    residuals: np.ndarray, jacobian: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, t: np.ndarray,
+    residuals: np.ndarray, Q: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, t: np.ndarray,
     blocks: np.ndarray,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return the reasons for rejecting a fit, () if there are none.
 
-    residuals (weighted), fitted, t [s]: (n,); jacobian (n, k); blocks (n,) of neighbours.
+    residuals (weighted), fitted, t [s]: (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for
+    these points where they are part of the data; blocks (n,) of neighbours.
     """
     found = []
     constant = np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
@@ -33,12 +34,12 @@ def reasons(
             f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
             " AR(1) noise is subtracted"
         )
-    slip = slipped(residuals, jacobian.shape[1], blocks)
+    slip = slipped(residuals, Q.shape[1], blocks)
     if slip is not None:
         found.append(
             f"the curve slips between t = {t[slip]:.4g} and {t[slip + 1]:.4g} s: one jump of the residuals"
         )
-    points = [i for i in outlying(residuals, jacobian, blocks) if _moves(residuals, jacobian, i) > MATTERS]
+    points = [i for i in outlying(residuals, Q, blocks) if _moves(residuals, Q, i) > MATTERS]
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
         found.append(
@@ -48,12 +49,12 @@ def reasons(
     return tuple(found)
 
 
-def outlying(residuals: np.ndarray, jacobian: np.ndarray, blocks: np.ndarray | None = None) -> list[int]:
+def outlying(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray | None = None) -> list[int]:
     """Return the isolated points whose externally studentised residual is significant after Bonferroni correction.
 
-    blocks (n,) of neighbours, None for a single block.
+    Q (n, k): as of ``reasons``; blocks (n,) of neighbours, None for a single block.
     """
-    n, Q = residuals.size, basis(jacobian)
+    n = residuals.size
     left = 1.0 - np.minimum(np.sum(Q * Q, 1), 1.0 - 1e-12)
     dof = n - Q.shape[1] - 1
     if dof < 1:
@@ -99,9 +100,8 @@ def _one(residuals: np.ndarray) -> np.ndarray:
     return np.zeros(residuals.size, dtype=int)
 
 
-def _moves(residuals: np.ndarray, jacobian: np.ndarray, i: int) -> float:
+def _moves(residuals: np.ndarray, Q: np.ndarray, i: int) -> float:
     """Return the number of standard errors by which the fitted value changes when the point is left out."""
-    Q = basis(jacobian)
     own = min(float(Q[i] @ Q[i]), 1.0 - 1e-12)
     others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / max(
         residuals.size - Q.shape[1] - 1, 1

@@ -35,6 +35,7 @@ NEAR = 0.1  # share of the largest p^2 and g^(2/3) over which the weights of the
 SOFT = 0.5  # transition of the coverage of a cell, in cells
 FAR = 1e-6  # coverage beyond which the distance is not taken from it
 LEAST = 1e-30
+SHIFTS = "shift_x", "shift_y"
 NEWTON = 3  # iterations for the constant that is added to the distance
 
 
@@ -46,6 +47,15 @@ class View(NamedTuple):
     blur: Array
     width: Array
     errors: Array
+
+    def moved(self, values: dict[str, Array]) -> "View":
+        """Return the view with other values () of some parameters, of which shift_x and shift_y are two."""
+        shift = jnp.stack([values.get(name, own) for name, own in zip(SHIFTS, self.shift, strict=True)])
+        return self._replace(shift=shift, **{name: v for name, v in values.items() if name not in SHIFTS})
+
+    def part(self, name: str) -> Array:
+        """Return the value () of a parameter."""
+        return self.shift[SHIFTS.index(name)] if name in SHIFTS else jnp.asarray(getattr(self, name))
 
 
 def pixels(grid: Grid, view: View) -> tuple[Array, Array]:

@@ -64,10 +64,12 @@ class PressedImages:
         seen = _see(fields, view, self.grid, self.image, seen=self.seen)
         return {name: np.asarray(image) + bad for name, image in seen.items()}
 
-    def image_slopes(self, logs: np.ndarray, view: View) -> tuple[dict[str, Array], dict[str, View]]:
-        """Return {name: (k, nt, nx, ny)} with respect to log parameters, and those with respect to the view."""
+    def image_slopes(self, logs: np.ndarray, view: View, varied: tuple[str, ...]) -> tuple[dict, dict]:
+        """Return {name: (k, nt, nx, ny)} with respect to log parameters, and {name: {parameter: (nt, nx, ny)}} with
+        respect to the ``varied`` parameters of the view."""
         key = tuple(logs.tolist())
-        return _tangents(self.history(key)[0], self.slopes(key), view, self.grid, self.image, seen=self.seen)
+        given = self.history(key)[0], self.slopes(key), view, {name: view.part(name) for name in varied}
+        return _tangents(*given, self.grid, self.image, seen=self.seen)
 
 
 @functools.partial(jax.jit, static_argnames=("body", "names", "needed"))
@@ -98,8 +100,11 @@ def _see(
 
 @functools.partial(jax.jit, static_argnames=("seen",))
 def _tangents(
-    fields: dict[str, Array], moved: dict[str, Array], view: View, grid: jc.Grid, image: jc.Grid, *, seen: tuple[str, ...]
-) -> tuple[dict[str, Array], dict[str, View]]:  # fmt: skip
-    """Return the derivatives of the images along changes (k, nt, nx, ny) of the fields, and with respect to the view."""
+    fields: dict[str, Array], moved: dict[str, Array], view: View, varied: dict[str, Array], grid: jc.Grid,
+    image: jc.Grid, *, seen: tuple[str, ...],
+) -> tuple[dict[str, Array], dict[str, dict[str, Array]]]:  # fmt: skip
+    """Return the derivatives of the images along changes (k, nt, nx, ny) of the fields, and with respect to the values
+    ``varied`` of the view."""
     one = lambda change: jax.jvp(lambda f: _see(f, view, grid, image, seen=seen), (fields,), (change,))[1]
-    return jax.vmap(one)(moved), jax.jacfwd(lambda v: _see(fields, v, grid, image, seen=seen))(view)
+    shown = lambda values: _see(fields, view.moved(values), grid, image, seen=seen)
+    return jax.vmap(one)(moved), jax.jacfwd(shown)(varied) if varied else {name: {} for name in seen}

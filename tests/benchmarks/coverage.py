@@ -1,8 +1,8 @@
 """Coverage of the 95 % intervals of fits with estimated weights, from simulated data sets.
 
-Curves of 60 points: creep, relaxation, and the indentation of a half-space by a ball under constant load; two models,
-ratios J0/J(T) of the instantaneous to the final compliance, five kinds of noise with a standard deviation of 1 %, and
-even and logarithmic times. The responses are computed here independently of the package.
+Curves of 60 points: creep, relaxation, both together, and the indentation of a half-space by a ball under constant load;
+two models, ratios J0/J(T) of the instantaneous to the final compliance, five kinds of noise with a standard deviation of
+1 %, and even and logarithmic times. The responses are computed here independently of the package.
 
     python -m tests.benchmarks.coverage [--sets 400] [--only TEXT] [--seed 0] [--points 60] [-o FILE]
 
@@ -29,6 +29,7 @@ NOISES = ("constant", "relative", "correlated", "mixed", "heavy-tailed")
 RHO = 0.6
 RADIUS, LOAD, NU = 1e-3, 1e-2, 0.3  # [m], [N]
 RANGE = 0.92, 0.98
+TOGETHER = "creep", "relaxation"
 
 
 class Row(NamedTuple):
@@ -54,7 +55,7 @@ class Covered(NamedTuple):
 
 
 def rows() -> Iterator[Row]:
-    """All cases. Fits of relaxation are ten times as slow, and one model and two kinds of noise are enough of them."""
+    """All cases. Fits with relaxation are ten times as slow, and one model and two kinds of noise are enough of them."""
     models, when = ("StandardLinearSolid", "Burgers"), ("even", "log")
     for case in itertools.product(models, SHARES, NOISES, when):
         yield Row(*case)
@@ -62,6 +63,8 @@ def rows() -> Iterator[Row]:
         yield Row(*case, "indentation")
     for case in itertools.product(models[:1], SHARES, NOISES[:2], when):
         yield Row(*case, "relaxation")
+    for case in itertools.product(models[:1], SHARES, NOISES[:2], when):
+        yield Row(*case, "together")
 
 
 def truth(row: Row) -> dict[str, float]:
@@ -101,8 +104,17 @@ def response(row: Row, t: np.ndarray) -> np.ndarray:
     return J if row.experiment == "creep" else (3 * (1 - NU) * J * LOAD / (8 * np.sqrt(RADIUS))) ** (2 / 3)
 
 
-def fit(row: Row, t: np.ndarray, y: np.ndarray) -> Fit:
-    """The fit of a curve."""
+def curves(row: Row, t: np.ndarray) -> list[np.ndarray]:
+    """The responses that are fitted together, one except in the rows of that name."""
+    kinds = TOGETHER if row.experiment == "together" else (row.experiment,)
+    return [response(row._replace(experiment=kind), t) for kind in kinds]
+
+
+def fit(row: Row, t: np.ndarray, y: np.ndarray, *others: np.ndarray) -> Fit:
+    """The fit of a curve, or of creep and relaxation."""
+    if others:
+        tests = fitting.CreepData(t=t, J=y), fitting.RelaxationData(t=t, modulus=others[0])
+        return fitting.fit_together(tests, row.model)
     if row.experiment == "creep":
         return fitting.fit_creep(fitting.CreepData(t=t, J=y), row.model)
     if row.experiment == "relaxation":
@@ -130,15 +142,21 @@ def noise(kind: str, J: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return SIZE * J * white
 
 
+def noisy(kind: str, clean: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """A response with errors, all of whose values are positive."""
+    found = np.zeros(1)
+    while np.any(found <= 0.0):
+        found = clean + noise(kind, clean, rng)
+    return found
+
+
 def covered(row: Row, sets: int, seed: int = 0, points: int = POINTS) -> Covered:
     """Return the coverage of a row from a number of simulated curves."""
     t, true = times(row, points), truth(row)
-    clean, held, refused, index = response(row, t), [], 0, list(rows()).index(row)
+    clean, held, refused, index = curves(row, t), [], 0, list(rows()).index(row)
     for k in range(sets):
-        rng, y = np.random.default_rng([seed, index, k]), np.zeros(1)
-        while np.any(y <= 0.0):  # a compliance is positive
-            y = clean + noise(row.noise, clean, rng)
-        found = fit(row, t, y)
+        rng = np.random.default_rng([seed, index, k])
+        found = fit(row, t, *(noisy(row.noise, one, rng) for one in clean))
         refused += bool(found.refused)
         if not found.refused:
             held.append([found.intervals[n][0] <= v <= found.intervals[n][1] for n, v in true.items()])

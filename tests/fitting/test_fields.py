@@ -15,6 +15,7 @@ from fitting.models import imaging
 from fitting.models.imaging import View
 from fitting.models.pressing import BodyParameters
 from fitting.models.structure import Sought, limits
+from tests.benchmarks import fields
 
 BALL, LOAD, TRUE = jc.Sphere(5e-3), jc.Load(1.0), 2e9
 FINE, MODEL, IMAGE = jc.Grid.square(64, 400e-6), jc.Grid.square(32, 400e-6), jc.Grid.square(40, 320e-6)
@@ -122,7 +123,7 @@ def test_lines_of_blocks_are_series():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["pressure", "gap"])
+@pytest.mark.parametrize("name", ["pressure", "gap", "contact"])
 def test_every_field_finds_the_modulus_and_the_shift_of_hertz(name):
     data = contact_data()
     data = dataclasses.replace(data, fields={name: data.fields[name]})
@@ -171,11 +172,9 @@ def pressure_data(seed=0, noise=0.03):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    reason="the optimum is found, but rejected: searches that begin beside it do not end within 0.1 % of RSS"
-)
 def test_a_local_optimum_is_not_taken_for_the_best():
-    """The sum of squares has a local minimum at p = exp(-1), at which a search from exp(-0.6) ends."""
+    """The sum of squares has a local minimum at p = exp(-1), at which a search from exp(-0.6) ends. About the best one it
+    has two minima on this grid, at logarithms of 2.386 and 2.393, between which 8 cells leave the contact."""
     fit = fitting.fit_fields(
         pressure_data(), bent, {"p": np.exp(-0.6)}, indenter=BALL, grid=MODEL, align="none"
     )
@@ -191,6 +190,15 @@ def test_parameters_that_describe_the_data_equally_well_are_rejected():
     )
     assert fit.verdict == "rejected" and any("describe the data as well" in why for why in fit.refused)
     assert not fit.identified["p"]
+
+
+@pytest.mark.slow
+def test_intervals_from_every_field_hold_the_truth():
+    """Twenty images of each kind on 64 x 64 pixels, fitted on 32 x 32 cells."""
+    images = fields.images(32)
+    for name in fields.FIELDS:
+        found = fields.covered(name, "white", images, 20)
+        assert found.held >= 0.85 and abs(found.bias) < found.half and found.refused <= 0.05, name
 
 
 WRONG_DATA = {
@@ -222,7 +230,6 @@ def test_wrong_data_are_named(case):
 
 WRONG_FITS = {
     "data": ({"data": 1}, "data: expected ContactData"),
-    "contact image": ({"data": contact_data()}, "contact images cannot be fitted yet"),
     "parameters": ({"parameters": {"G": -1.0}}, "starting value > 0"),
     "grid": ({"grid": jc.Grid.square(4, 1e-4)}, "at least 8 x 8 cells"),
     "align": ({"align": "tilt"}, "align: expected one of"),
