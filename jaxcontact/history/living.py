@@ -11,7 +11,8 @@ r = N - s h, phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z at z = s
 
 (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430). Removal in proportion to the thickness is exact for any step,
 and a steady state of growth and removal is one of the method. Both contacts have the operator of the film as it is in the
-middle of the step by its first estimate. The step's error is estimated by the larger of dt phi_2 |N_(n+1) - N*|, what
+middle of the step by its first estimate. The first contact is solved to a tolerance ``PREDICTED`` times that of the run:
+what is left enters the thickness times the change in a step. The step's error is estimated by the larger of dt phi_2 |N_(n+1) - N*|, what
 a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one before: both are of third
 order.
 
@@ -42,6 +43,8 @@ from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.pressing import PressCarry, PressStepper, contact_outcome, status_of
 from jaxcontact.inputs.laws import RubbingState
 from jaxcontact.operators import spectral
+
+PREDICTED, LOOSEST = 100.0, 1e-2  # the tolerance of the first contact of a step over that of the second; at most
 
 
 class RubStep(NamedTuple):
@@ -161,9 +164,10 @@ class RubStepper(PressStepper):
         contact, dt, known = carry.contact, step.dt, self._known(carry.state, step)
         guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
         coming = self._predicted(carry, guessed, step)
-        first = self._rubbed(coming, guessed, contact.pressure + contact.rate * dt, step)
+        tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
+        first = self._rubbed(coming, guessed, contact.pressure + contact.rate * dt, step, tolerance)
         thickness = self._changed(known.thickness, _second_order(known, first, dt))
-        second = self._rubbed(coming, thickness, first.solution.pressure, step)
+        second = self._rubbed(coming, thickness, first.solution.pressure, step, self.tolerance)
         estimate = jax.lax.stop_gradient(self._estimate(carry, known, first, second, dt))
         pressure = second.solution.pressure
         fields = self.memory.update(coming.fields, pressure, coming.driven)
@@ -203,12 +207,14 @@ class RubStepper(PressStepper):
         rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
         return jnp.stack([now, rate])
 
-    def _rubbed(self, coming: Awaited, thickness: Array, guess: Array, step: Steps) -> SolvedRub:
+    def _rubbed(
+        self, coming: Awaited, thickness: Array, guess: Array, step: Steps, tolerance: Array
+    ) -> SolvedRub:
         """Return the contact on a film of a thickness, and the rate of the law in it."""
         raised = (thickness - self.at_first) / self.scale.length
         problem = replace(coming.problem, gap=coming.problem.gap - raised)
         start = jax.lax.stop_gradient(guess)
-        solution = solve_contact(problem, start, self.tolerance, self.max_iterations)
+        solution = solve_contact(problem, start, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
         flux = self._flux(solution.pressure, step.more.speed)
         si = self.scale.to_si(pressure=solution.pressure, gap=gap)

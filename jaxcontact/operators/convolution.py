@@ -10,7 +10,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Extended, Family, InvertibleOperator, Linear
+from jaxcontact.operators.base import Corner, Extended, Family, InvertibleOperator, Linear
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
@@ -72,7 +72,7 @@ class Convolution(InvertibleOperator):
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.window is None else spectral.window_shape(shape, self.periodic)
 
-    def restricted(self) -> Convolution:
+    def restricted(self, corner: Corner) -> Convolution:
         assert self.window is not None
         return self.window
 

@@ -66,7 +66,6 @@ CHECKS = (
 )
 ELSEWHERE = {  # reached by no row, and why
     "checks.py": "the checks themselves",
-    "varying.py: restricted": "there is no window, so nothing asks for it",
     "laws.py: rate": "the base of laws",
     "shapes.py: outline": "of a flat punch, whose contact is known and never estimated",
     **{f"flash_temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "_check_peclet")},
