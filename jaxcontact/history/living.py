@@ -19,6 +19,11 @@ order.
 With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
 middle of a step is extrapolated from the two steps before.
 
+Where the indenter moves over the body, thickness, internal variables and all other fields are those of the body, and the
+indenter's profile is moved to its place at the end of each step. What a cell receives in a passage is then summed by the
+trapezoidal rule, with a relative error of about 0.4 (move/half-width)^(3/2) for Hertz's pressure. A step that moves by more
+than a quarter of the half-width has the same status as one that is too long for the law.
+
 The scheme is explicit in the pressure. Wear that flattens single cells faster than the step, or growth that accelerates by
 its own relief, makes the estimate grow. A step whose estimate is above ``LARGEST_ERROR`` of the largest
 thickness, or of the approach where that is larger, has a status that says so.
@@ -40,6 +45,7 @@ from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
 from jaxcontact.history.march import Outcome, Steps
+from jaxcontact.history.passage import Track
 from jaxcontact.history.pressing import PressCarry, PressStepper, contact_outcome, status_of
 from jaxcontact.inputs.laws import RubbingState
 from jaxcontact.operators import spectral
@@ -49,7 +55,8 @@ PREDICTED, LOOSEST = 100.0, 1e-2  # the tolerance of the first contact of a step
 
 class RubStep(NamedTuple):
     """The further input of a step: dt [s]; the speed at its start and its end [m/s], both times ``share``, so that their
-    mean is that of the step, also where the direction changes in it; the time at its end [s].
+    mean is that of the step, also where the direction changes in it; the time at its end [s]; the indenter's position at its
+    end and its move in the step [m], (2,) each, None where it stays in place.
     """
 
     dt: Array
@@ -57,6 +64,8 @@ class RubStep(NamedTuple):
     speed: Array
     share: Array
     time: Array
+    position: Array | None = None
+    move: Array | None = None
 
 
 class RubCarry(NamedTuple):
@@ -112,10 +121,11 @@ class Heated:
 
 
 class Awaited(NamedTuple):
-    """A step before its pressure is known: the contact without the change of the surface, the displacement left by earlier
-    pressure, and the memory's fields and input."""
+    """A step before its pressure is known: the contact without the change of the surface, its profile, the displacement left
+    by earlier pressure, and the memory's fields and input."""
 
     problem: Problem
+    profile: Array
     earlier: Array
     fields: Any
     driven: Any
@@ -146,6 +156,7 @@ class RubStepper(PressStepper):
     thickest: Array = field(kw_only=True)
     scale: Scale = field(kw_only=True)
     heated: Heated | None = field(kw_only=True)
+    track: Track | None = field(kw_only=True)
     of_film: bool = static(kw_only=True)
 
     @property
@@ -165,7 +176,7 @@ class RubStepper(PressStepper):
         guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
         coming = self._predicted(carry, guessed, step)
         tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
-        first = self._rubbed(coming, guessed, contact.pressure + contact.rate * dt, step, tolerance)
+        first = self._rubbed(coming, guessed, self._expected(contact, step), step, tolerance)
         thickness = self._changed(known.thickness, _second_order(known, first, dt))
         second = self._rubbed(coming, thickness, first.solution.pressure, step, self.tolerance)
         estimate = jax.lax.stop_gradient(self._estimate(carry, known, first, second, dt))
@@ -178,12 +189,18 @@ class RubStepper(PressStepper):
         shift = self._shifted(carry.shift, second, dt)
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
-        outcome = self._outcome(carry, coming, first, second, estimate)
+        outcome = self._outcome(carry, coming, first, second, estimate, step)
         return carry, self._at_the_speed(outcome, second.state, step.more.share)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
         """Return the work of friction, scaled as results are."""
         return {"friction_work": carry.work / self.scale.unit("friction_work")}
+
+    def _expected(self, contact: PressCarry, step: Steps) -> Array:
+        """Return the pressure from which the search of a step starts."""
+        if self.track is not None:
+            return self.track.carried(contact.pressure, step.more.move)
+        return contact.pressure + contact.rate * step.dt
 
     def _changed(self, thickness: Array, change: Array) -> Array:
         """Return the thickness after a change [m]; that of a film ends at zero."""
@@ -194,9 +211,12 @@ class RubStepper(PressStepper):
         dt = step.dt * jnp.exp(-carry.shift[0] - carry.shift[1] * step.dt / 2.0)
         driven = ThicknessStep(dt, carry.state.thickness, guessed) if self.of_film else dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
-        lowest, gap = jnp.min(self.profile), self.profile + found.earlier
+        profile = self.profile
+        if self.track is not None:
+            profile = profile + self.track.rise(step.more.position)
+        lowest, gap = jnp.min(profile), profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
-        return Awaited(problem, found.earlier, found.fields, driven)
+        return Awaited(problem, profile, found.earlier, found.fields, driven)
 
     def _shifted(self, before: Array, found: SolvedRub, dt: Array) -> Array:
         """Return the log of the shift factor at the end of a step, and its rate of change over the step."""
@@ -268,29 +288,41 @@ class RubStepper(PressStepper):
         return self.friction * pressure * self.scale.unit("pressure") * speed
 
     def _outcome(
-        self, carry: RubCarry, coming: Awaited, first: SolvedRub, second: SolvedRub, estimate: Array
+        self,
+        carry: RubCarry,
+        coming: Awaited,
+        first: SolvedRub,
+        second: SolvedRub,
+        estimate: Array,
+        step: Steps,
     ) -> Outcome:
         solution, state = second.solution, second.state
         numbers = contact_outcome(second.problem, solution, coming.earlier)
         numbers |= {
             "iterations": first.solution.iterations + solution.iterations,
-            "status": self._status(second, estimate),
+            "status": self._status(second, estimate, step),
             "step_error": carry.error / self.scale.length,
         }
         numbers |= self.memory.observe(carry.contact.memory, solution.pressure, coming.driven)
         displacement = coming.earlier - second.raised + solution.displacement
         thickness = state.thickness / self.scale.length
         shown = {"pressure": numbers.pop("pressure"), "displacement": displacement, "thickness": thickness}
+        if self.track is not None:
+            shown["profile"] = coming.profile
         return Outcome(shown, numbers)
 
-    def _status(self, found: SolvedRub, estimate: Array) -> Array:
+    def _status(self, found: SolvedRub, estimate: Array, step: Steps) -> Array:
         """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
         own = status_of(found.problem, found.solution, self.tolerance, self.edges)
         thickness = found.state.thickness
         surface = jnp.abs(found.solution.approach) * self.scale.length
         largest = LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(thickness)), surface)
+        leaps = jnp.zeros((), bool)
+        if self.track is not None:
+            area = jnp.sum(found.solution.pressure > 0.0)
+            leaps = (area > 0) & self.track.leaps(step.more.move, area)
         kinetic = first_of(
-            (estimate > largest, Status.STEP_TOO_LONG),
+            ((estimate > largest) | leaps, Status.STEP_TOO_LONG),
             (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),
         )
         return jnp.where(own == Status.FINE, kinetic, own)

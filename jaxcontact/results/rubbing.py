@@ -32,7 +32,8 @@ class RubbingHistory(ContactHistory):
     over the grid of each step.
 
     displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
-    touch of the initial surfaces. status 12: a time step is too long for the rate of growth or wear; 13: the film is thicker
+    touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the indenter
+    on it, and profile (nt, nx, ny) moves with the indenter. status 12: a time step is too long for the rate of growth or wear; 13: the film is thicker
     than the largest thickness for which its kernels were computed.
     """
 
@@ -41,6 +42,7 @@ class RubbingHistory(ContactHistory):
     friction_work: Array
     step_error: Array
     temperature: Array | None = None
+    position: Array | None = None
 
     @property
     def peak_thickness(self) -> Array:
