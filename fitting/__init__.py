@@ -43,6 +43,7 @@ from fitting.io.readers import read_creep as read_creep
 from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
+from fitting.models.rubbed_contact import RubbedContact as RubbedContact
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
 from fitting.search.minimising import Minimum as Minimum
 from fitting.search.minimising import minimise as minimise
@@ -70,6 +71,7 @@ __all__ = [
     "PronyFit",
     "Propagated",
     "RelaxationData",
+    "RubbedContact",
     "compare",
     "design",
     "fit_creep",

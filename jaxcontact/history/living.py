@@ -12,12 +12,11 @@ r = N - s h, phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z at z = s
 (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430). Removal in proportion to the thickness is exact for any step,
 and a steady state of growth and removal is one of the method. Both contacts have the operator of the film as it is in the
 middle of the step by its first estimate. The first contact is solved to a tolerance ``PREDICTED`` times that of the run:
-what is left enters the thickness times the change in a step. The step's error is estimated by the larger of dt phi_2 |N_(n+1) - N*|, what
-a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one before: both are of third
-order.
+what is left enters the thickness times the change in a step. The step's error is estimated by the larger of
+dt phi_2 |N_(n+1) - N*|, what a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one
+before: both are of third order.
 
-With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
-middle of a step is extrapolated from the two steps before.
+With a shift factor the body creeps in reduced time (``history.heating``).
 
 Where the indenter moves over the body, thickness, internal variables and all other fields are those of the body, and the
 indenter's profile is moved to its place at the end of each step. What a cell receives in a passage is then summed by the
@@ -44,13 +43,16 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
+from jaxcontact.history.heating import Heated, reduced
 from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.passage import Track
 from jaxcontact.history.pressing import PressCarry, PressStepper, contact_outcome, status_of
 from jaxcontact.inputs.laws import RubbingState
-from jaxcontact.operators import spectral
 
-PREDICTED, LOOSEST = 100.0, 1e-2  # the tolerance of the first contact of a step over that of the second; at most
+PREDICTED, LOOSEST = (
+    100.0,
+    1e-2,
+)  # the tolerance of the first contact of a step over that of the second; at most
 
 
 class RubStep(NamedTuple):
@@ -91,33 +93,6 @@ class Known(NamedTuple):
     thickness: Array
     rate: Array
     relaxation: Array
-
-
-@pytree
-class Heated:
-    """Temperature of the surface where friction heats it.
-
-    spectrum: of the rise per heat flux on a cell [K m2/W], for ``spectral.convolve``; ambient [K], (); share: of the heat
-    of friction that enters the body, (); shift: None, or the law of the shift factor of the body's times.
-    """
-
-    spectrum: Array
-    ambient: Array
-    share: Array
-    shift: Any = None
-
-    def temperature(self, flux: Array) -> Array:
-        """Return the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
-        return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
-
-    def log_shift(self, temperature: Array, pressure: Array) -> Array:
-        """Return the log of the shift factor at the mean temperature of the contact, without contact at ambient, ()."""
-        if self.shift is None:
-            return jnp.zeros(())
-        touching = pressure > 0.0
-        cells = jnp.sum(touching)
-        rise = jnp.sum(jnp.where(touching, temperature - self.ambient, 0.0)) / jnp.maximum(cells, 1)
-        return self.shift.log_factor(self.ambient + rise)
 
 
 class Awaited(NamedTuple):
@@ -186,7 +161,9 @@ class RubStepper(PressStepper):
         fluxes = self._flux(contact.pressure, step.more.speed_before) + self._flux(pressure, step.more.speed)
         work = carry.work + dt / 2.0 * fluxes
         pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
-        shift = self._shifted(carry.shift, second, dt)
+        shift = carry.shift
+        if self.heated is not None:
+            shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
         outcome = self._outcome(carry, coming, first, second, estimate, step)
@@ -208,7 +185,7 @@ class RubStepper(PressStepper):
 
     def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
-        dt = step.dt * jnp.exp(-carry.shift[0] - carry.shift[1] * step.dt / 2.0)
+        dt = reduced(step.dt, carry.shift)
         driven = ThicknessStep(dt, carry.state.thickness, guessed) if self.of_film else dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
         profile = self.profile
@@ -217,15 +194,6 @@ class RubStepper(PressStepper):
         lowest, gap = jnp.min(profile), profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
         return Awaited(problem, profile, found.earlier, found.fields, driven)
-
-    def _shifted(self, before: Array, found: SolvedRub, dt: Array) -> Array:
-        """Return the log of the shift factor at the end of a step, and its rate of change over the step."""
-        if self.heated is None or self.heated.shift is None:
-            return before
-        assert found.state.temperature is not None
-        now = self.heated.log_shift(found.state.temperature, found.solution.pressure)
-        rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
-        return jnp.stack([now, rate])
 
     def _rubbed(
         self, coming: Awaited, thickness: Array, guess: Array, step: Steps, tolerance: Array

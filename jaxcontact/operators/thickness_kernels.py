@@ -47,8 +47,9 @@ class VaryingKernels:
     """Discretised response of a body with a film of varying thickness, and an indenter, on a grid.
 
     body: with a film of one thickness; uniform: its kernels, for all that does not depend on the thickness; spectra and
-    circulant (n, M + 1, ...) and window: as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): of
-    the displacement under a mean pressure over the thickness; series_error: the largest relative error of the series, ().
+    circulant (n, M + 1, ...) and window: as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``;
+    slopes (M + 1,): of the displacement under a mean pressure over the thickness; series_error: the largest relative error
+    of the series, ().
     """
 
     body: LayeredHalfSpace
@@ -122,9 +123,8 @@ def assembled(
     def node(h: Array) -> tuple[Array, Array, WindowSpectra | None, Array]:
         family, coefficients = on_grid(grid, Images(scaled.depths * (h / reference), scaled.heights))
         strains = coefficients[1] * uniform.scale.length / jnp.maximum(h, THINNEST * cell)
-        members, window = family.members, family.members.window
-        if window is not None:
-            window = WindowSpectra(window.spectrum, window.circulant)
+        members, part = family.members, family.members.window
+        window = None if part is None else WindowSpectra(part.spectrum, part.circulant)
         return members.spectrum, members.circulant, window, strains
 
     nodes_of = jax.lax.map(node, jnp.maximum(series.nodes(), THINNEST * cell))
@@ -168,9 +168,7 @@ def _bed(images: Images) -> Array:
     return (heights[:-1] - heights[-1]) @ jnp.diff(images.depths, prepend=0.0)
 
 
-def _series_error(
-    series: ThicknessSeries, expansion: Expansion, body: LayeredHalfSpace, grid: Grid
-) -> Array:
+def _series_error(series: ThicknessSeries, expansion: Expansion, body: LayeredHalfSpace, grid: Grid) -> Array:
     """Return the largest error of the series relative to the response, over waves that the grid resolves, times and
     thicknesses in the range of the series."""
     width = grid.width[0] if grid.plane_strain else jnp.maximum(*grid.width)

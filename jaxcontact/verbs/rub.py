@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from typing import Any, Self
 
 import jax.numpy as jnp
@@ -12,18 +14,20 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
+from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history.growing import VaryingMemory
-from jaxcontact.history.living import Heated, RubStep, RubStepper
+from jaxcontact.history.heating import Heated
+from jaxcontact.history.living import RubStep, RubStepper
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.passage import Track, check_path
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.track import as_array, at_fine_times, mean_speed, over_times, speed_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control, check_friction
-from jaxcontact.inputs.grid import Grid, MovedGrid, check_not_periodic
+from jaxcontact.inputs.grid import Grid, MovedGrid
 from jaxcontact.inputs.laws import SumOfLaws, check_law, is_sheared
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
-from jaxcontact.inputs.shifts import check_shift
+from jaxcontact.inputs.thermal import Thermal, check_thermal
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.thickness_kernels import compiled_varying
@@ -40,42 +44,8 @@ from jaxcontact.verbs.experiment import (
     profile_over_film,
 )
 
+REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
-
-
-@pytree
-class Thermal:
-    """Heating of the rubbed surface by friction, as the steady flash temperature of a half-space at each time.
-
-    Since the contact does not move over the film, the temperature is T = ambient + rise, where the rise is that of
-    ``flash_temperature`` at zero velocity under the flux share x friction x pressure x speed.
-
-    With ``shift`` the temperature changes the creep of the body: at each instant all its times are multiplied by one factor,
-    that of the mean temperature of the contact (``history.living``). Differences of temperature within the contact do not
-    affect the creep, nor does temperature change the moduli.
-
-    Args:
-        ambient: temperature far from the contact [K] > 0.
-        conductivity: thermal conductivity of the body [W/(m K)] > 0.
-        share: fraction of the frictional heat that enters the body, from 0 to 1.
-        shift: None, or the law of the shift factor of the body's times: ``ArrheniusShift``, ``WLFShift``, or a frozen pytree
-            with ``log_factor(temperature)``.
-
-    Example:
-        >>> steel_at_100_degrees = jc.Thermal(ambient=373.0, conductivity=46.0, share=0.5)
-    """
-
-    ambient: Array | float
-    conductivity: Array | float
-    share: Array | float = 1.0
-    shift: Any = None
-
-    def check(self) -> Verdict:
-        """Return whether the values are in range; ValueError where known ones are not."""
-        valid = checks.positive("Thermal ambient [K]", self.ambient)
-        valid = valid & checks.positive("Thermal conductivity [W/(m K)]", self.conductivity)
-        valid = valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
-        return valid if self.shift is None else valid & check_shift(self.shift)
 
 
 def rub(
@@ -95,17 +65,17 @@ def rub(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 500,
     save: Save = "all",
-    substeps: int = 1,
+    substeps: int | str = 1,
     checkpoint: str = "pressures",
 ) -> RubbingHistory:
-    """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed in place or along a path.
+    """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed.
 
         dh/dt = law(p, h, T, v),      h >= 0
 
     at each point. The pressure p is that of the contact on the film with its present thickness, including its creep and its
-    relief. With ``velocity`` the film does not move relative to the indenter. With ``path`` the indenter moves over the body,
-    once, repeatedly or back and forth, and leaves a wear track: all fields, thickness and creep included, are those of the
-    body, which stays in place on the grid. New film material is free of strain at the pressure under which
+    relief. With ``velocity`` the film does not move relative to the indenter. With ``path`` the indenter moves over the
+    body, once, repeatedly or back and forth, and leaves a wear track: all fields, thickness and creep included, are those of
+    the body, which stays in place on the grid. New film material is free of strain at the pressure under which
     it forms, and the removal of material causes no displacement (``history.growing``). The effect of friction on the
     pressure is neglected.
 
@@ -120,11 +90,11 @@ def rub(
             any body whose layers have one thickness each.
         velocity: rubbing velocity [m/s]: a number, (2,), or (nt, 2) over the times, linear between them; only its
             magnitude matters. Either this or ``path``.
-        path: position of the indenter's axis on the grid [m] over the times, (nt,) along x or (nt, 2), linear between them; the
-            speed is that along the path. The indenter is a ``Sphere``, ``Cone`` or ``Cylinder``, the grid holds the whole
-            track, and along a periodic axis the path may go around, as on a disc. A step by more than a quarter of the
-            half-width of the contact has status 12; at a tenth the depth of a single passage is accurate to about 1 %, and its
-            sum over the cells is exact. ``thermal`` and wears="indenter" are for rubbing in place.
+        path: position of the indenter's axis on the grid [m] over the times, (nt,) along x or (nt, 2), linear between
+            them; the speed is that along the path. The indenter is a ``Sphere``, ``Cone`` or ``Cylinder``, the grid holds
+            the whole track, and along a periodic axis the path may go around, as on a disc. A step by more than a quarter
+            of the half-width of the contact has status 12; at a tenth the depth of a single passage is accurate to about
+            1 %, and its sum over the cells is exact. ``thermal`` and wears="indenter" are for rubbing in place.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
             ``inputs.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
@@ -134,7 +104,10 @@ def rub(
         thermal: ``Thermal`` to compute the temperature of the surface, or None.
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
             eighth of a cell. The status is 13 if the film becomes thicker.
-        indenter, control, times, grid, tolerance, max_iterations, save, substeps, checkpoint: as in ``indent``.
+        substeps: number of inner steps between two times, static, or "auto", which repeats the run with 4, 16 and 64 of
+            them until no step has status 12 and ``step_error`` is below 1 % of the largest thickness (or of the approach,
+            where that is larger). "auto" cannot be used inside jit, vmap and grad.
+        indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
         A ``RubbingHistory``; status, notes and warnings are as in ``indent``.
@@ -151,13 +124,33 @@ def rub(
         >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
         '200.0 um3'
     """
-    rubbing = Rubs.of(
-        body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path, friction=friction,
+    solve = functools.partial(
+        _solved, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path, friction=friction,
         wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
-        substeps=substeps, checkpoint=checkpoint,
+        checkpoint=checkpoint,
     )  # fmt: skip
-    history = marched(rubbing)
+    history = solve(substeps=substeps) if substeps != "auto" else _refined(solve)
     announce(history, stacklevel=2)
+    return history
+
+
+def _solved(*given: Any, **options: Any) -> RubbingHistory:
+    """Return the history with a given number of substeps, without warnings."""
+    history: RubbingHistory = marched(Rubs.of(*given, **options))
+    return history
+
+
+def _refined(solve: Callable[..., RubbingHistory]) -> RubbingHistory:
+    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last."""
+    for substeps in REFINED:
+        history = solve(substeps=substeps)
+        checks.require(
+            is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
+        )
+        size = max(float(jnp.max(jnp.abs(a))) for a in (history.thickness, history.approach))
+        short = float(history.step_error[-1]) <= LARGEST_ERROR * size
+        if short and not bool(jnp.any(history.status == Status.STEP_TOO_LONG)):
+            break
     return history
 
 
@@ -205,7 +198,7 @@ class Rubs(TimedExperiment):
         law = SumOfLaws(()) if law is None else law
         valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
         velocity, path, moves = _motion(velocity, path, np.shape(times)[0])
-        valid = valid & moves & _check_thermal(thermal, grid)
+        valid = valid & moves & check_thermal(thermal, grid, "rub")
         if path is not None:
             valid = valid & check_path(path, times, indenter, grid)
             in_place = wears == "film" and thermal is None
@@ -328,16 +321,6 @@ def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:
         f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
     )
     return checks.finite("velocity [m/s]", velocity)
-
-
-def _check_thermal(thermal: Any, grid: Grid) -> Verdict:
-    if thermal is None:
-        return True
-    checks.require(
-        isinstance(thermal, Thermal), f"thermal: expected Thermal or None, got {type(thermal).__name__}"
-    )
-    check_not_periodic(grid, "rub with thermal")
-    return thermal.check()
 
 
 def _reach(film_map: ThicknessMap | None, grid: Grid) -> Array | float:

@@ -8,11 +8,16 @@ from scipy.integrate import quad
 
 import jaxcontact as jc
 
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore:only", "ignore:film strain", "ignore:.*varies with a slope")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore:only", "ignore:film strain", "ignore:.*varies with a slope"),
+]
 STEEL = jc.Elastic(G=80e9, nu=0.3)
 ROLLER, LOAD, RADIUS, LENGTH = jc.Cylinder(5e-3, length=1e-3), 20.0, 5e-3, 1e-3
 LINE = jc.Grid((80, 1), (2e-6, LENGTH), periodic=(False, True))
-HALF_WIDTH = np.sqrt(4 * LOAD / LENGTH * RADIUS * 0.7 / (np.pi * 2 * 80e9))  # Hertz, (1 - nu^2)/E = (1 - nu)/(2 G)
+HALF_WIDTH = np.sqrt(
+    4 * LOAD / LENGTH * RADIUS * 0.7 / (np.pi * 2 * 80e9)
+)  # Hertz, (1 - nu^2)/E = (1 - nu)/(2 G)
 PEAK = 2 * LOAD / LENGTH / (np.pi * HALF_WIDTH)
 HOMOGENEOUS = jc.LayeredHalfSpace([jc.Layer(STEEL, 1e-8)], STEEL)
 ACROSS = np.linspace(-40e-6, 40e-6, 81)
@@ -42,7 +47,7 @@ def test_each_pass_wears_coefficient_times_line_load(passes):
 
 def test_growth_in_a_pass_is_the_integral_over_the_time_of_passage():
     """int rate exp(-(E - V p(x))/(k T)) dx/v with Hertz's pressure, by quadrature."""
-    kT, rate = 1.380649e-23 * 373.0, 1e-10
+    kT, rate = 1.380649e-23 * 373.0, 1e-12
     volume = 4.0 * kT / PEAK
     run = passed(jc.StressActivated(rate, 0.0, volume, 373.0), ACROSS)
     grown = np.asarray(run.thickness[-1] - run.thickness[0])[CROSSED, 0]
@@ -59,7 +64,8 @@ def test_a_ball_wears_a_groove_of_the_line_integral_of_its_pressure():
     peak = 1.5 * load / (np.pi * a**2)
     path = np.linspace(0.0, 128e-6, 129)  # once around
     run = jc.rub(
-        HOMOGENEOUS, ball, jc.Load(load), np.linspace(0.0, 1.0, 129), path=path, law=jc.Archard(1e-21), grid=grid, save="last",
+        HOMOGENEOUS, ball, jc.Load(load), np.linspace(0.0, 1.0, 129), path=path, law=jc.Archard(1e-21), grid=grid,
+        save="last",
     )  # fmt: skip
     y = np.asarray(grid.axes()[1])
     groove = 1e-8 - np.asarray(run.thickness).mean(0)
@@ -110,10 +116,18 @@ def test_derivatives_of_a_track():
 
     def depth(scale):
         body = jc.LayeredHalfSpace([jc.Layer(film, 1e-6)], STEEL)
-        law, times = jc.Archard(2e-16 * scale[0]), np.linspace(0.0, 1.0, 9)
-        path = scale[2] * np.linspace(0.0, 16e-6, 9)
+        law, times = jc.Archard(2e-16 * scale[0]), np.linspace(0.0, 1.0, 6)
+        path = scale[2] * np.linspace(0.0, 10e-6, 6)
         run = jc.rub(
-            body, ROLLER, jc.Load(LOAD * scale[1]), times, path=path, law=law, grid=LINE, tolerance=1e-11, thickest=2e-6
+            body,
+            ROLLER,
+            jc.Load(LOAD * scale[1]),
+            times,
+            path=path,
+            law=law,
+            grid=LINE,
+            tolerance=1e-11,
+            thickest=2e-6,
         )
         return jnp.sum((1e-6 - run.thickness[-1]) ** 2) * 1e14
 
