@@ -105,8 +105,8 @@ def rub(
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
             eighth of a cell. The status is 13 if the film becomes thicker.
         substeps: number of inner steps between two times, static, or "auto", which repeats the run with 4, 16 and 64 of
-            them until no step has status 12 and ``step_error`` is below 1 % of the largest thickness (or of the approach,
-            where that is larger). "auto" cannot be used inside jit, vmap and grad.
+            them until no step has status 12 and ``step_error`` is below 1 % of the largest change of the thickness. "auto"
+            cannot be used inside jit, vmap and grad.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
@@ -124,31 +124,26 @@ def rub(
         >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
         '200.0 um3'
     """
-    solve = functools.partial(
-        _solved, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path, friction=friction,
+    experiment = functools.partial(
+        Rubs.of, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path, friction=friction,
         wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
         checkpoint=checkpoint,
     )  # fmt: skip
-    history = solve(substeps=substeps) if substeps != "auto" else _refined(solve)
+    history = _refined(experiment) if substeps == "auto" else marched(experiment(substeps=substeps))
     announce(history, stacklevel=2)
     return history
 
 
-def _solved(*given: Any, **options: Any) -> RubbingHistory:
-    """Return the history with a given number of substeps, without warnings."""
-    history: RubbingHistory = marched(Rubs.of(*given, **options))
-    return history
-
-
-def _refined(solve: Callable[..., RubbingHistory]) -> RubbingHistory:
-    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last."""
+def _refined(experiment: Callable[..., Rubs]) -> RubbingHistory:
+    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last; without warnings."""
     for substeps in REFINED:
-        history = solve(substeps=substeps)
+        rubs = experiment(substeps=substeps)
+        history: RubbingHistory = marched(rubs)
         checks.require(
             is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
         )
-        size = max(float(jnp.max(jnp.abs(a))) for a in (history.thickness, history.approach))
-        short = float(history.step_error[-1]) <= LARGEST_ERROR * size
+        change = float(jnp.max(jnp.abs(history.thickness - rubs.at_first)))
+        short = float(history.step_error[-1]) <= LARGEST_ERROR * change
         if short and not bool(jnp.any(history.status == Status.STEP_TOO_LONG)):
             break
     return history
@@ -231,7 +226,7 @@ class Rubs(TimedExperiment):
             **self.contact(scale),
             kinetics=self.kinetics,
             friction=self.friction,
-            at_first=jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values,
+            at_first=self.at_first,
             thickest=self.thickest,
             scale=scale,
             heated=self._heated(),
@@ -240,6 +235,11 @@ class Rubs(TimedExperiment):
         )
         made = {"makes": RubbingHistory, "step": RubbedStep, "course": course}
         return self.plan(stepper, self._inputs(), scale, errors, **made)
+
+    @property
+    def at_first(self) -> Array:
+        """The thickness at the first time [m], (nx, ny); of an indenter that wears zero."""
+        return jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values
 
     @property
     def profile(self) -> Array:

@@ -18,9 +18,9 @@ def slid(film, thermal, times=TIMES):
 
 
 def test_the_temperature_is_that_of_a_flux_which_moves():
-    run = slid(FILM, jc.Thermal(350.0, 46.0, share=0.6, diffusivity=1.2e-5))
+    run = slid(FILM, jc.Thermal(350.0, 46.0, share=0.6, diffusivity=1.2e-6))
     flux = 0.6 * 0.3 * SPEED * run.pressure[-1]
-    rise = jc.flash_temperature(flux, GRID, velocity=SPEED, conductivity=46.0, diffusivity=1.2e-5)
+    rise = jc.flash_temperature(flux, GRID, velocity=SPEED, conductivity=46.0, diffusivity=1.2e-6)
     np.testing.assert_allclose(run.temperature[-1] - 350.0, rise, rtol=1e-9)
     assert run.peak_temperature[-1] == pytest.approx(350.0 + float(rise.max()), rel=1e-12)
     assert np.mean(rise[:12]) > 1.1 * np.mean(rise[12:])  # hotter behind
