@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+import jaxcontact as jc
 from fitting.data.growth import GrowthData
 from fitting.fits.growth_search import STRUCTURE, Curves, to_si
 from fitting.inference import student
@@ -182,6 +183,8 @@ def fit_growth(
         start = np.clip(solved.theta, *space.bounds)
         solved = least_squares(problem, lambda weights: curves.objective_in(contact, space, weights), [start])
     notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
+    if contact is not None:
+        notes += _of_steps(contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta), curves.unit)))
     found = conclude(problem, solved._replace(notes=notes))
     return found.fit(
         GrowthFit,
@@ -190,6 +193,17 @@ def fit_growth(
         starts=(best.starts, best.agreed),
         slopes=found.judged.slopes,
     )
+
+
+def _of_steps(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
+    """Return a note on curves whose steps in time are too long."""
+    runs = [
+        contact.run(kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial)
+        for one in curves.data
+    ]
+    late = sum(bool(jnp.any(run.status == jc.Status.STEP_TOO_LONG)) for run in runs)
+    note = f"the steps in time of {late} of {len(runs)} curves have an error above 1 %: use more substeps in contact"
+    return [note] if late else []
 
 
 def _check_contact(contact: Any, curves: Curves) -> None:

@@ -61,17 +61,28 @@ class RubbedContact:
     def thickness(
         self, kinetics: GrowthKinetics, t: Any, *, load: Any, temperature: Any, initial: Any = 0.0
     ) -> Array:
-        """Return the mean thickness [m] at times t (n,) [s] under a load [N] at a temperature [K], (n,)."""
+        """Return the mean thickness [m] at times t (n,) [s] under a load [N] at a temperature [K], (n,).
+
+        It is nan from a time on at which there is no solution, or the film is thicker than ``thickest``.
+        """
+        run = self.run(kinetics, t, load=load, temperature=temperature, initial=initial)
+        usable = [jc.Status.FINE, jc.Status.STEP_TOO_LONG, jc.Status.INHERITED]
+        failed = jnp.cumsum(~jnp.isin(run.status, jnp.array(usable))) > 0
+        found: Array = jnp.where(failed, jnp.nan, run.saved)[1:]
+        return found
+
+    def run(
+        self, kinetics: GrowthKinetics, t: Any, *, load: Any, temperature: Any, initial: Any = 0.0
+    ) -> Any:
+        """Return the ``RubbingHistory`` of a curve at the times 0 and t, with the mean thickness in ``saved``."""
         law, measured = kinetics.law(temperature, stress=self.stress), self.cells()
         film, t = self.body.layers[0], jnp.asarray(t, dtype=float)
         body = dataclasses.replace(self.body, layers=(dataclasses.replace(film, thickness=initial),))
-        run = jc.rub(
+        return jc.rub(
             body, self.indenter, jc.Load(load), jnp.append(0.0, t), velocity=self.velocity, law=law, grid=self.grid,
             friction=self.friction, thickest=self.thickest, substeps=self.substeps,
             save=lambda step: jnp.sum(measured * step.thickness),
         )  # fmt: skip
-        found: Array = jnp.where(run.converged[1:], run.saved[1:], jnp.nan)
-        return found
 
     def cells(self) -> Array:
         """Return the weight of each cell in the mean, (nx, ny)."""

@@ -156,7 +156,8 @@ def _name(function: Callable[..., Any], args: Any, static: dict[str, Any]) -> st
     """Return the file name of a program; None if it is not cached because some part is not identified by the packages'
     sources.
     """
-    if _folder is None or not _is_outermost(args) or not _can_export():
+    on_a_mesh = not jax.sharding.get_abstract_mesh().empty
+    if _folder is None or on_a_mesh or not _is_outermost(args) or not _can_export():
         return None
     leaves, structure = jax.tree.flatten(args)
     kinds = [str(jax.typeof(leaf)) for leaf in leaves]

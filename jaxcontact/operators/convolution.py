@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
-from jaxcontact.operators import spectral
+from jaxcontact.operators import distributed, spectral
 from jaxcontact.operators.base import Corner, Extended, Family, InvertibleOperator, Linear
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
@@ -70,7 +70,8 @@ class Convolution(InvertibleOperator):
         return Extended(_Wrapped(spectrum), _Wrapped(1.0 / spectrum), padded)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        return None if self.window is None else spectral.window_shape(shape, self.periodic)
+        none = self.window is None or distributed.devices() > 1
+        return None if none else spectral.window_shape(shape, self.periodic)
 
     def restricted(self, corner: Corner) -> Convolution:
         assert self.window is not None
@@ -104,11 +105,13 @@ class Convolutions(Family):
         """Return the operators of kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; of one period along a
         periodic axis.
 
-        The window is without derivative, since only searches use it.
+        The window is without derivative, since only searches use it. There is none if the cells are divided among
+        devices: each search would move its part of the grid.
         """
         nx, ny = spectral.window_shape(kernels.shape[-2:], periodic)
         part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
-        return cls(_members(kernels, _members(part, None, periodic), periodic))
+        window = _members(part, None, periodic) if distributed.devices() == 1 else None
+        return cls(_members(kernels, window, periodic))
 
     @classmethod
     def of_spectra(cls, spectra: Array) -> Convolutions:

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
-from jaxcontact.operators import spectral
+from jaxcontact.operators import distributed, spectral
 from jaxcontact.operators.base import Corner, Linear, TractionOperator
 from jaxcontact.operators.convolution import FLOOR, Convolution
 from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
@@ -45,7 +45,8 @@ class Tangential:
         """
         nx, ny = spectral.window_shape(kernels.xx.shape[-2:], periodic)
         part = jax.tree.map(lambda a: jax.lax.stop_gradient(a[..., :nx, :ny]), kernels)
-        return cls._of(kernels, cls._of(part, None, coupled, periodic), coupled, periodic)
+        window = cls._of(part, None, coupled, periodic) if distributed.devices() == 1 else None
+        return cls._of(kernels, window, coupled, periodic)
 
     @classmethod
     def _of(
@@ -81,7 +82,7 @@ def spectrum(
         middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
         kernel = jnp.concatenate([kernel, middle, parity * kernel[..., :0:-1]], -1)
         kernel = jnp.moveaxis(kernel, -1, axis)
-    return jnp.swapaxes(jnp.fft.rfft2(kernel), -1, -2)
+    return spectral.transform(kernel, (True, True))
 
 
 @pytree

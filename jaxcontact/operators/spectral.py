@@ -10,9 +10,12 @@ Along a periodic axis there is no padding: its length is that of the grid, odd o
 at all offsets of a period.
 """
 
+import jax
 import jax.numpy as jnp
 import scipy
 from jax import Array
+
+from jaxcontact.operators import distributed
 
 Periodic = tuple[bool, bool]  # along x, along y
 FREE: Periodic = (False, False)
@@ -30,34 +33,42 @@ def padded_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int
 def kernel_spectrum(kernel: Array, periodic: Periodic = FREE) -> Array:
     """Spectrum (..., my/2 + 1, mx), real, of kernels (..., nx, ny) for ``convolve``."""
     mx, my = padded_shape(kernel.shape[-2:], periodic)
-    rows = jnp.swapaxes(_even_spectrum(kernel, my, periodic[1]), -1, -2)
-    half = _even_spectrum(rows, mx, periodic[0])
+    whole = _all_offsets(kernel, my, periodic[1])
+    if distributed.devices() > 1:
+        whole = jnp.swapaxes(_all_offsets(jnp.swapaxes(whole, -1, -2), mx, periodic[0]), -1, -2)
+        return distributed.transform(whole, (mx, my)).real
+    rows = jnp.swapaxes(jnp.fft.rfft(whole).real, -1, -2)
+    half = jnp.fft.rfft(_all_offsets(rows, mx, periodic[0])).real
     return jnp.concatenate([half, half[..., (mx - 1) // 2 : 0 : -1]], -1)
 
 
-def _even_spectrum(kernel: Array, length: int, periodic: bool) -> Array:
-    """Spectrum along the last axis, real, (..., length/2 + 1), of a kernel that is even in it.
+def _all_offsets(kernel: Array, length: int, periodic: bool) -> Array:
+    """A kernel that is even in its last axis at the offsets of both signs, (..., length).
 
     Offsets that no pair of cells has are zero.
     """
-    if not periodic:
-        middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
-        kernel = jnp.concatenate([kernel, middle, kernel[..., :0:-1]], -1)
-    return jnp.fft.rfft(kernel).real
+    if periodic:
+        return kernel
+    middle = jnp.zeros((*kernel.shape[:-1], length - 2 * kernel.shape[-1] + 1))
+    return jnp.concatenate([kernel, middle, kernel[..., :0:-1]], -1)
 
 
 def transform(field: Array, periodic: Periodic = FREE) -> Array:
     """Spectrum (..., my/2 + 1, mx) of fields (..., nx, ny), zero-padded."""
     mx, my = padded_shape(field.shape[-2:], periodic)
+    if distributed.devices() > 1:
+        return distributed.transform(field, (mx, my))
     rows = jnp.swapaxes(jnp.fft.rfft(field, n=my, axis=-1), -1, -2)
     return jnp.fft.fft(rows, n=mx, axis=-1)
 
 
 def inverse(spectrum: Array, shape: tuple[int, ...], periodic: Periodic = FREE) -> Array:
     """The (..., nx, ny) part of the field with this spectrum."""
-    nx, ny = shape
+    (nx, ny), (_, my) = shape, padded_shape(shape, periodic)
+    if distributed.devices() > 1:
+        return distributed.inverse(spectrum, shape, my)
     rows = jnp.fft.ifft(spectrum, axis=-1)[..., :nx]
-    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=padded_shape(shape, periodic)[1], axis=-1)[..., :ny]
+    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=my, axis=-1)[..., :ny]
 
 
 def convolve(spectrum: Array, field: Array, periodic: Periodic = FREE) -> Array:
@@ -78,15 +89,19 @@ def circulant_spectrum(kernel: Array) -> Array:
     It takes the offsets up to half the grid (Strang's circulant): cheap, and close enough to
     the true operator for a preconditioner.
     """
-    for axis in (-2, -1):
-        offsets = jnp.arange(kernel.shape[axis])
-        kernel = jnp.take(kernel, jnp.minimum(offsets, offsets.size - offsets), axis=axis)
+    for axis in (kernel.ndim - 2, kernel.ndim - 1):
+        n = kernel.shape[axis]
+        near = jax.lax.slice_in_dim(kernel, 0, n // 2 + 1, axis=axis)
+        far = jax.lax.slice_in_dim(kernel, 1, (n + 1) // 2, axis=axis)
+        kernel = jnp.concatenate([near, jnp.flip(far, axis)], axis)
     return kernel_spectrum(kernel, (True, True))
 
 
 def apply_circulant(spectrum: Array, field: Array) -> Array:
     """Multiply by a circulant spectrum on the grid itself, (..., nx, ny) -> (..., nx, ny)."""
-    ny = field.shape[-1]
+    nx, ny = field.shape[-2:]
+    if distributed.devices() > 1:
+        return distributed.inverse(spectrum * distributed.transform(field, (nx, ny)), (nx, ny), ny)
     rows = jnp.swapaxes(jnp.fft.rfft(field, axis=-1), -1, -2)
     rows = jnp.fft.ifft(spectrum * jnp.fft.fft(rows, axis=-1), axis=-1)
     return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)

@@ -29,7 +29,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.operators import spectral
+from jaxcontact.operators import distributed, spectral
 from jaxcontact.operators.base import Corner, Family, Linear, Operator
 from jaxcontact.operators.convolution import FLOOR, held_compliance
 
@@ -102,7 +102,8 @@ class Varying(Operator):
         return held_compliance(self.circulant)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        return None if self.window is None else spectral.window_shape(shape, self.periodic)
+        none = self.window is None or distributed.devices() > 1
+        return None if none else spectral.window_shape(shape, self.periodic)
 
     def restricted(self, corner: Corner) -> Varying:
         """The same film, as thick as it is in the window."""

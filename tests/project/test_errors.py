@@ -67,6 +67,7 @@ CHECKS = (
 ELSEWHERE = {  # reached by no row, and why
     "checks.py": "the checks themselves",
     "laws.py: rate": "the base of laws",
+    "distributed.py: devices": "test_distributed.py, in a mesh",
     "shapes.py: outline": "of a flat punch, whose contact is known and never estimated",
     **{f"flash_temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "_check_peclet")},
     **{f"heat_partition.py: {name}": "test_heat.py" for name in ("check", "heat_partition")},
