@@ -18,7 +18,7 @@ FIELDS = ("body", "indenter", "grid", "velocity", "friction", "radius", "thickes
 @functools.partial(
     jax.tree_util.register_dataclass, data_fields=list(FIELDS), meta_fields=["stress", "substeps"]
 )
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class RubbedContact:
     """The contact in which growth curves were measured, for ``fit_growth(contact=...)``.
 
@@ -58,6 +58,13 @@ class RubbedContact:
     stress: str = "pressure"
     substeps: int = 1
 
+    def __repr__(self) -> str:
+        cells = " x ".join(map(str, self.grid.shape))
+        return (
+            f"RubbedContact of a {type(self.indenter).__name__} at {self.velocity:.4g} m/s on {cells} cells, thickness"
+            f" within {self.radius:.4g} m, growth by {self.stress}"
+        )
+
     def thickness(
         self, kinetics: GrowthKinetics, t: Any, *, load: Any, temperature: Any, initial: Any = 0.0
     ) -> Array:
@@ -76,12 +83,12 @@ class RubbedContact:
     ) -> Any:
         """Return the ``RubbingHistory`` of a curve at the times 0 and t, with the mean thickness in ``saved``."""
         law, measured = kinetics.law(temperature, stress=self.stress), self.cells()
-        film, t = self.body.layers[0], jnp.asarray(t, dtype=float)
-        body = dataclasses.replace(self.body, layers=(dataclasses.replace(film, thickness=initial),))
+        t, (film,) = jnp.asarray(t, dtype=float), self.body.sublayers()
+        body = jc.LayeredHalfSpace([jc.Layer(film.material, initial)], self.body.substrate)
         return jc.rub(
             body, self.indenter, jc.Load(load), jnp.append(0.0, t), velocity=self.velocity, law=law, grid=self.grid,
             friction=self.friction, thickest=self.thickest, substeps=self.substeps,
-            save=lambda step: jnp.sum(measured * step.thickness),
+            save=lambda step: jnp.sum(measured * step.thickness)  # type: ignore[attr-defined],
         )  # fmt: skip
 
     def cells(self) -> Array:

@@ -51,7 +51,8 @@ class Field:
 
 FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "times": Field(TIME, "s", "time"),
-    "profile": Field(MAP, "m", "gap at first touch"),
+    "profile": Field(PLANE, "m", "gap at first touch"),
+    "moved_profile": Field(MAP, "m", "gap before contact where the indenter is, at no approach"),
     "pressure": Field(MAP, "Pa", "contact pressure, positive in compression"),
     "displacement": Field(MAP, "m", "sum of the displacements of both surfaces, each into its own body"),
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),

@@ -276,7 +276,7 @@ class RubStepper(PressStepper):
         thickness = state.thickness / self.scale.length
         shown = {"pressure": numbers.pop("pressure"), "displacement": displacement, "thickness": thickness}
         if self.track is not None:
-            shown["profile"] = coming.profile
+            shown["moved_profile"] = coming.profile
         return Outcome(shown, numbers)
 
     def _status(self, found: SolvedRub, estimate: Array, step: Steps) -> Array:

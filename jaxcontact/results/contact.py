@@ -147,8 +147,7 @@ class ContactHistory(ContactResult):
         """The gap, profile + displacement - approach [m], of the shape of ``pressure``; zero in contact."""
         over_time = self._has_maps_over_time
         approach = self.approach if over_time else self.approach[..., -1]
-        one_for_all = self.profile.ndim < self.displacement.ndim
-        profile = self.profile[..., None, :, :] if one_for_all else self.profile
+        profile = self.profile[..., None, :, :] if over_time else self.profile
         return profile + self.displacement - approach[..., None, None]
 
     @property

@@ -32,7 +32,7 @@ class RubbingHistory(ContactHistory):
 
     displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
     touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
-    indenter on it, and profile (nt, nx, ny) moves with the indenter. status 12: a time step is too long for the rate of
+    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile where the indenter is. status 12: a time step is too long for the rate of
     growth or wear, or for the contact's move; 13: the film is thicker than the largest thickness for which its kernels were
     computed.
     """
@@ -43,6 +43,15 @@ class RubbingHistory(ContactHistory):
     step_error: Array
     temperature: Array | None = None
     position: Array | None = None
+    moved_profile: Array | None = None
+
+    @property
+    def gap(self) -> Array:
+        """The gap [m], as of every ``ContactHistory``, with the profile where the indenter is."""
+        if self.moved_profile is None:
+            return super().gap
+        approach = self.approach if self._has_maps_over_time else self.approach[..., -1]
+        return self.moved_profile + self.displacement - approach[..., None, None]
 
     @property
     def peak_thickness(self) -> Array:

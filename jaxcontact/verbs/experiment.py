@@ -304,7 +304,7 @@ class Plan:
 
     def seen(self, outcome: Outcome) -> ContactStep:
         """Return an outcome in SI, for a user's function."""
-        profile = outcome.fields.get("profile", self.stepper.profile)
+        profile = outcome.fields.get("moved_profile", self.stepper.profile)
         gap = profile + outcome.fields["displacement"] - outcome.numbers["approach"]
         in_si = self.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
         known = {field.name for field in fields(self.step)} & in_si.keys()
@@ -315,7 +315,7 @@ class Plan:
     ) -> ContactHistory:
         """Return the result for some rows from their outcomes; last: the fields where outcomes have none."""
         overall = {"profile": self.stepper.profile} | self.stepper.overall(carry.own)
-        in_si = self.scale.to_si(**(overall | (outcomes.fields or last)), **outcomes.numbers)
+        in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
         course = {name: values[rows] for name, values in self.course.items()}
         return self.makes(saved=outcomes.saved, **course, **self.beside, **in_si)
 

@@ -179,16 +179,7 @@ class Rubs(TimedExperiment):
         thickest: Any = None,
         **options: Any,
     ) -> Self:
-        checks.one_of("wears", wears, "film", "indenter")
-        film_map: ThicknessMap | None = None
-        valid: Verdict = True
-        if wears == "film":
-            body = over_the_plane(body, getattr(grid, "shape", ()))
-            body, film_map, valid = separate_map(body, grid.shape, np.size(times))
-            checks.require(
-                film_map is not None and not film_map.over_times,
-                "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
-            )
+        body, film_map, valid = _film(body, wears, grid, np.size(times))
         experiment = Experiment.of(body, indenter, control, times, grid=grid, film_map=film_map, **options)
         law = SumOfLaws(()) if law is None else law
         valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
@@ -293,6 +284,22 @@ class Rubs(TimedExperiment):
 
 
 _OWN = ("velocity", "path", "kinetics", "friction", "thermal", "thickest")
+
+
+def _film(
+    body: LayeredHalfSpace, wears: str, grid: Grid, count: int
+) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:
+    """Return the body, the thickness of the film that wears (None where the indenter does), and whether it is in range."""
+    checks.one_of("wears", wears, "film", "indenter")
+    if wears == "indenter":
+        return body, None, True
+    body = over_the_plane(body, getattr(grid, "shape", ()))
+    body, film_map, valid = separate_map(body, grid.shape, count)
+    checks.require(
+        film_map is not None and not film_map.over_times,
+        "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
+    )
+    return body, film_map, valid
 
 
 def _motion(velocity: Any, path: Any, count: int) -> tuple[Any, Any, Verdict]:

@@ -67,19 +67,19 @@ MOTION = {
         r'substeps: expected a number inside jit, vmap and grad, got "auto"',
     ),
     "heat without friction in a slide": (
-        lambda: slide(1e-3, thermal=HOT),
+        lambda: slide(1e-9, thermal=HOT),
         r"friction: expected a coefficient with thermal=, got None",
     ),
     "heat at a velocity that changes": (
-        lambda: slide(np.ones((2, 2)), thermal=HOT, friction=0.1),
+        lambda: slide(1e-9 * np.ones((2, 2)), thermal=HOT, friction=0.1),
         r"velocity: expected a number or shape \(2,\) with thermal=, .* got shape \(2, 2\)",
     ),
     "heat that does not spread": (
-        lambda: slide(1e-3, thermal=jc.Thermal(300.0, 46.0), friction=0.1),
+        lambda: slide(1e-9, thermal=jc.Thermal(300.0, 46.0), friction=0.1),
         r"Thermal diffusivity \[m2/s\]: expected a number in slide, got None",
     ),
     "a diffusivity below zero": (
-        lambda: slide(1e-3, thermal=jc.Thermal(300.0, 46.0, diffusivity=-1.0), friction=0.1),
+        lambda: slide(1e-9, thermal=jc.Thermal(300.0, 46.0, diffusivity=-1.0), friction=0.1),
         r"Thermal diffusivity \[m2/s\]: expected > 0",
     ),
     "a normal load along the surface": (lambda: shear(LOAD), r"tangential: expected TangentialLoad or"),
