@@ -32,7 +32,9 @@ class RubbingHistory(ContactHistory):
 
     displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
     touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
-    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile where the indenter is. status 12: a time step is too long for the rate of
+    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile where the indenter is.
+
+    status 12: a time step is too long for the rate of
     growth or wear, or for the contact's move; 13: the film is thicker than the largest thickness for which its kernels were
     computed.
     """
