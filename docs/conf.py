@@ -1,6 +1,8 @@
 """How the site is built: python -m sphinx docs site."""
 
+import base64
 import inspect
+import json
 import re
 import shutil
 import sys
@@ -25,12 +27,14 @@ extensions = [
     "sphinx_copybutton",
     "myst_nb",
 ]
-exclude_patterns = ["README.md"]
+exclude_patterns = ["README.md", "paper"]
 html_theme = "furo"
 html_title = f"jaxcontact {release}"
 html_math_renderer = "mathml"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
+html_extra_path = ["explorer/page"]
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}
 pygments_style = "a11y-high-contrast-light"
@@ -114,12 +118,32 @@ def _formula(self: Any, node: nodes.Element) -> None:
 
 
 def _copy_notebooks() -> None:
-    """Into the folder of the pages, where Sphinx finds them."""
+    """Into the folder of the pages, where Sphinx finds them, with a page of their first pictures."""
     target = HERE / "notebooks"
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir()
-    for source in sorted((ROOT / "notebooks").glob("*.ipynb")):
+    cards = []
+    sources = (ROOT / "notebooks").glob("*.ipynb")
+    for source in sorted(sources, key=lambda path: int(path.stem.partition("_")[0])):
         shutil.copy(source, target)
+        cards.append(_card(source, target))
+    text = "`````{container} pictures\n" + "\n".join(cards) + "`````\n"
+    (target / "gallery.txt").write_text(text, encoding="utf-8")
+
+
+def _card(source: Path, target: Path) -> str:
+    """Return a figure of a notebook's first picture, with its title, and write the picture into a folder."""
+    cells = json.loads(source.read_text(encoding="utf-8"))["cells"]
+    title = "".join(cells[0]["source"]).partition("\n")[0].lstrip("# ")
+    outputs = [output for cell in cells for output in cell.get("outputs", [])]
+    pictures = [
+        out["data"]["image/png"] for out in outputs if "image/png" in out.get("data", {})
+    ]
+    if not pictures:
+        raise ValueError(f"{source.name}: expected a picture for the gallery")
+    (target / f"{source.stem}.png").write_bytes(base64.b64decode("".join(pictures[0])))
+    name = f"notebooks/{source.stem}"
+    return f'```{{figure}} {name}.png\n:alt: ""\n\n[{title}]({name}.ipynb)\n```\n'
 
 
 def setup(app: Any) -> None:

@@ -8,6 +8,7 @@ from fitting.after.planning import design as design
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
+from fitting.data.exclusion import exclude as exclude
 from fitting.data.fields import ContactData as ContactData
 from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
@@ -28,6 +29,10 @@ from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import fit_growth as fit_growth
 from fitting.fits.indentation import IndentationFit as IndentationFit
 from fitting.fits.indentation import fit_indentation as fit_indentation
+from fitting.fits.master import MasterFit as MasterFit
+from fitting.fits.master import fit_master as fit_master
+from fitting.fits.maxwell import MaxwellFit as MaxwellFit
+from fitting.fits.maxwell import fit_maxwell as fit_maxwell
 from fitting.fits.modulus import ModulusFit as ModulusFit
 from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
@@ -42,6 +47,7 @@ from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
 from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
+from fitting.io.sweeps_reader import read_sweeps as read_sweeps
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
 from fitting.models.rubbed_contact import RubbedContact as RubbedContact
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
@@ -64,6 +70,8 @@ __all__ = [
     "IndentationData",
     "IndentationFit",
     "JointFit",
+    "MasterFit",
+    "MaxwellFit",
     "Minimum",
     "ModulusFit",
     "OscillationData",
@@ -74,12 +82,15 @@ __all__ = [
     "RubbedContact",
     "compare",
     "design",
+    "exclude",
     "fit_creep",
     "fit_creep_batch",
     "fit_fields",
     "fit_force",
     "fit_growth",
     "fit_indentation",
+    "fit_master",
+    "fit_maxwell",
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
@@ -93,6 +104,7 @@ __all__ = [
     "read_indentation",
     "read_oscillation",
     "read_relaxation",
+    "read_sweeps",
     "resample",
     "thin_layer_factor",
 ]

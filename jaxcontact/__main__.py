@@ -22,7 +22,7 @@ from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
 from jaxcontact.commands.run import run
-from jaxcontact.commands.status import BAD_INPUT, complain, tell
+from jaxcontact.commands.status import BAD_INPUT, print_error, tell
 from jaxcontact.commands.sweep import run_study
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
@@ -83,9 +83,9 @@ def main(arguments: list[str] | None = None) -> int:
         with signals_interrupt():
             return _dispatch(arguments)
     except (ValueError, OSError, ImportError, MemoryError) as error:
-        return complain(str(error), BAD_INPUT)
+        return print_error(str(error), BAD_INPUT)
     except KeyboardInterrupt as interrupt:
-        return complain(f"interrupted by {signal_of(interrupt).name}", exit_status(interrupt))
+        return print_error(f"interrupted by {signal_of(interrupt).name}", exit_status(interrupt))
 
 
 def _dispatch(arguments: list[str]) -> int:

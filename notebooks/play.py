@@ -1,16 +1,16 @@
-"""A page to play with: a steel ball on a film that creeps, on glass; pressure and approach follow the sliders.
+"""A page to play with: three contacts with a film that creeps; pressure and approach follow the sliders.
 
     pip install -e '.[play]'
     marimo run notebooks/play.py
 
-Each move is a whole run of the solver on 48 x 48 cells. The first compiles for some seconds, unless an earlier visit left
-its program in the store.
+Each move is a whole run of the solver. The first run of a ball and that of a roller compile for some seconds, unless an
+earlier visit left their programs in the store.
 """
 
 import marimo
 
 __generated_with = "0.25.2"
-app = marimo.App(width="medium", app_title="A ball on a film that creeps")
+app = marimo.App(width="medium", app_title="Contact with a film that creeps")
 
 with app.setup:
     import jaxcontact as jc  # isort: skip (before jax)
@@ -21,43 +21,129 @@ with app.setup:
 
     jc.enable_compilation_cache()
     STEEL, GLASS = jc.Elastic.from_young(210e9, nu=0.3), jc.Elastic.from_young(70e9, nu=0.22)
-    TIMES = np.append(0.0, np.outer([1.0, 10.0, 100.0, 1000.0], [1.0, 1.5, 2.0, 3.0, 5.0, 7.0]))  # [s]
-    compiled = jax.jit(lambda body, ball, load, grid: jc.indent(body, ball, jc.Load(load), TIMES, grid=grid))
+    TIMES = np.append(0.0, np.outer([1.0, 10.0, 100.0, 1000.0], [1.0, 2.0, 5.0]))  # [s]
+    LABELS = {
+        "stiffness": "shear modulus at first",
+        "softening": "softening",
+        "delay": "time of softening",
+        "flow": "time of flow",
+        "thickness": "thickness",
+        "radius": "radius",
+        "load": "load",
+    }
+    UNITS = {
+        "times": 1.0,
+        "s": 1.0,
+        "h": 3600.0,
+        "GPa": 1e9,
+        "MPa": 1e6,
+        "kPa": 1e3,
+        "mm": 1e-3,
+        "µm": 1e-6,
+        "nm": 1e-9,
+    }
+    UNITS |= {"N": 1.0, "nN": 1e-9, "kN/m": 1e3}
+    PRESETS = {  # what is pressed, the film and its Poisson's ratio, the substrate, and the sliders
+        "ZDDP film on steel": (
+            "ball", "tribofilm", 0.3, STEEL,
+            dict(stiffness=(10, "GPa"), softening=(0.5, "times"), delay=(100, "s"), flow=(10, "h"),
+                 thickness=(150, "nm"), radius=(10, "mm"), load=(10, "N")),
+        ),
+        "gel under a bead": (
+            "bead", "gel", 0.49, GLASS,
+            dict(stiffness=(1, "kPa"), softening=(1, "times"), delay=(10, "s"), flow=(10, "h"),
+                 thickness=(50, "µm"), radius=(25, "µm"), load=(1, "nN")),
+        ),
+        "rubber under a roller": (
+            "roller", "rubber", 0.49, STEEL,
+            dict(stiffness=(1, "MPa"), softening=(0.5, "times"), delay=(10, "s"), flow=(100, "h"),
+                 thickness=(10, "mm"), radius=(50, "mm"), load=(1, "kN/m")),
+        ),
+    }  # fmt: skip
+    PASCALS = {
+        "tribofilm": ("MPa", 1e6, "nm", 1e-9),
+        "gel": ("Pa", 1.0, "µm", 1e-6),
+        "rubber": ("kPa", 1e3, "µm", 1e-6),
+    }
+    compiled = jax.jit(
+        lambda body, pressed, load, grid: jc.indent(body, pressed, jc.Load(load), TIMES, grid=grid)
+    )
 
 
 @app.function
-def film(G1, softening, delay, flow):
-    """A Burgers film: G1 [Pa] at first, softer by a factor 1 + softening, delay [s]; it flows as much in flow [s]."""
-    return jc.Burgers(G1=G1, G2=G1 / softening, eta1=G1 * flow, eta2=G1 / softening * delay, nu=0.4)
+def film(stiffness, softening, delay, flow, nu):
+    """A Burgers film: stiffness [Pa] at first; its compliance grows by a share, softening, within the delay [s].
+
+    It flows as much as its first strain in flow [s].
+    """
+    G2 = stiffness / softening
+    return jc.Burgers(G1=stiffness, G2=G2, eta1=stiffness * flow, eta2=G2 * delay, nu=nu)
 
 
 @app.function
-def pressed(material, thickness, radius, load):
-    """The history of a ball of a radius [m] under a load [N] on a film of a thickness [m]."""
-    body = jc.LayeredHalfSpace([jc.Layer(material, thickness)], substrate=GLASS)
-    ball = jc.Sphere(radius=radius, material=STEEL)
-    grid = jc.Grid.around(body, ball, jc.Load(load), TIMES, n=48)
-    return compiled(*jax.tree.map(np.float64, (body, ball, load)), grid)
+def pressed(preset, stiffness, softening, delay, flow, thickness, radius, load):
+    """The history of a preset's contact, for values in SI units; the load of a roller is that on a metre."""
+    shape, _, nu, substrate, _ = PRESETS[preset]
+    body = jc.LayeredHalfSpace([jc.Layer(film(stiffness, softening, delay, flow, nu), thickness)], substrate)
+    indenter = jc.Cylinder(radius, 1.0, STEEL) if shape == "roller" else jc.Sphere(radius, STEEL)
+    grid = jc.Grid.around(body, indenter, jc.Load(load), TIMES, n=48)
+    if shape == "roller":
+        grid = jc.Grid((96, 1), (grid.width[0] / 96, 1.0), periodic=(False, True))
+    return compiled(*jax.tree.map(np.float64, (body, indenter, load)), grid)
 
 
 @app.function
-def drawn(history, time):
-    """The pressure across the contact at one of TIMES [s], between first and last, and the approach over time."""
+def rounded(value):
+    """The next of 1, 2, 5, 10, ... above a value: limits of axes that stay the same over several moves."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return power * min(step for step in (1.0, 2.0, 5.0, 10.0) if step * power >= value * (1.0 - 1e-9))
+
+
+@app.function
+def drawn(preset, history, before, time):
+    """The pressure across the contact at one of TIMES [s] and the approach over time; in grey those before the last move."""
     now = TIMES.tolist().index(time)
-    x, middle = np.asarray(history.grid.axes()[0]) * 1e6, history.grid.shape[1] // 2
-    pressure, approach = np.asarray(history.pressure)[:, :, middle] / 1e6, np.asarray(history.approach) * 1e9
+    force, pascal, length, metre = PASCALS[PRESETS[preset][1]]
     figure = Figure(figsize=(9, 3.4), dpi=80)
     figure.subplots_adjust(left=0.08, right=0.98, bottom=0.16, top=0.96, wspace=0.25)
     left, right = figure.subplots(1, 2)
-    left.plot(x, pressure[0], color="0.7", label="at first")
-    left.plot(x, pressure[-1], color="0.7", linestyle="--", label=f"after {TIMES[-1]:.0f} s")
-    left.plot(x, pressure[now], label=f"after {time:g} s")
-    left.set(xlabel="x [µm]", ylabel="pressure [MPa]", ylim=(0.0, 1.05 * pressure.max()))
-    left.legend(frameon=False)
-    right.plot(TIMES[1:], approach[1:])
+    curves = []
+    for one, style in (
+        (before, dict(color="0.65", ls="--", label="before")),
+        (history, dict(label=f"after {time:g} s")),
+    ):
+        x, middle = np.asarray(one.grid.axes()[0]) / metre, one.grid.shape[1] // 2
+        pressure, approach = np.asarray(one.pressure)[:, :, middle] / pascal, np.asarray(one.approach) / metre
+        left.plot(x, pressure[now], **style)
+        right.plot(TIMES[1:], approach[1:], **style)
+        curves.append((x[-1], pressure.max(), approach.max()))
     right.plot(max(time, 1.0), approach[now], "o", color="C0")
-    right.set(xlabel="time [s]", ylabel="approach [nm]", xscale="log", ylim=(0.0, None))
+    wide, high, deep = (rounded(max(values)) for values in zip(*curves, strict=True))
+    left.set(xlabel=f"x [{length}]", ylabel=f"pressure [{force}]", xlim=(-wide, wide), ylim=(0.0, high))
+    right.set(
+        xlabel="time [s]",
+        ylabel=f"approach [{length}]",
+        xscale="log",
+        xlim=(1.0, TIMES[-1]),
+        ylim=(0.0, deep),
+    )
+    left.legend(frameon=False)
     return figure
+
+
+@app.function
+def sketch(preset, shown):
+    """A drawing of the contact with its numbers, not to scale; shown: the values as text."""
+    shape, name, _, substrate, _ = PRESETS[preset]
+    below = "steel" if substrate is STEEL else "glass"
+    return mo.Html(f"""<svg viewBox="0 0 320 190" width="320" role="img" aria-label="{shape} on a {name}" font-size="12"
+      style="background: white; border-radius: 4px"><rect y="150" width="320" height="40" fill="#c3cad2"/>
+      <rect y="110" width="320" height="40" fill="#e8d9b0"/><circle cx="160" cy="-25" r="138" fill="#c3cad2"/>
+      <path d="M160 8 V32 M155 26 L160 34 L165 26" stroke="black" fill="none"/><text x="170" y="24">{shown["load"]}</text>
+      <text x="160" y="70" text-anchor="middle">{shape}, radius {shown["radius"]}</text>
+      <text x="8" y="134">{name}, {shown["thickness"]}</text>
+      <text x="312" y="134" text-anchor="end">{shown["stiffness"]}</text>
+      <text x="8" y="175">{below}</text></svg>""")
 
 
 @app.function
@@ -74,37 +160,51 @@ def validity(history):
 
 @app.cell
 def _():
-    decades = lambda low, high: [
-        float(f"{x:.2g}") for x in np.geomspace(low, high, 4 * round(np.log10(high / low)) + 1)
+    preset = mo.ui.dropdown(list(PRESETS), value="ZDDP film on steel", label="example")
+    mo.vstack([mo.md("# Contact with a film that creeps"), preset])
+    return (preset,)
+
+
+@app.cell
+def _(preset):
+    steps = lambda value: [float(f"{value * 10.0 ** (i / 12):.2g}") for i in range(-12, 13)]
+    slider = lambda value, grid: mo.ui.slider(steps=grid, value=value, show_value=True, debounce=False)
+    given = PRESETS[preset.value][4]
+    sliders = mo.ui.dictionary(
+        {name: slider(float(value), steps(value)) for name, (value, _) in given.items()}
+    )
+    time = slider(100.0, TIMES.tolist())
+    histories = []  # of this example, the last one at the end
+    return given, histories, sliders, time
+
+
+@app.cell
+def _(given, preset, sliders, time):
+    values = {name: sliders.value[name] * UNITS[unit] for name, (_, unit) in given.items()}
+    shown = {name: f"{sliders.value[name]:g} {unit}" for name, (_, unit) in given.items()}
+    rows = [
+        f"<tr><td>{LABELS[name]} [{unit}]</td><td>{sliders[name]}</td></tr>"
+        for name, (_, unit) in given.items()
     ]
-    slider = lambda steps, value, label: mo.ui.slider(
-        steps=steps, value=value, label=label, show_value=True, debounce=False
+    rows.append(f"<tr><td>time under load [s]</td><td>{time}</td></tr>")
+    mo.hstack(
+        [mo.Html(f"<table>{''.join(rows)}</table>"), sketch(preset.value, shown)], wrap=True, align="center"
     )
-    G1 = slider(decades(0.1, 10.0), 1.0, "shear modulus at first [GPa]")
-    softening = slider(decades(0.1, 10.0), 1.0, "softens by a factor of 1 +")
-    delay = slider(decades(1.0, 1e4), 100.0, "within [s]")
-    flow = slider(decades(1e2, 1e6), 1e4, "flows as much within [s]")
-    thickness = slider(decades(0.1, 100.0), 10.0, "thickness [µm]")
-    radius = slider(decades(0.1, 10.0), 1.0, "radius of the ball [mm]")
-    load = slider(decades(1.0, 1e3), 10.0, "load [mN]")
-    time = slider(TIMES.tolist(), 100.0, "time [s]")
-    sliders = mo.hstack(
-        [mo.vstack([G1, softening, delay, flow]), mo.vstack([thickness, radius, load, time])], wrap=True
-    )
-    mo.vstack([mo.md("# A ball on a film that creeps, on glass"), sliders])
-    return G1, delay, flow, load, radius, softening, thickness, time
+    return (values,)
 
 
 @app.cell
-def _(G1, delay, flow, load, radius, softening, thickness):
-    material = film(G1.value * 1e9, softening.value, delay.value, flow.value)
-    history = pressed(material, thickness.value * 1e-6, radius.value * 1e-3, load.value * 1e-3)
-    return (history,)
+def _(histories, preset, values):
+    with mo.status.spinner(title="Computing; the first run of an example is compiled for some seconds"):
+        history = jax.block_until_ready(pressed(preset.value, **values))
+    before = histories[-1] if histories else history
+    histories[:] = [before, history]
+    return before, history
 
 
 @app.cell
-def _(history, time):
-    mo.vstack([drawn(history, time.value), validity(history)])
+def _(before, history, preset, time):
+    mo.vstack([drawn(preset.value, history, before, time.value), validity(history)])
     return
 
 

@@ -19,11 +19,11 @@ os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 # Compiling is most of what the tests cost, and takes half as long when programs are not optimised; on one thread equal
 # runs are equal bit for bit (on two a transform rounds as its lines are shared). With XLA_FLAGS= programs are those of a
 # user, as in .ci/run with the lowest and the highest versions. A compiler that does not know a flag aborts.
-HASTE = "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false --xla_cpu_multi_thread_eigen=false"
+FAST_COMPILE = "--xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false --xla_cpu_multi_thread_eigen=false"
 if "XLA_FLAGS" not in os.environ:
     compiling = [sys.executable, "-c", "import jax; jax.numpy.zeros(1)"]
-    known = subprocess.run(compiling, env=os.environ | {"XLA_FLAGS": HASTE}, capture_output=True)
-    os.environ["XLA_FLAGS"] = HASTE if known.returncode == 0 else ""
+    known = subprocess.run(compiling, env=os.environ | {"XLA_FLAGS": FAST_COMPILE}, capture_output=True)
+    os.environ["XLA_FLAGS"] = FAST_COMPILE if known.returncode == 0 else ""
 
 # tests share cases and helpers across folders
 sys.path[:0] = [str(folder) for folder in sorted(Path(__file__).parent.glob("*/"))]

@@ -225,23 +225,34 @@ def sweep() -> Figure:
     return figure
 
 
-def heat() -> Figure:
-    grid = jc.Grid.square(96, 400e-6)
-    history = jc.indent(
-        jc.LayeredHalfSpace([], STEEL),
-        jc.Sphere(5e-3, STEEL),
-        jc.Load(10.0),
-        [0.0],
+def growth() -> Figure:
+    grid, times = jc.Grid.square(49, 400e-6), np.linspace(0.0, 3600.0, 25)
+    material = jc.StandardLinearSolid(G1=16e9, G2=16e9, eta2=5e12, nu=0.3)
+    grows = jc.StressActivated(
+        rate=1e-2,
+        activation_energy=0.65 * 1.602176634e-19,
+        activation_volume=40e-30,
+        temperature=373.0,
+        stress="shear",
+    )
+    history = jc.rub(
+        jc.LayeredHalfSpace([jc.Layer(material, thickness=0.0)], STEEL),
+        jc.Sphere(9.525e-3, STEEL),
+        jc.Load(60.0),
+        times,
+        velocity=0.1,
+        friction=0.1,
+        law=grows + jc.ProportionalRemoval(1e-3),
         grid=grid,
     )
-    flux = 0.15 * history.pressure[0] * 2.0
-    rise = jc.flash_temperature(
-        flux, grid, velocity=2.0, conductivity=45.0, diffusivity=1.2e-5
-    )
-    figure, ax = small(
-        "Flash temperature, 2 m/s", "x, sliding to the right [µm]", "y [µm]"
-    )
-    image(ax, rise, 200e-6, 200e-6, "rise [K]")
+    figure, ax = small("Growth of a tribofilm", "x [µm]", "thickness [nm]")
+    for step in (2, 6, 24):
+        line = np.asarray(history.thickness[step, :, 24]) * 1e9
+        ax.plot(
+            np.asarray(grid.axes()[0]) * 1e6, line, label=f"{times[step] / 60:.0f} min"
+        )
+    ax.set(xlim=(-200, 200), ylim=(0, 60))
+    ax.legend(ncols=3, loc="upper center", fontsize="small", handlelength=1.5)
     return figure
 
 
@@ -257,7 +268,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
         subsurface,
         fit,
         sweep,
-        heat,
+        growth,
     )
 }
 

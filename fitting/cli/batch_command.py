@@ -1,4 +1,4 @@
-"""The command ``jaxcontact fit batch``: fits of many creep curves, with a folder for each, one table and one HTML page."""
+"""The command ``jaxcontact fit batch``: fits of many curves, with a folder for each, one table and one HTML page."""
 
 import argparse
 import csv
@@ -11,11 +11,19 @@ from typing import Any, NamedTuple
 from tqdm import tqdm
 
 from fitting.cli import batch_page, flags
-from fitting.fits.creep import CreepFit, fit_creep
+from fitting.fits.creep import fit_creep
+from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.inference.result import Fit
+from fitting.io.modulus_reader import read_oscillation, read_relaxation
 from fitting.views import output
 from fitting.views.shell_words import in_flags
 
 RESULTS = ("summary.json", "table.csv", "report.html")
+MODULI: dict[str, tuple[Any, Any]] = {
+    "relaxation": (read_relaxation, fit_relaxation),
+    "oscillation": (read_oscillation, fit_oscillation),
+}
+KINDS = ("creep", *MODULI)
 
 
 class FileFit(NamedTuple):
@@ -23,8 +31,14 @@ class FileFit(NamedTuple):
 
     file: str
     folder: str
-    fit: CreepFit | None
+    fit: Fit | None
     error: str | None
+
+
+def add_kind(parser: Any) -> None:
+    """Add the flag for the kind of the curves."""
+    what = "kind of the curves (creep); --stress, --convention and --resample are for creep"
+    parser.add_argument("--of", default="creep", choices=KINDS, help=what)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -46,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     ]
     output.write_json(options.directory / "summary.json", {"model": options.model, "fits": rows})
     output.write_text(options.directory / "table.csv", _table(rows))
-    output.write_text(options.directory / "report.html", batch_page.page(options.model, found))
+    output.write_text(options.directory / "report.html", batch_page.page(options.model, found, options.of))
     print(f"in {options.directory}: report.html, summary.json, table.csv, and a folder for each fit")
     return 0
 
@@ -54,12 +68,24 @@ def run(options: argparse.Namespace) -> int:
 def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
     """Return the fit of a file, after writing its results, or the error."""
     try:
-        data, given = flags.crept(options, file)
-        found = fit_creep(data, options.model, **given, **flags.known(options))
+        found = _fitted(options, file)
     except ValueError as error:
         return FileFit(file, folder, None, in_flags(str(error)))
     output.leave(found, options.directory / folder, {"file": file})
     return FileFit(file, folder, found, None)
+
+
+def _fitted(options: argparse.Namespace, file: str) -> Fit:
+    """Return the fit of a file."""
+    if options.of == "creep":
+        data, given = flags.crept(options, file)
+        return fit_creep(data, options.model, **given, **flags.known(options))
+    reader, fit = MODULI[options.of]
+    start = {"start": options.start} if options.of == "relaxation" else {}
+    data, nu = flags.moduli(options, file, reader, **start)
+    return fit(
+        data, options.model, nu=nu, **flags.modulus_weights(options, options.of), **flags.known(options)
+    )
 
 
 def folders_of(files: Sequence[str]) -> list[str]:

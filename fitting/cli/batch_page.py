@@ -31,13 +31,14 @@ WIDTH, HEIGHT, EDGE, FOOT = 200.0, 140.0, 6.0, 14.0  # size of a plot and its ma
 MOST = 150  # largest number of plotted points of a curve
 
 
-def page(model: str, outcomes: Sequence[Any]) -> str:
-    """Return the HTML page of the outcomes, a sequence of ``batch_command.FileFit``."""
+def page(model: str, outcomes: Sequence[Any], kind: str = "creep") -> str:
+    """Return the HTML page of the outcomes, a sequence of ``batch_command.FileFit``, for curves of a kind."""
     fits = [one for one in outcomes if one.fit is not None]
     failed = [one for one in outcomes if one.fit is None]
     accepted = sum(not one.fit.refused for one in fits)
+    over = "over time" if kind != "oscillation" else "over the logarithm of the angular frequency"
     body = [
-        f"<h1>{escape(model)} fits of {len(outcomes)} creep curves</h1>",
+        f"<h1>{escape(model)} fits of {len(outcomes)} {kind} curves</h1>",
         f"<p>Fits accepted: {accepted}; fits rejected: {len(fits) - accepted}; files that could not be read or fitted:"
         f" {len(failed)}. Intervals are those of the profile likelihood at {100 * fits[0].fit.level:g} %. No parameter is"
         " determined by a rejected fit.</p>",
@@ -45,10 +46,10 @@ def page(model: str, outcomes: Sequence[Any]) -> str:
         "<h2>Parameters</h2>",
         _table(fits),
         "<h2>Curves</h2>",
-        "<p>Data (dots) and fit (line) over time; the numbers in the corners are the limits of the axes.</p>",
+        f"<p>Data (dots) and fit (line) {over}; the numbers in the corners are the limits of the axes.</p>",
         f'<div class="many">{"".join(map(_figure, fits))}</div>',
     ]
-    head = f"<title>{escape(model)} fits of {len(outcomes)} creep curves</title>\n<style>{STYLE}</style>"
+    head = f"<title>{escape(model)} fits of {len(outcomes)} {kind} curves</title>\n<style>{STYLE}</style>"
     view = '<meta name="viewport" content="width=device-width, initial-scale=1">'
     start = f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{view}\n{head}\n</head>'
     return f"{start}\n<body>\n" + "\n".join(body) + "\n</body>\n</html>\n"
@@ -100,18 +101,24 @@ def _figure(one: Any) -> str:
     name, unit, t, measured = one.fit.curve
     some = np.unique(np.linspace(0, t.size - 1, min(t.size, MOST)).round().astype(int))
     low, high = min(0.0, measured.min()), max(measured.max(), one.fit.fitted.max())
-    x = EDGE + (WIDTH - 2 * EDGE) * (t - t[0]) / (t[-1] - t[0])
+    symbol, over = one.fit.abscissa
+    at = t if symbol == "t" else np.log(t)
+    x = EDGE + (WIDTH - 2 * EDGE) * (at - at.min()) / np.ptp(at)
     place = lambda y: HEIGHT - FOOT - EDGE - (HEIGHT - 2 * FOOT - EDGE) * (y - low) / (high - low)
     data = "".join(f'<circle cx="{x[i]:.1f}" cy="{place(measured)[i]:.1f}" r="1.6"/>' for i in some)
-    line = " ".join(f"{x[i]:.1f},{place(one.fit.fitted)[i]:.1f}" for i in some)
+    rows = np.split(some, np.flatnonzero(np.diff(x[some]) < 0) + 1)  # G' and G''
+    lines = "".join(
+        f'<polyline points="{" ".join(f"{x[i]:.1f},{place(one.fit.fitted)[i]:.1f}" for i in row)}"/>'
+        for row in rows
+    )
     corners = (
-        f'<text x="4" y="11">{high:.3g} {escape(unit)}</text><text x="4" y="{HEIGHT - 4:g}">{low:.3g} at {t[0]:.3g} s'
-        f'</text><text x="{WIDTH - 4:g}" y="{HEIGHT - 4:g}" text-anchor="end">{t[-1]:.4g} s</text>'
+        f'<text x="4" y="11">{high:.3g} {escape(unit)}</text><text x="4" y="{HEIGHT - 4:g}">{low:.3g} at {t[0]:.3g} {over}'
+        f'</text><text x="{WIDTH - 4:g}" y="{HEIGHT - 4:g}" text-anchor="end">{t[-1]:.4g} {over}</text>'
     )
     file, verdict = escape(Path(one.file).name, quote=True), one.fit.verdict
     return (
         f'<figure class="{verdict}"><svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
         f' aria-label="{escape(name)} of {file}">'
-        f'{data}<polyline points="{line}"/>{corners}</svg>\n'
+        f"{data}{lines}{corners}</svg>\n"
         f'<figcaption>{file}: <span class="{verdict}">{verdict}</span></figcaption></figure>'
     )

@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, growth, prony, compare,
-batch, propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, master, growth, prony,
+compare, batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags.
@@ -11,9 +11,10 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, force_command, further_commands, growth_command
+from fitting.cli import batch_command, flags, force_command, further_commands, growth_command, master_command
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
+from fitting.fits.maxwell import fit_maxwell
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.fits.prony import fit_prony
 from fitting.io.modulus_reader import read_oscillation, read_relaxation
@@ -43,7 +44,7 @@ def add_parser(kinds: Any) -> None:
         (
             "batch",
             batch_command.run,
-            "many creep curves: a folder of results for each, a table and a report of all",
+            "many curves: a folder of results for each, a table and a report of all",
         ),
         (
             "propagate",
@@ -53,19 +54,7 @@ def add_parser(kinds: Any) -> None:
     ):
         parser = _add(kinds, name, what)
         flags.add_file(parser, several=command is batch_command.run)
-        if command is _prony:
-            parser.add_argument(
-                "--tau", metavar="T,T,...", help="retardation times [s]; by default chosen by BIC"
-            )
-        elif command is _compare:
-            parser.add_argument(
-                "--models", default=MODELS, metavar="M,M,...", help=f"models to compare ({MODELS})"
-            )
-            flags.add_known(parser)
-        else:
-            flags.add_model(parser, laws=True)
-        if command is further_commands.carry:
-            further_commands.add_carry(parser)
+        _add_own(parser, command)
         flags.add_creep(parser)
         parser.set_defaults(command=command)
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
@@ -73,6 +62,25 @@ def add_parser(kinds: Any) -> None:
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
     _add_moduli(kinds)
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
+
+
+def _add_own(parser: Any, command: Callable[..., int]) -> None:
+    """Add the flags of one of the commands for creep curves that the others do not have."""
+    if command is _prony:
+        parser.add_argument(
+            "--tau", metavar="T,T,...", help="retardation times [s]; by default chosen by BIC"
+        )
+        return
+    if command is _compare:
+        what = f"models to compare ({MODELS})"
+        parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=what)
+        flags.add_known(parser)
+        return
+    flags.add_model(parser, laws=True)
+    if command is batch_command.run:
+        batch_command.add_kind(parser)
+    if command is further_commands.carry:
+        further_commands.add_carry(parser)
 
 
 def _add(kinds: Any, name: str, what: str) -> Any:
@@ -83,20 +91,26 @@ def _add(kinds: Any, name: str, what: str) -> Any:
 def _add_moduli(kinds: Any) -> None:
     relaxation = _add(kinds, "relaxation", "a relaxation modulus over time")
     flags.add_file(relaxation)
-    flags.add_model(relaxation)
+    flags.add_model(relaxation, laws=True)
     flags.add_test(relaxation, "t, modulus")
     relaxation.set_defaults(command=_relaxation)
     oscillation = _add(kinds, "oscillation", "storage and loss modulus over frequency")
     flags.add_file(oscillation)
-    flags.add_model(oscillation)
+    flags.add_model(oscillation, laws=True)
     errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
     columns = "omega, storage, loss, complex, delta, tan_delta"
     flags.add_common(oscillation, "relative", errors, columns, window="angular frequencies [rad/s]")
+    flags.add_exclude(oscillation)
     flags.add_volume(oscillation)
     flags.add_segment(
         oscillation, "one of several sweeps, by name or position from 0; repeat to join several"
     )
     oscillation.set_defaults(command=_oscillation)
+    series = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
+    for parser in (relaxation, oscillation):
+        parser.add_argument("--tau", metavar="T,T,...", help=series)
+    several = "time-temperature superposition: curves at several temperatures"
+    master_command.add_master(_add(kinds, "master", several))
 
 
 def _add_indentation(press: Any) -> None:
@@ -174,39 +188,43 @@ def _prony(options: argparse.Namespace) -> int:
     """Fit a series of retardation times and write the results."""
     output.check_directory(options)
     data, given = flags.crept(options, options.file)
-    tau = options.tau and [flags.number("--tau", text) for text in options.tau.split(",")]
     with flags.about(options.file):
-        found = fit_prony(data, tau, **given)
+        found = fit_prony(data, _times(options.tau), **given)
     return output.finish(options, found)
 
 
 def _relaxation(options: argparse.Namespace) -> int:
     """Fit a relaxation modulus and write the results."""
     output.check_directory(options)
-    data, nu = _modulus(read_relaxation, options, start=options.start)
-    given = flags.weighting(options, False) | flags.known(options)
-    with flags.about(options.file):
-        found = fit_relaxation(data, options.model, nu=nu, **given)
-    return output.finish(options, found)
+    data, nu = flags.moduli(options, options.file, read_relaxation, start=options.start)
+    return _fit_modulus(options, fit_relaxation, data, nu)
 
 
 def _oscillation(options: argparse.Namespace) -> int:
     """Fit storage and loss moduli and write the results."""
     output.check_directory(options)
-    data, nu = _modulus(read_oscillation, options)
+    data, nu = flags.moduli(options, options.file, read_oscillation)
+    return _fit_modulus(options, fit_oscillation, data, nu)
+
+
+def _fit_modulus(options: argparse.Namespace, fit: Callable[..., Any], data: Any, nu: float) -> int:
+    """Fit a model, or a series of relaxation times, and write the results."""
+    given, held = flags.weighting(options, False), flags.known(options)
+    if options.tau is not None and any(held.values()):
+        raise ValueError("--tau: expected no --fix and no --bound beside it, got some")
     with flags.about(options.file):
-        found = fit_oscillation(
-            data, options.model, nu=nu, **flags.weighting(options, False), **flags.known(options)
-        )
+        if options.tau is None:
+            found = fit(data, options.model, nu=nu, **given, **held)
+        else:
+            found = fit_maxwell(data, _times(options.tau), nu=nu, **given)
     return output.finish(options, found)
 
 
-def _modulus(reader: Callable[..., Any], options: argparse.Namespace, **given: Any) -> tuple[Any, float]:
-    """Return the data, and Poisson's ratio."""
-    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
-    segment = options.segment and [flags.place(one) for one in options.segment]
-    data = flags.read(reader, options.file, options, segment=segment, **tensile, **given)
-    return data, options.nu if options.tension is None else options.tension
+def _times(text: str | None) -> list[float] | None:
+    """Return the times of a series, None for those chosen automatically."""
+    if text is None or text.lower() == "auto":
+        return None
+    return [flags.number("--tau", one) for one in text.split(",")]
 
 
 def _compare(options: argparse.Namespace) -> int:

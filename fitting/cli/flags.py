@@ -8,6 +8,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from fitting.data.exclusion import exclude
 from fitting.data.weights import KINDS
 from fitting.fits.fractional import LAWS
 from fitting.inference.resampling import resample
@@ -39,6 +40,11 @@ def add_common(parser: Any, weights: str, text: str, kinds: str, window: str = "
     )
     selected = f"selected {window}; one side may be empty"
     parser.add_argument("--window", metavar="BEGIN:END", help=selected)
+    add_places(parser, kinds)
+
+
+def add_places(parser: Any, kinds: str) -> None:
+    """Add the flags for the columns of a file."""
     parser.add_argument("--decimal", metavar="MARK", help='decimal mark, "." or ",", if it is ambiguous')
     _add_pairs(parser, "column", "KIND=HEADER", f"column of a quantity ({kinds})")
     _add_pairs(parser, "unit", "KIND=UNIT", "unit of a quantity, which takes precedence over the header")
@@ -70,6 +76,7 @@ def add_test(parser: Any, kinds: str) -> None:
     """Add the flags for reading and weighting a curve over time."""
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
     add_common(parser, "estimated", errors, kinds)
+    add_exclude(parser)
     add_volume(parser)
     parser.add_argument("--start", type=float, metavar="T", help="time of loading on the file's clock [s]")
     add_segment(
@@ -81,6 +88,20 @@ def add_resample(parser: Any) -> None:
     """Add the flag for resampling."""
     what = "average the samples to N points per decade of time"
     parser.add_argument("--resample", type=float, metavar="N", help=what)
+
+
+def add_exclude(parser: Any) -> None:
+    """Add the flag that leaves out single points."""
+    what = "leave out single points, by their times [s] or angular frequencies [rad/s]"
+    parser.add_argument("--exclude", metavar="X,X,...", help=what)
+
+
+def excluded(options: argparse.Namespace, file: str, data: Any) -> Any:
+    """Return the data without the points of ``--exclude``."""
+    if options.exclude is None:
+        return data
+    with about(file):
+        return exclude(data, [number("--exclude", text) for text in options.exclude.split(",")])
 
 
 def add_volume(parser: Any) -> None:
@@ -188,9 +209,28 @@ def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
         segment=options.segment and [place(one) for one in options.segment],
         **{"convention": options.convention, **tensile},
     )  # fmt: skip
-    data = resampled(options, file, data)
+    data = resampled(options, file, excluded(options, file, data))
     nu = options.nu if options.tension is None else options.tension
     return data, {"nu": nu} | weighting(options, data.sigma is not None or data.scatter is not None)
+
+
+def moduli(
+    options: argparse.Namespace, file: str, reader: Callable[..., Any], **given: Any
+) -> tuple[Any, float]:
+    """Return a relaxation test or a frequency sweep, and Poisson's ratio of the material."""
+    tensile = {} if options.tension is None else {"nu": options.tension, "convention": "E"}
+    segment = options.segment and [place(one) for one in options.segment]
+    data = read(reader, file, options, segment=segment, **tensile, **given)
+    data = excluded(options, file, data)
+    return data, options.nu if options.tension is None else options.tension
+
+
+def modulus_weights(options: argparse.Namespace, kind: str) -> dict[str, Any]:
+    """Return weights or sigma, and the level; where nothing else is given, relative weights for an oscillation."""
+    given = weighting(options, False)
+    return (
+        given | {"weights": "relative"} if (kind, given["weights"]) == ("oscillation", "estimated") else given
+    )
 
 
 def resampled(options: argparse.Namespace, file: str, data: Any) -> Any:

@@ -37,6 +37,9 @@ def add_force(parser: Any) -> None:
     parser.add_argument("--spring-constant", type=float, metavar="K", help=spring)
     volt = "sensitivity of the deflection [m/V], where the file does not state it"
     parser.add_argument("--sensitivity", type=float, metavar="S", help=volt)
+    for name in ("spring-constant", "sensitivity"):
+        what = f"relative standard deviation of the {name.replace('-', ' ')}, which enters the interval of the modulus"
+        parser.add_argument(f"--{name}-error", type=float, default=0.0, metavar="E", help=what)
     errors = "estimated, absolute, or a standard deviation in N"
     flags.add_common(parser, "estimated", errors, "t, load, depth, height")
     flags.add_bounds(parser)
@@ -53,10 +56,15 @@ def run(options: argparse.Namespace) -> int:
     curve = None if options.curve is None else flags.place(options.curve)
     data = flags.read(read_force, options.file, options, curve=curve, **given)
     chosen = flags.weighting(options, False)
+    calibration = {
+        name: value
+        for name in ("spring_constant", "sensitivity")
+        if (value := getattr(options, f"{name}_error")) != 0.0
+    }
     with flags.about(options.file):
         found = fit_force(
             data, indenter=indenter, nu=options.nu, thickness=options.thickness, polynomials=options.polynomials,
-            bounds=flags.bounds(options), **chosen,
+            bounds=flags.bounds(options), errors=calibration, spring_constant=options.spring_constant, **chosen,
         )  # fmt: skip
     if assumed:
         print(assumed)

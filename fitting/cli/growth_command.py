@@ -25,6 +25,7 @@ def add_growth(parser: Any) -> None:
     )
     errors = "estimated, relative, absolute, or a standard deviation in m"
     flags.add_common(parser, "estimated", errors, "t, thickness, sigma: standard deviations")
+    flags.add_exclude(parser)
     flags.add_segment(
         parser, "one of several steps or intervals, by name or position from 0; repeat to join several"
     )
@@ -41,6 +42,7 @@ def run(options: argparse.Namespace) -> int:
         flags.read(read_growth, file, options, stress=s, temperature=T, start=options.start, segment=segment)
         for file, s, T in zip(options.file, stress, temperature, strict=True)
     ]
+    data = [flags.excluded(options, file, one) for file, one in zip(options.file, data, strict=True)]
     given = flags.weighting(options, data[0].sigma is not None)
     if "sigma" in given:
         data = [dataclasses.replace(one, sigma=given["sigma"]) for one in data]

@@ -1,6 +1,7 @@
 """Measured creep curves: immutable, validated once, in SI units."""
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,16 @@ def times(value: object) -> np.ndarray:
     return t
 
 
+def absolute(temperature: Any) -> float | None:
+    """Return a temperature [K], or None where none is given; ValueError unless it is > 0 K."""
+    if temperature is None:
+        return None
+    known = np.ndim(temperature) == 0 and np.asarray(temperature).dtype.kind in "fiu"
+    if not (known and 0.0 < float(temperature) < math.inf):
+        raise ValueError(f"temperature: expected a number > 0 K, got {temperature!r}")
+    return float(temperature)
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class CreepData:
     """A creep curve: compliance J(t) after a stress step, or strain under a stress history.
@@ -64,6 +75,7 @@ class CreepData:
         start: time [s] of loading on the clock of t, which is subtracted, for J only; 0 if t counts from the load.
             None takes t as the time since the load, and adds a note if the spacing suggests that the clock started
             earlier (``fitting/data/clock.py``).
+        temperature: of the test [K], for ``fit_master``.
 
     Raises:
         ValueError: any other input, with the expected and the received value.
@@ -84,6 +96,7 @@ class CreepData:
     sigma: np.ndarray | None = None
     scatter: np.ndarray | None = None
     start: float | None = None
+    temperature: float | None = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
@@ -100,6 +113,7 @@ class CreepData:
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         _check_convention(self.convention, self.nu)
+        put("temperature", absolute(self.temperature))
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
         for name in ("sigma", "scatter"):
@@ -123,7 +137,11 @@ class CreepData:
             ("strain", self.strain, ""),
             ("stress", stress, "Pa"),
         ]
-        rows += [("sigma", self.sigma, ""), ("scatter", self.scatter, "")]
+        rows += [
+            ("sigma", self.sigma, ""),
+            ("scatter", self.scatter, ""),
+            ("temperature", self.temperature, "K"),
+        ]
         head = f"CreepData: {self.t.size} points, convention {self.convention}"
         return described(head, rows, self.notes)
 

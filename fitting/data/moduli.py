@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from fitting.data.clock import since_load
-from fitting.data.curves import array, times
+from fitting.data.curves import absolute, array, times
 from fitting.views.in_words import described
 
 CONVENTIONS = ("G", "E")
@@ -24,6 +24,7 @@ class RelaxationData:
         start: time [s] of the strain step on the clock of t, which is subtracted; 0 if t counts from the step.
             None takes t as the time since the step, and adds a note if the spacing suggests that the clock started
             earlier (``fitting/data/clock.py``).
+        temperature: of the test [K], for ``fit_master``.
 
     Raises:
         ValueError: any other input, with the expected and the received value.
@@ -40,6 +41,7 @@ class RelaxationData:
     nu: float | None = None
     notes: tuple[str, ...] = ()
     start: float | None = None
+    temperature: float | None = None
 
     def __post_init__(self) -> None:
         since, late = since_load(times(self.t), self.start)
@@ -49,10 +51,12 @@ class RelaxationData:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         object.__setattr__(self, "modulus", array("modulus", self.modulus, self.t))
         factor(self.convention, self.nu)
+        object.__setattr__(self, "temperature", absolute(self.temperature))
 
     def __repr__(self) -> str:
         head = f"RelaxationData: {self.t.size} points, convention {self.convention}"
-        return described(head, [("t", self.t, "s"), ("modulus", self.modulus, "Pa")], self.notes)
+        rows = [("t", self.t, "s"), ("modulus", self.modulus, "Pa"), ("temperature", self.temperature, "K")]
+        return described(head, rows, self.notes)
 
     @property
     def shear(self) -> np.ndarray:
@@ -71,6 +75,7 @@ class OscillationData:
         convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
         nu: Poisson's ratio, for "E" only.
         notes: remarks on what was read and corrected.
+        temperature: of the test [K], for ``fit_master``.
 
     Raises:
         ValueError: any other input, with the expected and the received value.
@@ -87,6 +92,7 @@ class OscillationData:
     convention: str = "G"
     nu: float | None = None
     notes: tuple[str, ...] = ()
+    temperature: float | None = None
 
     def __post_init__(self) -> None:
         omega = array("omega", self.omega)
@@ -96,10 +102,12 @@ class OscillationData:
         factor(self.convention, self.nu)
         for name in ("omega", "storage", "loss"):
             object.__setattr__(self, name, array(name, getattr(self, name), omega)[order])
+        object.__setattr__(self, "temperature", absolute(self.temperature))
 
     def __repr__(self) -> str:
         head = f"OscillationData: {self.omega.size} points, convention {self.convention}"
         rows = [("omega", self.omega, "rad/s"), ("storage", self.storage, "Pa"), ("loss", self.loss, "Pa")]
+        rows.append(("temperature", self.temperature, "K"))
         return described(head, rows, self.notes)
 
     @property

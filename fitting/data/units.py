@@ -55,6 +55,8 @@ ANGLE = {
     "°": math.pi / 180.0, "deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3, "degree": math.pi / 180.0,
     "degrees": math.pi / 180.0, "Grad": math.pi / 180.0,
 }  # fmt: skip
+CELSIUS = ("°C", "C", "degC", "deg C", "℃")
+TEMPERATURE = {"K": 1.0, **dict.fromkeys(CELSIUS, 1.0)}  # of one degree; the zero of °C is not that of K
 RATIO = {"-": 1.0, "1": 1.0, "": 1.0, "%": 1e-2}
 COMPLIANCE = {
     **{f"1/{unit}": 1.0 / factor for unit, factor in STRESS.items() if "/" not in unit},
@@ -72,6 +74,7 @@ KINDS = {
     "depth": LENGTH,
     "angle": ANGLE,
     "ratio": RATIO,
+    "temperature": TEMPERATURE,
 }
 SHOWN = {
     "t": 5,
@@ -83,6 +86,7 @@ SHOWN = {
     "strain": 3,
     "angle": 3,
     "ratio": 2,
+    "temperature": 2,
 }  # canonical ones come first
 SIGNS = str.maketrans(
     {
@@ -110,12 +114,12 @@ def factor(kind: str, text: str) -> float:
     "MPA", which may be mPa or MPa.
 
     Args:
-        kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load", "depth", "angle" or
-            "ratio".
+        kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load", "depth", "angle",
+            "ratio" or "temperature".
         text: the unit as written.
 
     Returns:
-        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad or 1.
+        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad, 1 or K.
 
     Raises:
         KeyError: the text is no unit of that kind.

@@ -20,7 +20,7 @@ from fitting.models.coordinates import NUISANCES
 from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
 from fitting.search.nonlinear import moved
-from fitting.search.press import Instrument, weigh
+from fitting.search.press import Instrument, indentation_weights
 from fitting.views import adhesion_picture, report
 
 Interval = tuple[float, float, float]
@@ -147,7 +147,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     data, zero_sd = zeroed(data)
     seen = read_pull_off(data)
-    weights, label = weigh(data, seen.contact, "depth", choices.weights, choices.sigma)
+    weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
     test = AdhesiveTest(data, seen, body, model, weights, student.two_sided(choices.level) * zero_sd)
     return _concluded(test, _found(test, label, choices), choices, started)

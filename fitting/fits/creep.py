@@ -15,7 +15,7 @@ import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
 from fitting.fits.creep_solution import CreepSearch
-from fitting.fits.fractional import Crept, Law, creep_structure
+from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample, settled
 from fitting.inference.result import Fit, linear_band, plain
@@ -153,15 +153,15 @@ def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dic
 
 def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
     """Fit a fractional law."""
-    curve = Crept.of(data, sample.weights)
+    curve = ScaledCreepCurve.of(data, sample.weights)
     sought = curve.bounded(sought)
     law, space = sought.structure, curve.space(sought)
     assert isinstance(law, Law)
     problem = FitProblem(data, sought, space, sample, curve.duration, options["level"])
     solved = least_squares(
-        problem, lambda weights: Crept.of(data, weights).objective(space), curve.starts(law)
+        problem, lambda weights: ScaledCreepCurve.of(data, weights).objective(space), curve.starts(law)
     )
-    landscape = Crept.of(data, solved.weights).landscape(space, solved.theta)
+    landscape = ScaledCreepCurve.of(data, solved.weights).landscape(space, solved.theta)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
     band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
     return found.fit(

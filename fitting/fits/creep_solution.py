@@ -10,7 +10,7 @@ from jax.tree_util import Partial
 
 from fitting.data.curves import CreepData
 from fitting.inference.evidence import Judged, Sample, Solved
-from fitting.inference.unsupported import Supported, keep_all, leave_out
+from fitting.inference.unsupported import SupportedPoints, keep_all, leave_out
 from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Sought, Structure
 from fitting.search import creep_search, padding
@@ -26,7 +26,7 @@ class CreepSearch:
     data: CreepData
     structure: Structure
     scaled: Scaled
-    choose: Callable[..., Supported]
+    choose: Callable[..., SupportedPoints]
 
     @classmethod
     def of(cls, data: CreepData, sought: Sought, sample: Sample) -> "CreepSearch":

@@ -7,9 +7,11 @@ import numpy as np
 
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
+from fitting.fits import force_calibration
 from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
 from fitting.fits.force_verdict import deviation
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.evidence import Solved
 from fitting.inference.result import Fit, plain
 from fitting.models import thickness_polynomials
 from fitting.models.force_curve import indentation_force
@@ -95,7 +97,7 @@ class ForceFit(Fit):
 def fit_force(
     data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
     polynomials: bool = False, weights: str | None = None, sigma: Any = None, bounds: dict[str, tuple] | None = None,
-    level: float = 0.95,
+    errors: dict[str, float] | None = None, spring_constant: float | None = None, level: float = 0.95,
 ) -> ForceFit:  # fmt: skip
     """Fit modulus, contact point and baseline to the approach of a force curve.
 
@@ -120,6 +122,10 @@ def fit_force(
         weights: "estimated" (the default), or "absolute": one error for all points.
         sigma: in its place, the standard deviation of the load [N], a number.
         bounds: {"G": (low, high)}.
+        errors: relative standard deviations of the calibration, {"spring_constant": 0.1, "sensitivity": 0.03}, which then
+            enter the interval of the modulus. The force is taken as proportional to both, and the depth as the height
+            minus the deflection.
+        spring_constant: of the cantilever [N/m], required with an error of the sensitivity.
         level: confidence level of the intervals.
 
     Returns:
@@ -140,17 +146,33 @@ def fit_force(
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
-    setup = Setup.of(indenter, nu, thickness, bounds)
+    setup, errors = (
+        Setup.of(indenter, nu, thickness, bounds),
+        force_calibration.check(errors, spring_constant),
+    )
     approach = trimmed(ApproachCurve.of(data), setup).thinned()
-    force = ForceProblem.of(approach, setup, weights, sigma)
-    problem = FitProblem(data, setup.sought, force.space, force.sample, float(approach.t[-1]), level)
-    solved = least_squares(problem, force.objective, force.starts())
+
+    def searched(curve: ApproachCurve) -> tuple[ForceProblem, FitProblem, Solved]:
+        force = ForceProblem.of(curve, setup, weights, sigma)
+        problem = FitProblem(data, setup.sought, force.space, force.sample, float(curve.t[-1]), level)
+        return force, problem, least_squares(problem, force.objective, force.starts())
+
+    force, problem, solved = searched(approach)
     off = deviation(problem, force, solved)
     solved = solved._replace(
         left=off.left, against=off.against, notes=(*_notes(force, solved.theta), *off.notes)
     )
-    concluded = conclude(problem, solved)
-    return concluded.fit(ForceFit, **_own(force, solved, concluded, polynomials))
+    found = conclude(problem, solved)
+    modulus = lambda curve: _modulus(*searched(curve))
+    wider = force_calibration.widened(found.fields, problem, approach, errors, spring_constant, modulus)
+    found = found._replace(fields=found.fields | wider)
+    return found.fit(ForceFit, **_own(force, solved, found, polynomials))
+
+
+def _modulus(force: ForceProblem, _: FitProblem, solved: Solved) -> float:
+    """Return the shear modulus [Pa] of a search."""
+    compliance = force.space.values(solved.theta)[0] * force.units[3]
+    return float(1.0 / compliance)
 
 
 def _own(force: ForceProblem, solved: Any, concluded: Any, polynomials: bool) -> dict[str, Any]:

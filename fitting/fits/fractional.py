@@ -95,7 +95,7 @@ def creep_structure(model: type | str) -> Structure:
     return Law.of(law, {name: UNITS[name] for name in own if name in UNITS})
 
 
-def _orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
     """Return the parameter bounds with those of alpha limited to 1; ValueError where the interval becomes empty."""
     low, high = table["alpha"]
     if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
@@ -126,7 +126,7 @@ class LawSpace(ParameterSpace):
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Crept:
+class ScaledCreepCurve:
     """A padded creep curve scaled by its duration, largest response and largest stress.
 
     decades: decades between the shortest gap and the end of the curve; n: number of points.
@@ -141,7 +141,7 @@ class Crept:
     n: int
 
     @classmethod
-    def of(cls, data: CreepData, weight: np.ndarray) -> "Crept":
+    def of(cls, data: CreepData, weight: np.ndarray) -> "ScaledCreepCurve":
         """Return the scaled curve of the data with weights (n,)."""
         size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
         basis, stress = creep_search.basis(data)
@@ -165,7 +165,7 @@ class Crept:
         """Return the sought structure with bounds of alpha, its material approximated over the times of the data."""
         assert isinstance(sought.structure, Law)
         law = dataclasses.replace(sought.structure, span=self.span)
-        return sought._replace(structure=law, table=_orders(sought.table))
+        return sought._replace(structure=law, table=orders(sought.table))
 
     def space(self, sought: Sought) -> LawSpace:
         """Return the search space with its bounds."""

@@ -18,7 +18,7 @@ from fitting.models.coordinates import NUISANCES, Space
 from fitting.models.structure import Sought, Volume, structure_of
 from fitting.search import half_space_search, layered_search
 from fitting.search.layered import Coating
-from fitting.search.press import Found, Instrument, Medium, Press, Pressing, prepare
+from fitting.search.press import Found, IndentationProblem, Instrument, Medium, Pressing, prepare
 from fitting.views import report
 
 
@@ -205,7 +205,7 @@ def _check_layered(pressing: Pressing) -> None:
         raise ValueError(f"adhesion: expected none with a layer, got {pressing.adhesion:g} J/m2")
 
 
-def _half_space(press: Press) -> Found:
+def _half_space(press: IndentationProblem) -> Found:
     """Return the optimum on a half-space; estimated weights are consistent with its residuals."""
     sample, unit = _sample(press), _response_unit(press)
 
@@ -236,7 +236,7 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
     )  # fmt: skip
 
 
-def _sample(press: Press) -> Sample:
+def _sample(press: IndentationProblem) -> Sample:
     """Return the fitted curve in SI units; each segment of the curve is a separate series."""
     unit, marks = _response_unit(press), press.data.segments
     series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
@@ -244,7 +244,7 @@ def _sample(press: Press) -> Sample:
     return Sample.of(curve, press.weights / unit, press.label, series)
 
 
-def _response_unit(press: Press) -> float:
+def _response_unit(press: IndentationProblem) -> float:
     """Return the unit of the fitted quantity [m] or [N]."""
     return press.units.depth if press.pressing.control == "load" else press.units.load
 

@@ -22,6 +22,10 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
+from fitting.fits import fractional_modulus
+from fitting.fits.fractional import LAWS, Law, creep_structure
+from fitting.fits.fractional_modulus import Relaxed
+from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
@@ -30,6 +34,7 @@ from fitting.models.halfspace import relaxation_modes
 from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import padding
 from fitting.search.nonlinear import Objective
+from fitting.views import modulus_picture
 
 # tau over the duration, retarded fraction
 STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))
@@ -49,20 +54,52 @@ class ModulusFit(Fit):
     @property
     def abscissa(self) -> tuple[str, str]:
         """The symbol and the unit of the abscissa of the data."""
-        return ("t", "s") if isinstance(self.data, RelaxationData) else ("omega", "rad/s")
+        return ("t", "s") if self.relaxed else ("omega", "rad/s")
 
     @property
     def since(self) -> np.ndarray:
         """The times [s] that the data cover; of an oscillation, the reciprocals of its angular frequencies."""
-        return self.curve[2] if isinstance(self.data, RelaxationData) else 1.0 / self.data.omega[::-1]
+        return self.curve[2] if self.relaxed else 1.0 / self.data.omega[::-1]
+
+    @property
+    def relaxed(self) -> bool:
+        """Whether the data are a relaxation modulus over time."""
+        return isinstance(self.data, RelaxationData)
 
     def modulus(self, at: Any) -> np.ndarray:
         """Return the shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
-        at, c = jnp.asarray(at, dtype=float), self.compliances()
-        if isinstance(self.data, RelaxationData):
+        found = self._parts(jnp.asarray(self.estimate.best), jnp.asarray(at, dtype=float))
+        return np.asarray(found[0] if self.relaxed else found[0] + 1j * found[1])
+
+    def modulus_band(self, at: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return the limits (low, high) of G (k,), or of G' + i G'' (k,), at times or frequencies (k,), linearised in the
+        logarithm of each part, at the fit's level."""
+        at = jnp.asarray(at, dtype=float)
+        start = jnp.asarray(self.structure.off_zero(self.estimate.best, self.duration))
+        best = np.asarray(self._parts(start, at))
+        slope = np.asarray(jax.jacfwd(lambda values: jnp.log(self._parts(values, at)))(start))
+        wide = student.two_sided(self.level) * np.sqrt(
+            np.maximum(np.einsum("pni,ij,pnj->pn", slope, self.covariance(), slope), 0.0)
+        )
+        with np.errstate(over="ignore"):
+            low, high = best * np.exp(-wide), best * np.exp(wide)
+        return (low[0], high[0]) if self.relaxed else (low[0] + 1j * low[1], high[0] + 1j * high[1])
+
+    def _parts(self, values: Array, at: Array) -> Array:
+        """Return G (1, k), or G' and G'' (2, k), of the list of values of the structure."""
+        c, structure = self.structure.compliances(values), self.structure
+        if isinstance(structure, Law):
+            return fractional_modulus.modulus(structure.model, structure.parameters(values), at, self.relaxed)
+        if self.relaxed:
             weights, rates = relaxation_modes(c, jnp.zeros(()))
-            return np.asarray(jnp.exp(-at[..., None] * rates) @ weights)
-        return np.asarray(_complex_modulus(c, at))
+            return (jnp.exp(-at[..., None] * rates) @ weights)[None]
+        found = _complex_modulus(c, at)
+        return jnp.stack([found.real, found.imag])
+
+    def plot(self, path: Any = None) -> Any:
+        """Return a figure of the moduli with the fit and its band, tan delta or J(t), residuals and verdict; save it where
+        a path is given."""
+        return modulus_picture.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the numbers of starts."""
@@ -82,7 +119,8 @@ def fit_relaxation(
 
     Args:
         data: the curve, n points.
-        model: a material class or its name.
+        model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
+            too.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "estimated" (the default without a sigma), "relative" or "absolute", as in ``fit_creep``, except
             that no point is left out.
@@ -105,7 +143,7 @@ def fit_relaxation(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 3e+06 Pa s
     """
-    structure = structure_of(model, tau)
+    structure = _structure(model, tau)
     check_relaxes(structure)
     weights = "estimated" if weights is None and sigma is None else weights
     return _fit(data, weigh(data, weights, sigma), Sought.of(structure, fixed, bounds, nu), level)
@@ -120,7 +158,8 @@ def fit_oscillation(
 
     Args:
         data: the moduli at n frequencies.
-        model: a material class or its name.
+        model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
+            too.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "relative" (errors of both in proportion to |G*|) or "absolute".
         sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number or (n,).
@@ -143,7 +182,7 @@ def fit_oscillation(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
-    structure = structure_of(model, tau)
+    structure = _structure(model, tau)
     if weights not in (None, "relative", "absolute"):
         raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
     weighed = weigh(data, None if sigma is not None else weights, sigma)
@@ -180,6 +219,8 @@ def weigh(
 def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
     """Scale the data, search for the optimum and return the fit."""
     kind, sample, duration = weighed
+    if isinstance(sought.structure, Law):
+        return _fit_law(data, sample, duration, sought, level)
     unit = 1.0 / float(np.max(np.abs(sample.measured)))
     space = material_space(sought, unit, duration)
     problem = FitProblem(data, sought, space, sample, duration, level)
@@ -190,6 +231,32 @@ def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: f
     landscape = space.landscape(best.theta, objective.residual)
     found = conclude(problem, solved._replace(landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
+
+
+def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: float) -> ModulusFit:
+    """Fit a fractional law as ``_fit`` fits a classical material."""
+    relaxed, unit = isinstance(data, RelaxationData), float(np.max(np.abs(sample.measured)))
+    if relaxed and not data.t[0] > 0.0:
+        raise ValueError(
+            f"t: expected times > 0 for a fractional law, got {data.t[0]:g}; leave such points out"
+        )
+    scaled = Relaxed(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
+    sought = scaled.bounded(sought)
+    space, law = scaled.space(sought), sought.structure
+    assert isinstance(law, Law)
+    problem = FitProblem(data, sought, space, sample, duration, level)
+    solved = least_squares(problem, lambda w: scaled.objective(space, w * unit), scaled.starts(law))
+    best, _ = solved.whole
+    landscape = scaled.landscape(space, best.theta, solved.weights * unit)
+    found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
+    return found.fit(ModulusFit, starts=(best.starts, best.agreed))
+
+
+def _structure(model: type | str, tau: Any) -> Structure:
+    """Return the structure of a classical or fractional material, or of a series with given times."""
+    names = {law.__name__.casefold(): law for law in LAWS.values()}
+    law = names.get(model.casefold()) if isinstance(model, str) else model
+    return creep_structure(law) if tau is None and law in LAWS.values() else structure_of(model, tau)
 
 
 def material_space(sought: Sought, unit: float, duration: float) -> Space:

@@ -10,21 +10,14 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-import scipy
-from jax import Array
-from jax.tree_util import Partial
 
 from fitting.data.curves import CreepData
 from fitting.fits.creep import creep_sample
+from fitting.fits.linear_series import chosen_times, landscape, objective, space_of
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample, Solved
 from fitting.inference.result import Fit
 from fitting.models import history
-from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Sought, Structure, series
-from fitting.search.nonlinear import Objective
-
-PER_DECADE = 3  # largest number of automatically chosen retardation times per decade
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -68,55 +61,24 @@ def fit_prony(
     """
     sample, notes = creep_sample(data, weights, sigma), []
     if tau is None:
-        tau = _chosen(data, sample, instantaneous, flow)
+        span = float(np.min(data.t[data.t > 0.0])), float(data.t[-1])
+        columns = lambda tau: _columns(data, tau)[:, int(not instantaneous) : tau.size + 1 + flow]
+        tau = chosen_times(span, data.t.size // 4, columns, sample)
         notes = [f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s"]
     sought = Sought.of(series(tau, instantaneous, flow), None, None, nu)
     A = _sought_columns(data, sought.structure)
-    space = _space(sought, sample.weights[:, None] * A)
+    space = space_of(sought, sample.weights[:, None] * A)
     problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
-    of = lambda weights: _objective(weights[:, None] * A * space.unit, weights * data.response, space)
+    of = lambda weights: objective(weights[:, None] * A * space.unit, weights * data.response, space)
     solved = least_squares(problem, of, [np.zeros(space.unit.size)])
-    landscape = _landscape(space, solved, A, data.response)
-    return conclude(problem, solved._replace(notes=notes, landscape=landscape)).fit(PronyFit)
+    kept = landscape(space, solved, A, data.response)
+    return conclude(problem, solved._replace(notes=notes, landscape=kept)).fit(PronyFit)
 
 
 def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
     """Return the response (n, m) to each compliance set to one, zero for compliances that are not fitted."""
     sought = np.isin(np.arange(structure.size), list(structure.where.values()))
     return np.where(sought, _columns(data, structure.tau), 0.0)
-
-
-def _space(sought: Sought, columns: np.ndarray) -> SearchSpace:
-    """Return the search space of the compliances, each scaled so that its weighted response has norm one."""
-    norms = np.linalg.norm(columns, axis=0)
-    unit = 1.0 / np.where(norms > 0.0, norms, 1.0)
-    box = sought.structure.box(sought.table) / unit[:, None]
-    return SearchSpace.linear(sought.structure, box, unit, np.ones(unit.size, dtype=bool))
-
-
-def _objective(A: np.ndarray, y: np.ndarray, space: SearchSpace) -> Objective:
-    """Return the least-squares objective |A x - y|^2 for x >= 0."""
-    return Objective(
-        lambda x: A @ x - y, lambda x, free: A[:, free], *space.bounds, floor=1e-26 * float(y @ y)
-    )
-
-
-def _chosen(data: CreepData, sample: Sample, instantaneous: bool, flow: bool) -> np.ndarray:
-    """Return the retardation times (k,) [s] of lowest BIC for k = 1, 2, ..., counting only nonzero compliances as
-    parameters."""
-    first, last = float(np.min(data.t[data.t > 0.0])), float(data.t[-1])
-    most = int(np.clip(PER_DECADE * np.log10(last / first), 1, data.t.size // 4))
-    weight, found = sample.weights, []
-    y = weight * data.response
-    for k in range(1, most + 1):
-        tau = first * (last / first) ** ((np.arange(k) + 0.5) / k)
-        taken = [0] * instantaneous + list(range(1, k + 1)) + [k + 1] * flow
-        columns = weight[:, None] * _columns(data, tau)[:, taken]
-        size = np.linalg.norm(columns, axis=0)
-        x, residual = scipy.optimize.nnls(columns / size, y)
-        misfit = residual**2 if sample.known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
-        found.append((misfit + np.sum(x > 0) * np.log(y.size), tau))
-    return min(found, key=lambda one: one[0])[1]
 
 
 def _columns(data: CreepData, tau: Any) -> np.ndarray:
@@ -128,16 +90,3 @@ def _columns(data: CreepData, tau: Any) -> np.ndarray:
 def _basis(data: CreepData) -> history.Step | history.History:
     """Return the stress history of the test: a unit step, or the measured stress."""
     return history.Step(data.t) if data.J is not None else history.merge(data.t, *data.stress)
-
-
-def _landscape(space: SearchSpace, solved: Solved, A: np.ndarray, y: np.ndarray) -> Landscape:
-    """Return the residuals as a function of the compliances, each scaled so that it alone gives a response of the norm
-    of y (n,)."""
-    free, y, J = space.upper > space.lower, solved.weights * y, solved.weights[:, None] * A
-    unit = np.linalg.norm(y) / np.where(free, np.linalg.norm(J, axis=0), np.linalg.norm(y))
-    box = np.where(free[:, None], [0.0, np.inf], 0.0)
-    return Landscape(Partial(_residual, J * unit, y), solved.theta * space.unit / unit, box, unit)
-
-
-def _residual(A: Array, y: Array, values: Array) -> Array:
-    return A @ values - y

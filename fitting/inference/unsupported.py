@@ -23,7 +23,7 @@ LEAST = 1e-2  # smallest relative deviation of a dropped point
 MOST = 0.05  # largest fraction of the points that may be left out
 
 
-class Supported(NamedTuple):
+class SupportedPoints(NamedTuple):
     """The points of a creep curve that remain after outliers are dropped.
 
     kept (n,) bool: the remaining points; problem: with zero weight on the others; best: its optimum.
@@ -34,12 +34,12 @@ class Supported(NamedTuple):
     best: Optimum
 
 
-def keep_all(problem: varpro.TauSearch, n: int) -> Supported:
+def keep_all(problem: varpro.TauSearch, n: int) -> SupportedPoints:
     """Return the optimum of all points."""
-    return Supported(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
+    return SupportedPoints(np.ones(n, dtype=bool), problem, creep_search.minimise(problem))
 
 
-def leave_out(problem: varpro.TauSearch, n: int) -> Supported:
+def leave_out(problem: varpro.TauSearch, n: int) -> SupportedPoints:
     """Return the optimum without outliers, or of all points if there are too many outliers."""
     found = whole = keep_all(problem, n)
     while (worse := _worst(problem, found)) is not None:
@@ -49,7 +49,7 @@ def leave_out(problem: varpro.TauSearch, n: int) -> Supported:
     return found
 
 
-def _worst(problem: varpro.TauSearch, now: Supported) -> Supported | None:
+def _worst(problem: varpro.TauSearch, now: SupportedPoints) -> SupportedPoints | None:
     """Return the state without the most significant outliers, None if there are none."""
     found, highest = None, 1.0
     for points in _candidates(now):
@@ -60,16 +60,16 @@ def _worst(problem: varpro.TauSearch, now: Supported) -> Supported | None:
     return found
 
 
-def _without(problem: varpro.TauSearch, kept: np.ndarray, points: list[int]) -> Supported:
+def _without(problem: varpro.TauSearch, kept: np.ndarray, points: list[int]) -> SupportedPoints:
     kept = kept.copy()
     kept[points] = False
     weights = np.array(problem.weights)
     weights[: kept.size][~kept] = 0.0
     fewer = problem._replace(weights=weights)
-    return Supported(kept, fewer, creep_search.minimise(fewer))
+    return SupportedPoints(kept, fewer, creep_search.minimise(fewer))
 
 
-def _candidates(now: Supported) -> list[list[int]]:
+def _candidates(now: SupportedPoints) -> list[list[int]]:
     """Return points of high leverage or large residual, alone and, of the first kind, with the following point."""
     on = np.flatnonzero(now.kept)
     J = creep_search.inside_jacobian(now.problem, now.best)[on]
@@ -80,7 +80,7 @@ def _candidates(now: Supported) -> list[list[int]]:
     return alone + [[int(on[i]), int(on[i + 1])] for i in much if i + 1 < on.size]
 
 
-def _score(problem: varpro.TauSearch, trial: Supported, points: list[int]) -> float:
+def _score(problem: varpro.TauSearch, trial: SupportedPoints, points: list[int]) -> float:
     """Return the smallest deleted residual over its significance limit; 0 where the neighbouring points deviate too."""
     n, on = trial.kept.size, np.flatnonzero(trial.kept)
     away = np.asarray(creep_search.residuals(problem, trial.best))[:n]

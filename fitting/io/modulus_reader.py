@@ -65,11 +65,19 @@ def read_relaxation(
     columns, units = checked_options(table, columns, units, ("t", "modulus"))
     parts = curves_of(table, (TIME, MODULUS), columns, units)
     taken = mending.choose(table.path, "segment", parts, segment)
-    convention, taken = _tension(table.path, taken, convention, nu)
-    taken = onset.shift(table.path, taken, start)
-    onset.check_clock(table.path, taken, start)
-    taken = mending.ordered(mending.complete(table.path, mending.window(taken, window)))
-    taken = mending.check_times(table.path, taken)
+    return relaxation_of(table.path, taken, convention, nu, start, window)
+
+
+def relaxation_of(
+    path: str, taken: Series, convention: str, nu: float | None, start: float | None,
+    window: tuple[float | None, float | None] | None, temperature: float | None = None,
+) -> RelaxationData:  # fmt: skip
+    """Return the relaxation test of a series of times and moduli."""
+    convention, taken = _tension(path, taken, convention, nu)
+    taken = onset.shift(path, taken, start)
+    onset.check_clock(path, taken, start)
+    taken = mending.ordered(mending.complete(path, mending.window(taken, window)))
+    taken = mending.check_times(path, taken)
     t, modulus = taken.values["t"], taken.values["modulus"]
     fields = {
         "t": t,
@@ -78,8 +86,9 @@ def read_relaxation(
         "nu": nu,
         "notes": once(taken.notes),
         "start": 0.0,
+        "temperature": temperature,
     }
-    return build(table.path, RelaxationData, **fields)
+    return build(path, RelaxationData, **fields)
 
 
 def read_oscillation(
@@ -121,18 +130,26 @@ def read_oscillation(
     table = read_table(path, decimal)
     keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
     columns, units = checked_options(table, columns, units, keys)
-    parts = curves_of(table, (OMEGA, *_pair(table, columns)), columns, units)
+    parts = curves_of(table, (OMEGA, *pair_of(table, columns)), columns, units)
     taken = mending.choose(table.path, "segment", parts, segment)
-    _check_frequency(table.path, taken, units)
-    convention, taken = _tension(table.path, taken, convention, nu)
-    taken = mending.complete(table.path, mending.window(taken, window), positive=("omega",))
-    _check_angle(table.path, taken, units)
-    _check_sweep(table.path, taken.values["omega"])
+    return oscillation_of(table.path, taken, units, convention, nu, window)
+
+
+def oscillation_of(
+    path: str, taken: Series, units: dict, convention: str, nu: float | None,
+    window: tuple[float | None, float | None] | None, temperature: float | None = None,
+) -> OscillationData:  # fmt: skip
+    """Return the frequency sweep of a series of frequencies with a pair of moduli or angles."""
+    _check_frequency(path, taken, units)
+    convention, taken = _tension(path, taken, convention, nu)
+    taken = mending.complete(path, mending.window(taken, window), positive=("omega",))
+    _check_angle(path, taken, units)
+    _check_sweep(path, taken.values["omega"])
     fields = _moduli(taken.values) | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
-    return build(table.path, OscillationData, **fields)
+    return build(path, OscillationData, **fields, temperature=temperature)
 
 
-def _pair(table: Table, columns: dict) -> tuple[Wanted, Wanted]:
+def pair_of(table: Table, columns: dict) -> tuple[Wanted, Wanted]:
     """Return the preferred pair of columns that a block has completely; columns named by the caller come first."""
     named = sorted(PAIRS, key=lambda pair: -sum(one.key in columns for one in pair))
     whole = [pair for pair in named if any(all(has(b, one, columns) for one in pair) for b in table.blocks)]

@@ -62,6 +62,7 @@ NAMES = {
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
     "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke"
     " schichtdicke filmdicke",
+    "temperature": "T temp temperature sampletemperature temperatur probentemperatur température temperatura 温度",
     "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
 }
 KINDS = {
@@ -72,6 +73,7 @@ KINDS = {
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
     "thickness": "depth", "smoothed height": "depth", "commanded height": "depth",
+    "temperature": "temperature",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"

@@ -20,7 +20,7 @@ from jaxcontact._compile.kept_traces import Program
 
 STEPS = 3  # number of Gauss-Newton steps
 
-_program = functools.partial(Program, in_haste=True)
+_program = functools.partial(Program, fast_compile=True)
 
 
 class Scaled(NamedTuple):

@@ -13,13 +13,13 @@ from fitting.models.halfspace import Curve
 from fitting.models.history import merge
 from fitting.search import nonlinear, padding
 from fitting.search.nonlinear import Best, Objective, moved
-from fitting.search.press import Found, Medium, Press, spread_starts, start
+from fitting.search.press import Found, IndentationProblem, Medium, spread_starts, start
 
 FALL = 0.02  # fraction of the largest depth by which the depth may fall without the contact shrinking
 FEW = 126  # number of points on which several minima are sought
 
 
-def search(press: Press) -> Found:
+def search(press: IndentationProblem) -> Found:
     """Return the optimum of a test on a half-space."""
     rise = press.pressing.rise
     knots, values = (press.t, press.load) if rise is None else _held(press, rise)
@@ -58,7 +58,12 @@ def _stuck(found: Found, curve: Curve, kind: str) -> Found:
 
 
 def _objective(
-    press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray, kind: str, edge: float = 0.0
+    press: IndentationProblem,
+    points: np.ndarray,
+    knots: np.ndarray,
+    values: np.ndarray,
+    kind: str,
+    edge: float = 0.0,
 ) -> Objective:
     """Return the least-squares objective over some of the points, padded internally.
 
@@ -80,7 +85,7 @@ def _objective(
     )
 
 
-def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
+def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
     """Return the samples at ``points``, padded."""
     t, load, depth = (padding.repeated(y[points]) for y in (press.t, press.load, press.depth))
     basis = merge(t, padding.repeated(knots), padding.repeated(values))
@@ -91,13 +96,13 @@ def _curve(press: Press, points: np.ndarray, knots: np.ndarray, values: np.ndarr
     )  # fmt: skip
 
 
-def _some(press: Press) -> np.ndarray:
+def _some(press: IndentationProblem) -> np.ndarray:
     """Return a subset of the points, evenly spaced and including the largest depth."""
     even = np.linspace(0, press.t.size - 1, min(FEW, press.t.size)).round().astype(int)
     return np.unique(np.append(even, np.argmax(press.depth)))
 
 
-def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
+def _held(press: IndentationProblem, rise: float) -> tuple[np.ndarray, np.ndarray]:
     """Return knots and values of a linear rise to the mean load after it."""
     size, end = float(press.load[press.kept].mean()), rise / press.units.duration
     if rise == 0.0:
@@ -105,7 +110,7 @@ def _held(press: Press, rise: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
 
 
-def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
+def _starts(press: IndentationProblem, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
     """Return starting coordinates from variable projection: depth^power is linear in the compliances under the measured
     load."""
     depth, n = np.maximum(press.depth, 1e-3), press.probe.power
@@ -121,7 +126,7 @@ def _starts(press: Press, knots: np.ndarray, values: np.ndarray, kind: str) -> l
     return several or [start(press, power, weights, basis, least=1e-6)]
 
 
-def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
+def _moves(press: IndentationProblem, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
     """Return the derivative of the coordinates with respect to a held quantity; with nu every compliance scales as 1/(1
     - nu)."""
     if name != press.sought.volume.name:
@@ -133,7 +138,7 @@ def _moves(press: Press, best: Best, curve: Curve, kind: str, name: str) -> np.n
     return moved(best, space.free, slope * press.units.compliance)
 
 
-def _notes(best: Best, press: Press, kind: str) -> tuple[str, ...]:
+def _notes(best: Best, press: IndentationProblem, kind: str) -> tuple[str, ...]:
     """Return the notes on an optimum: the contact shrinks."""
     if kind == "ting":
         return (*press.notes, "the depth falls: Ting's solution from its maximum on")

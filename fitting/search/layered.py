@@ -16,7 +16,7 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.segments import noise
 from fitting.models.coordinates import Coordinates
-from fitting.search.press import Press, Units
+from fitting.search.press import IndentationProblem, Units
 from jaxcontact._compile.kept_traces import Program
 
 TIMES = 96  # number of march times if there are more samples
@@ -93,7 +93,7 @@ class Mesh(NamedTuple):
     fine: int = 1
 
 
-def scene(press: Press, coating: Coating, mesh: Mesh) -> FilmTest:
+def scene(press: IndentationProblem, coating: Coating, mesh: Mesh) -> FilmTest:
     """Return the solver's inputs on a mesh."""
     kind, driven = (jc.Load, press.load) if press.pressing.control == "load" else (jc.Approach, press.depth)
     knots = march_times(press.t, driven)

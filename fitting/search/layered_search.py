@@ -22,7 +22,7 @@ from fitting.models.history import merge
 from fitting.search import layered
 from fitting.search.layered import Coating, FilmTest, Mesh
 from fitting.search.nonlinear import Best, Objective, minimise, moved
-from fitting.search.press import Found, Medium, Press, start
+from fitting.search.press import Found, IndentationProblem, Medium, start
 from fitting.search.uncertainty import inverse
 
 CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
@@ -40,7 +40,7 @@ Scene = Callable[[Mesh], FilmTest]
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 
-def search(press: Press, coating: Coating, grid: Any) -> Found:
+def search(press: IndentationProblem, coating: Coating, grid: Any) -> Found:
     """Minimise on meshes of doubled fineness until the remaining bias is small compared with the noise."""
     if isinstance(press.pressing.indenter, jc.FlatPunch):
         raise ValueError(
@@ -79,7 +79,7 @@ def search(press: Press, coating: Coating, grid: Any) -> Found:
     return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
 
 
-def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
+def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, float]:
     """Return starting coordinates, and the largest contact radius [m] there."""
     depth, radius = _elastic(press, coating)
     on = press.kept & (press.load > 0.3)
@@ -92,7 +92,7 @@ def _start(press: Press, coating: Coating) -> tuple[np.ndarray, float]:
     return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
 
 
-def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
+def _elastic(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
     """Return scaled depth and contact radius [m] under the largest load on elastic films of compliances ``RANGE``."""
     width = 2.4 * press.probe.widest(press.units.depth)
     grid = jc.Grid.square(n=START_CELLS, width=width)
@@ -102,7 +102,7 @@ def _elastic(press: Press, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
     return np.maximum.accumulate(depth / press.units.depth), radius
 
 
-def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
+def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
     at = press.space.point
     objective = Objective(
@@ -114,8 +114,8 @@ def _minimise(press: Press, film: FilmTest, theta: np.ndarray) -> tuple[Best, Ob
 
 
 def _resolved(
-    press: Press, coating: Coating, theta: np.ndarray, mesh: Mesh, chosen: bool
-) -> tuple[Press, Best, Objective, Mesh]:
+    press: IndentationProblem, coating: Coating, theta: np.ndarray, mesh: Mesh, chosen: bool
+) -> tuple[IndentationProblem, Best, Objective, Mesh]:
     """Return the optimum on a mesh.
 
     An automatic mesh is widened while the contact reaches its edge; samples at which the contact is only a few cells
@@ -140,7 +140,9 @@ def _resolved(
         theta = best.theta
 
 
-def _coarse_left_out(press: Press, film: FilmTest, theta: np.ndarray, mesh: Mesh) -> Press:
+def _coarse_left_out(
+    press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
+) -> IndentationProblem:
     """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
     _, statuses, radius = layered.evaluate(press.space.point(theta), film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
@@ -172,7 +174,7 @@ def _check_grid(grid: Any) -> None:
         )
 
 
-def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
+def _corrected(press: IndentationProblem, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
     """Return the test corrected by the change of the response at the optimum on a finer mesh.
 
     The finer mesh has ``finer`` times the cells and three times the steps.
@@ -184,13 +186,13 @@ def _corrected(press: Press, scene: Scene, best: Best, mesh: Mesh, finer: int) -
     return coarse._replace(correction=response(fine) - response(coarse))
 
 
-def _moves(press: Press, best: Best, film: FilmTest, name: str) -> np.ndarray:
+def _moves(press: IndentationProblem, best: Best, film: FilmTest, name: str) -> np.ndarray:
     """Return d theta/d nuisance at the optimum, (m,)."""
     slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
     return moved(best, press.space.free, np.asarray(slope))
 
 
-def _standard_errors(best: Best, press: Press) -> np.ndarray:
+def _standard_errors(best: Best, press: IndentationProblem) -> np.ndarray:
     """Return the standard errors of the coordinates (m,), infinite where held."""
     spread = np.full(best.theta.size, np.inf)
     variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])

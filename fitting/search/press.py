@@ -81,7 +81,7 @@ class Units(NamedTuple):
     compliance: float
 
 
-class Press(NamedTuple):
+class IndentationProblem(NamedTuple):
     """An indentation test ready for a search.
 
     t, load, depth (n,): scaled; kept (n,) bool: the fitted points; weights (n,): 0 elsewhere, and their label; space:
@@ -127,7 +127,7 @@ class Press(NamedTuple):
 
 def prepare(
     data: IndentationData, sought: Sought, pressing: Pressing, instrument: Instrument, weights: str | None, sigma: Any
-) -> Press:  # fmt: skip
+) -> IndentationProblem:  # fmt: skip
     """Check and scale a test; ValueError with the expected and the received value."""
     probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
     _check(data, control, pressing.rise)
@@ -135,7 +135,7 @@ def prepare(
     pressing = pressing._replace(adhesion=work)
     t = data.t - data.t[0]
     kept = _in_contact(data, pressing)
-    weight, label = weigh(data, kept, control, weights, sigma)
+    weight, label = indentation_weights(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     # compliance [1/Pa] that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
@@ -146,7 +146,7 @@ def prepare(
         _check_contact(data, kept, probe.power, pressing.film)
     few = f"{(~kept).sum()} points before contact or during the rise not fitted"
     response = data.depth if control == "load" else data.load
-    return Press(
+    return IndentationProblem(
         data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
         weight * float(response.max()), label, space, () if kept.all() else (few,),
     )  # fmt: skip
@@ -201,7 +201,7 @@ def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: 
         )
 
 
-def weigh(
+def indentation_weights(
     data: IndentationData, kept: np.ndarray, control: str, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
     """Return the weights (n,) [1/unit of the response], zero for points that are not fitted, and their label."""
@@ -226,7 +226,9 @@ def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -
     return Space.of(structure, box, np.append(own, sizes), units.duration, least)
 
 
-def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: float) -> np.ndarray:
+def start(
+    press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any, least: float
+) -> np.ndarray:
     """Return coordinates (m,) near the weighted least-squares fit of y (n,) by the columns of ``basis`` at the samples.
 
     Logarithmic coordinates start at log(least) or above.
@@ -243,7 +245,9 @@ def start(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any, least: f
     return space.near(found, least)
 
 
-def spread_starts(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> list[np.ndarray]:
+def spread_starts(
+    press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any
+) -> list[np.ndarray]:
     """Return further starting coordinates if a retardation time is sought.
 
     For each of ``TIMES`` they are the least-squares solution with tau held, and the same total compliance at the end
@@ -258,7 +262,7 @@ def spread_starts(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) 
     return [space.near(np.append(row, row[1] / tau), VISIBLE) for row, tau in zip(x, times, strict=True)]
 
 
-def _search(press: Press, y: np.ndarray, weights: np.ndarray, basis: Any) -> varpro.TauSearch:
+def _search(press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any) -> varpro.TauSearch:
     return varpro.search(y, weights, basis, press.t, press.space.linear_box)
 
 
@@ -285,7 +289,7 @@ class Found(NamedTuple):
     reasons for rejecting the fit.
     """
 
-    press: Press
+    press: IndentationProblem
     best: Best
     objective: Objective
     notes: tuple[str, ...]

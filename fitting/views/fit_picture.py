@@ -28,7 +28,7 @@ def draw(fit: Any, path: Any) -> Any:
         line = _times(t, t[0], t[-1])
         _band(top, fit, line)
     else:
-        _compliance(figure.add_subplot(places[:2, 1]), fit)
+        compliance(figure.add_subplot(places[:2, 1]), fit)
     top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
     label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
     top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
@@ -99,7 +99,7 @@ def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
     return np.append(begin, np.geomspace(t[t > begin][0], end, FINE - 1))
 
 
-def _compliance(axes: Any, fit: Any) -> None:
+def compliance(axes: Any, fit: Any) -> None:
     """Plot J(t) of the material and its band."""
     since = fit.since
     t = _times(since, 0.0, fit.duration)

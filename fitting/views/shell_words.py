@@ -5,9 +5,9 @@ import re
 # names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
-        "adhesion", "contact_point", "control", "convention", "curve", "drift", "layer", "level", "machine_compliance",
-        "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start", "stress", "tau",
-        "temperature", "weights", "window", "bulk_modulus",
+        "adhesion", "contact_point", "control", "convention", "curve", "drift", "exclude", "layer", "level",
+        "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start",
+        "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",
@@ -16,6 +16,7 @@ HEADS = {
 FLAGS = (
     (rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\")", lambda found: f"{found[1]}{HEADS[found[2]]}: "),
     (r"\b(fixed|bounds)\['?([^'\]]+)'?\]", lambda found: f"{HEADS[found[1]]} {found[2]}"),
+    (r"\berrors\['(\w+)'\]", lambda found: f"--{found[1].replace('_', '-')}-error"),
     (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
     (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
     (r"columns\['(\w+)'\]", r"--column \1"),

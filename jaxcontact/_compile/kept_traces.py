@@ -44,7 +44,7 @@ TRACED_BY = ("jax", "jaxlib", "numpy", "scipy")
 SETTLING_TIME = 10.0
 """Seconds: if sources changed less than this before the process started, it may run older ones."""
 
-HASTE = {"xla_cpu_use_fusion_emitters": False}
+FAST_COMPILE = {"xla_cpu_use_fusion_emitters": False}
 """Compiler options with which many programs compile in half the time and run equally fast; the march takes four times
 as long to compile with them."""
 
@@ -81,37 +81,39 @@ class Program:
     disk.
 
     Within jax's transformations, and outside ``kept_traces``, it is ``jax.jit`` of the function, ``compiled``; with the
-    compiler options of ``HASTE`` if it is ``in_haste`` and not called within a trace.
+    compiler options of ``FAST_COMPILE`` if it is ``fast_compile`` and not called within a trace.
     """
 
     def __init__(
         self,
         function: Callable[..., Any],
         static_argnames: tuple[str, ...] = (),
-        in_haste: bool = False,
+        fast_compile: bool = False,
     ):
         functools.update_wrapper(self, function)
-        self.function, self.static_argnames, self.in_haste = function, static_argnames, in_haste
+        self.function, self.static_argnames, self.fast_compile = function, static_argnames, fast_compile
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self._loaded: dict[str, Callable[..., Any]] = {}
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         name = _name(self.function, args, static)
         if name is None:
-            in_haste = self.in_haste and _is_outermost(args)
-            return (self._compiled_in_haste if in_haste else self.compiled)(*args, **static)
+            fast_compile = self.fast_compile and _is_outermost(args)
+            return (self._compiled_fast if fast_compile else self.compiled)(*args, **static)
         if name not in self._loaded:
             self._loaded[name] = self._find(name, args, static)
         return self._loaded[name](*args)
 
     @functools.cached_property
-    def _compiled_in_haste(self) -> Callable[..., Any]:
-        return jax.jit(self.function, static_argnames=self.static_argnames, compiler_options=_haste())
+    def _compiled_fast(self) -> Callable[..., Any]:
+        return jax.jit(
+            self.function, static_argnames=self.static_argnames, compiler_options=_fast_compile_options()
+        )
 
     def _find(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
         """Return the program of that name, loaded or traced."""
         result, text = _load_or_make(name, lambda: _traced(functools.partial(self.compiled, **static), args))
-        options = _haste() if self.in_haste else None
+        options = _fast_compile_options() if self.fast_compile else None
         call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
         return lambda *args: jax.tree.unflatten(structure, call(*jax.tree.leaves(args)))
@@ -180,13 +182,13 @@ def _is_outermost(args: Any) -> bool:
 
 
 @functools.cache
-def _haste() -> dict[str, Any]:
-    """Return ``HASTE``, or no options if this compiler does not accept them."""
+def _fast_compile_options() -> dict[str, Any]:
+    """Return ``FAST_COMPILE``, or no options if this compiler does not accept them."""
     try:
-        jax.jit(lambda: 0, compiler_options=HASTE)()
+        jax.jit(lambda: 0, compiler_options=FAST_COMPILE)()
     except jax.errors.JaxRuntimeError:
         return {}
-    return HASTE
+    return FAST_COMPILE
 
 
 @functools.cache

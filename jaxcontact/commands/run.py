@@ -18,13 +18,13 @@ from jaxcontact._support.progress import Progress, working
 from jaxcontact._support.recorded_warnings import recorded_warnings
 from jaxcontact._support.status import Status
 from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
-from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, complain, tell
+from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, print_error, tell
 from jaxcontact.files import advice
 from jaxcontact.files.case_file import Case, CaseError, case_of, read_tables
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import chosen
-from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, Standing, fingerprint
+from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
 from jaxcontact.files.run_figures import lines_of
 from jaxcontact.results.notes import in_one_line, kind_of
 from jaxcontact.verbs.experiment import TimedExperiment, reported
@@ -55,7 +55,7 @@ class Ending:
     run: the finished steps of an experiment over time, or the result of a steady state.
     """
 
-    standing: Standing
+    resume_point: ResumePoint
     run: Any
     interrupt: KeyboardInterrupt | None
     notes: list[str]
@@ -66,7 +66,7 @@ class Ending:
         if self.interrupt is not None:
             return exit_status(self.interrupt)
         return {0: FINE, 1: NOT_CONVERGED, Status.INHERITED: NOT_CONVERGED}.get(
-            self.standing.status, BAD_INPUT
+            self.resume_point.status, BAD_INPUT
         )
 
 
@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         print(case_text(case), end="")
         return FINE
     if options.directory is None:
-        return complain(
+        return print_error(
             "run: -o: missing; accepted: -o DIR, the directory of the results, or --show", BAD_INPUT
         )
     advice.check(case, options.case)
@@ -125,40 +125,42 @@ def _noted() -> Iterator[list[str]]:
 
 def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
     """Compute a steady state; it is a result only if it is fine."""
-    steps.standing()  # no steps of another case are there to go on from
+    steps.resume_point()  # no steps of another case are there to go on from
     began = time.perf_counter()
     with _noted() as notes, working(f"compiling and running {case.kind}"):
         try:
             result = interruptible(case.run)
         except KeyboardInterrupt as error:
-            return Ending(Standing(), None, error, notes)
+            return Ending(ResumePoint(), None, error, notes)
         except ValueError as error:
             raise CaseError(f"{path}: {error}") from error
     status = int(result.status)
-    standing = Standing(steps=int(not status), status=status, seconds=time.perf_counter() - began)
-    return Ending(standing, None if status else result, None, notes)
+    resume_point = ResumePoint(steps=int(not status), status=status, seconds=time.perf_counter() - began)
+    return Ending(resume_point, None if status else result, None, notes)
 
 
 def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
     interrupt, run = None, None
     with _noted() as salvaged:
-        standing = steps.standing()
-    began = time.perf_counter() - standing.seconds
-    with _noted() as notes, Progress(experiment.times.size, "step", standing.steps) as progress:
+        resume_point = steps.resume_point()
+    began = time.perf_counter() - resume_point.seconds
+    with _noted() as notes, Progress(experiment.times.size, "step", resume_point.steps) as progress:
         notes += salvaged
         simulation = ready(experiment)
         try:
-            for block in simulation.blocks(standing.blocks, standing.carry) if standing.status == 0 else ():
-                standing = steps.add(standing, block, time.perf_counter() - began)
+            for block in (
+                simulation.blocks(resume_point.blocks, resume_point.carry) if resume_point.status == 0 else ()
+            ):
+                resume_point = steps.add(resume_point, block, time.perf_counter() - began)
                 progress.advance(block.history.times.size)
         except KeyboardInterrupt as error:
-            interrupt, standing = error, steps.standing()
-        if standing.steps:
-            run = steps.together(standing.blocks, experiment.grid)
+            interrupt, resume_point = error, steps.resume_point()
+        if resume_point.steps:
+            run = steps.together(resume_point.blocks, experiment.grid)
             told = reported(run.history, simulation.plan.errors, simulation.experiment)
             run = replace(run, history=told)
-    return Ending(standing, run, interrupt, notes)
+    return Ending(resume_point, run, interrupt, notes)
 
 
 def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) -> None:
@@ -167,11 +169,11 @@ def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) ->
 
     facts = {
         "case": options.case.name,
-        "status": ending.standing.status,
-        "status_meaning": Status(ending.standing.status).message,
+        "status": ending.resume_point.status,
+        "status_meaning": Status(ending.resume_point.status).message,
         "interrupted": ending.interrupt is not None,
         "warnings": ending.notes,
-        "wall_time_s": ending.standing.seconds,
+        "wall_time_s": ending.resume_point.seconds,
     }
     report = (
         run_results.of_steps(run, case.kept) if isinstance(run, FinishedRun) else run_results.of_result(run)
@@ -195,7 +197,7 @@ def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
     """Say why a run ended early; the exit status."""
     if ending.status == FINE:
         return FINE
-    done, requested = ending.standing.steps, case.times.size
+    done, requested = ending.resume_point.steps, case.times.size
     if ending.interrupt is not None:
         reason = f"{done} of {requested} steps are finished"
         if done:
@@ -203,7 +205,7 @@ def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
         if KINDS[case.kind].march is None:
             reason = f"nothing is kept, since {case.kind} runs at once"
         name = signal_of(ending.interrupt).name
-        return complain(f"{options.case}: interrupted by {name}: {reason}", ending.status)
-    status = Status(ending.standing.status)
+        return print_error(f"{options.case}: interrupted by {name}: {reason}", ending.status)
+    status = Status(ending.resume_point.status)
     where = f"step {done + 1} of {requested}: " if requested > 1 else ""
-    return complain(f"{options.case}: {KEYS[status]}: {where}{status.message}", ending.status)
+    return print_error(f"{options.case}: {KEYS[status]}: {where}{status.message}", ending.status)

@@ -10,7 +10,7 @@ FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # 128 + the signal after an interrupt:
 COLOURS = {"error": 31, "warning": 33, "can run": 32}  # red, yellow, green: ANSI codes
 
 
-def complain(message: str, status: int) -> int:
+def print_error(message: str, status: int) -> int:
     """Print an error in one line on stderr, and return the status."""
     tell(f"jaxcontact: error: {' '.join(message.split())}", sys.stderr)
     return status

@@ -21,7 +21,7 @@ from jaxcontact._support.npz import write_whole
 from jaxcontact._support.status import Status
 from jaxcontact._support.version import __version__
 from jaxcontact.commands.interrupts import exit_status, signal_of
-from jaxcontact.commands.status import FINE, NOT_CONVERGED, complain, tell
+from jaxcontact.commands.status import FINE, NOT_CONVERGED, print_error, tell
 from jaxcontact.files import advice
 from jaxcontact.files.case_file import Case, CaseError
 from jaxcontact.files.run_figures import figures_in, values_of
@@ -48,7 +48,7 @@ def run_study(options: argparse.Namespace) -> int:
     except KeyboardInterrupt as interrupt:
         reason = "finished cases are kept; the same command continues"
         name = signal_of(interrupt).name
-        return complain(f"{study.path}: interrupted by {name}: {reason}", exit_status(interrupt))
+        return print_error(f"{study.path}: interrupted by {name}: {reason}", exit_status(interrupt))
     except ValueError as error:
         raise CaseError(f"{study.path}: {error}") from error
     return _finish(study, found, options.directory)
@@ -156,7 +156,7 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
     if not found.failures:
         return FINE
     reason = f"{len(found.failures)} of {len(found)} cases failed; the same command tries them again"
-    return complain(f"{study.path}: {reason}", NOT_CONVERGED)
+    return print_error(f"{study.path}: {reason}", NOT_CONVERGED)
 
 
 def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:

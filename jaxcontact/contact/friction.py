@@ -24,7 +24,7 @@ they stay on the rim when the sum is restored. E is quadratic along the way to i
 E there: the whole step is taken if it is nearly of the length of least E, otherwise the part of it with the least E. A
 direction in which E does not decrease is replaced by a step towards the admissible tractions nearest to q - length x s,
 with the length of J. Barzilai and J. M. Borwein (IMA J. Numer. Anal. 8 (1988) 141), in which E always decreases (E. G.
-Birgin, J. M. Martinez, M. Raydan, SIAM J. Optim. 10 (2000) 1196), and the directions start afresh.
+Birgin, J. M. Martinez, M. Raydan, SIAM J. Optim. 10 (2000) 1196), and the directions start afresh with a shorter length.
 
 The preconditioner is a sum of two circulant operators, the inverses of K_tt and of K_tt + k' with a constant k'. Cells
 that stick use the first, cells that slip by more than k' times their bound the second, and the others a mixture of both
@@ -319,7 +319,7 @@ def _towards(problem: TangentialProblem, s: _Iterate, trial: _SlipTrial) -> _Ite
     return _Iterate(
         q, u, shift, slip, _error(problem, q, u, slip), s.iterations + 1,
         direction=trial.direction, earlier=s.slip, descent=jnp.where(conjugate, trial.descent, 0.0),
-        length=jnp.where(conjugate, longer, s.length), steepest=~s.steepest & (share == 0.0),
+        length=jnp.where(s.steepest, s.length, longer), steepest=~s.steepest & (share == 0.0),
         steepest_length=jnp.where(s.steepest & stiff, steepest_length, s.steepest_length),
     )  # fmt: skip
 

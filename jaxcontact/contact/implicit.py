@@ -53,7 +53,7 @@ from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
 from jaxcontact.contact.partial_slip import Round, SlipProblem
 from jaxcontact.contact.window import cut, paste, place
-from jaxcontact.operators.base import Linear, Operator
+from jaxcontact.operators.base import Linear, Operator, TractionOperator
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
@@ -228,6 +228,25 @@ def _stable(model: Model, operator: Linear, right: Array) -> Array:
     return jnp.where(met, x, jnp.nan)
 
 
+class _Displacements(NamedTuple):
+    """Products K_tt q and K_tz p (2, nx, ny), K_zt q and K_zz p (nx, ny); those of coupling are zero without it."""
+
+    along: Array
+    drawn: Array
+    sunk: Array
+    normal: Array
+
+    @classmethod
+    def under(cls, operator: TractionOperator, q: Array, p: Array) -> "_Displacements":
+        """Return those of a traction and a pressure."""
+        along, sunk = operator.displaced(q)
+        return cls(along, operator.drawn(p), sunk, operator.normal(p))
+
+    def total(self) -> Array:
+        """Displacements in three directions, (3, nx, ny)."""
+        return jnp.concatenate([self.along + self.drawn, (self.sunk + self.normal)[None]])
+
+
 class _SlipSpace(NamedTuple):
     """Space of the changes (dq, dp), (3, nx, ny), of a contact with friction, and their effect on the traction."""
 
@@ -248,11 +267,7 @@ class _SlipSpace(NamedTuple):
 
     def lifted(self, dq: Array, dp: Array) -> Array:
         """Displacements (3, nx, ny) under changes of traction and pressure."""
-        operator = self.problem.operator
-        moved, sunk = operator.along(dq), operator.normal(dp)
-        if self.problem.coupled:
-            moved, sunk = moved + operator.drawn(dp), sunk + operator.sunk(dq)
-        return jnp.concatenate([moved, sunk[None]])
+        return _Displacements.under(self.problem.operator, dq, dp).total()
 
     def turned(self, dq: Array) -> Array:
         """Return the change due to the rotation of tractions on the rim of the friction disc, (3, nx, ny)."""
@@ -282,32 +297,28 @@ def _solve_partial_slip_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
-    free = free_directions(problem.sheared(p), q, found.tangential.slip)
+    free = free_directions(problem.sheared(p, found.drawn), q, found.tangential.slip)
     space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)
-    along, normal = change.operator.along(q), change.operator.normal(p)
-    moved, sunk = (
-        along + change.operator.drawn(p) + change.drift,
-        normal + change.operator.sunk(q) + change.gap,
-    )
-    forcing = jnp.concatenate([moved, sunk[None]])
+    by_operator = _Displacements.under(change.operator, q, p)
+    forcing = by_operator.total() + jnp.concatenate([change.drift, change.gap[None]])
     dq, dp = _given(space, change, p)
     right = -(forcing + space.lifted(dq, dp) + space.turned(dq)) + _wanted(change)
     rest = jax.lax.custom_linear_solve(space.matrix, space(right), space.solve, transpose_solve=space.solve)
     rest = space(rest)
     dp, dq = dp + rest[2], dq + space.traction(rest[:2], problem.coefficient * rest[2])
-    moved = forcing + space.lifted(dq, dp)
+    lifted = _Displacements.under(problem.operator, dq, dp)
+    moved = forcing + lifted.total()
     d_shift, d_approach = _multipliers(space, change, p, moved + space.turned(dq))
+    along, drawn, sunk, normal = jax.tree.map(jnp.add, by_operator, lifted)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     pressed, sheared = found.normal, found.tangential
-    d_normal = Solution(
-        dp, normal + problem.operator.normal(dp), d_approach, 0.0 * pressed.error, no(pressed.iterations)
-    )
+    d_normal = Solution(dp, normal, d_approach, 0.0 * pressed.error, no(pressed.iterations))
     d_slip = jnp.where(free.contact, moved[:2] - d_shift[:, None, None], 0.0)
     d_tangential = TangentialSolution(
-        dq, along + problem.operator.along(dq), d_slip, no(sheared.stick), d_shift, 0.0 * sheared.error,
-        no(sheared.iterations),
-    )  # fmt: skip
-    return found, Round(d_normal, d_tangential, no(found.taken), no(found.rounds), no(found.settled))
+        dq, along, d_slip, no(sheared.stick), d_shift, 0.0 * sheared.error, no(sheared.iterations)
+    )
+    counts = no(found.taken), no(found.rounds), no(found.settled)
+    return found, Round(d_normal, d_tangential, drawn, sunk, *counts)
 
 
 def _given(space: _SlipSpace, change: SlipProblem, p: Array) -> tuple[Array, Array]:

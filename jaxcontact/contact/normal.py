@@ -173,13 +173,16 @@ def usable_start(problem: Problem, start: Array) -> Array:
     A pressure that does work, brought to its best size, has an energy below zero, as all that the search finds from it.
     """
     start = problem.law.admissible(start)
+    some = _usable(problem, start)
     if problem.load_controlled:
-        some = jnp.sum(start) > 0.0
         start = jnp.where(some, start, 1.0)
         start = problem.law.balanced(start, problem.target, start > 0.0)
-    else:
-        some = jnp.sum(start * (problem.target - problem.gap)) > 0.0
     return jax.lax.cond(some, lambda: start, lambda: first_guess(problem))
+
+
+def _usable(problem: Problem, start: Array) -> Array:
+    """Return whether a start has contact or, at a given approach, does work, () bool."""
+    return jnp.sum(start if problem.load_controlled else start * (problem.target - problem.gap)) > 0.0
 
 
 def _level(problem: Problem, pressure: Array, displacement: Array) -> Array:
@@ -255,9 +258,11 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     return _Search(pressure, displacement, t, r, descent, length, error, s.iterations + 1)
 
 
-def _search(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> _Search:
-    """Iterate from a usable start."""
-    p, u = start, problem.operator(start)
+def _search(
+    problem: Problem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
+) -> _Search:
+    """Iterate from a usable start and the displacement under it."""
+    p, u = start, displacement
     if _sized(problem):
         share = _fitting_share(problem, p, u)
         p, u = share * p, share * u
@@ -283,7 +288,8 @@ def _search_in_window(
     """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
     corner, fits = place(problem.law.touching(start), shape)
     limit = jnp.where(fits, max_iterations, 0)
-    found = _search(in_window(problem, corner, shape), cut(start, corner, shape), tolerance, limit)
+    problem, part = in_window(problem, corner, shape), cut(start, corner, shape)
+    found = _search(problem, part, problem.operator(part), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 
@@ -291,13 +297,23 @@ def solve_on_grid(
     problem: Problem, start: Array, tolerance: Array, max_iterations: Array
 ) -> tuple[Array, Array]:
     """Return the pressure and the iterations taken, without a search in a window first, from any start."""
-    found = _search(problem, usable_start(problem, start), tolerance, max_iterations)
+    start = usable_start(problem, start)
+    found = _search(problem, start, problem.operator(start), tolerance, max_iterations)
     return found.pressure, found.iterations
 
 
-def solve_without_window(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
-    """Solve as ``solve`` does, but without a search in a window first."""
-    return _solution(problem, usable_start(problem, start), tolerance, max_iterations)
+def solve_further(
+    problem: Problem, before: Solution, known: Array, tolerance: Array, max_iterations: Array
+) -> Solution:
+    """Solve as ``solve`` does without a window, from a solution under another gap; known: whether its displacement is."""
+
+    def anew() -> tuple[Array, Array]:
+        start = usable_start(problem, before.pressure)
+        return start, problem.operator(start)
+
+    kept = known & _usable(problem, before.pressure)
+    start, displacement = jax.lax.cond(kept, lambda: (before.pressure, before.displacement), anew)
+    return _solution(problem, start, displacement, tolerance, max_iterations)
 
 
 def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
@@ -310,12 +326,14 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     window = problem.operator.window_shape(p.shape)
     if window is not None:
         p, taken = _search_in_window(problem, window, p, tolerance, max_iterations)
-    found = _solution(problem, p, tolerance, max_iterations - taken)
+    found = _solution(problem, p, problem.operator(p), tolerance, max_iterations - taken)
     return replace(found, iterations=taken + found.iterations)
 
 
-def _solution(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
-    """Return the solution found on the whole grid from a usable start."""
-    s = _search(problem, start, tolerance, max_iterations)
+def _solution(
+    problem: Problem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
+) -> Solution:
+    """Return the solution found on the whole grid from a usable start and the displacement under it."""
+    s = _search(problem, start, displacement, tolerance, max_iterations)
     approach = approach_of(problem, s.pressure, s.displacement)
     return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)

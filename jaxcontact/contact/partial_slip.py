@@ -11,8 +11,9 @@ error does not fall. Where solids are similar K_zt and K_tz vanish and one round
 
 The error of a round is that of both problems at once: the error of the tangential problem, and that of the pressure under
 the new traction. The first round solves both loosely, every other one to a share of the latter error, which is what is
-left of the coupling. The rounds take place in a window around the contact if that leaves enough of the grid free, and end
-on the whole grid, where a single round is enough unless the contact has outgrown the window.
+left of the coupling; the share is less while the error does not fall. Products of the operator are handed from round to
+round, and with the result. The rounds take place in a window around the contact if that leaves enough of the grid free,
+and end on the whole grid, where a single round is enough unless the contact has outgrown the window.
 """
 
 from collections.abc import Callable
@@ -30,7 +31,7 @@ from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
 LOOSE = 1e-2  # tolerance of the first round
-TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left
+TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left and of the step
 FINAL = 0.3  # of the tolerance: both problems are not solved to less
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
@@ -58,27 +59,26 @@ class SlipProblem:
     tangential_load_controlled: bool = static()
     coupled: bool = static()
 
-    def pressed(self, traction: Array) -> Problem:
-        """The normal problem under a traction."""
-        return self.under(self.operator.sunk(traction)) if self.coupled else self.under(0.0)
-
     def under(self, sunk: Array | float) -> Problem:
         """The normal problem under a normal displacement (nx, ny) by the traction."""
         return Problem(self.operator.normal, self.gap + sunk, self.target, self.lowest, self.load_controlled)
 
-    def sheared(self, pressure: Array) -> TangentialProblem:
-        """The tangential problem under a pressure."""
-        drift = self.drift + self.operator.drawn(pressure) if self.coupled else self.drift
-        bound = self.coefficient * pressure
-        target = self.tangential_target
-        return TangentialProblem(self.operator, bound, drift, target, self.tangential_load_controlled)
+    def sheared(self, pressure: Array, drawn: Array | float) -> TangentialProblem:
+        """The tangential problem under a pressure and the tangential displacement (2, nx, ny) by it."""
+        bound, target = self.coefficient * pressure, self.tangential_target
+        return TangentialProblem(
+            self.operator, bound, self.drift + drawn, target, self.tangential_load_controlled
+        )
 
 
 class Round(NamedTuple):
-    """Result of a round; taken: iterations of all rounds, (); rounds (); settled: whether both problems hold at once."""
+    """Result of a round; drawn (2, nx, ny) and sunk (nx, ny): K_tz p and K_zt q, zero where they are not coupled; taken:
+    iterations of all rounds, (); rounds (); settled: whether both problems hold at once."""
 
     normal: Solution
     tangential: TangentialSolution
+    drawn: Array
+    sunk: Array
     taken: Array
     rounds: Array
     settled: Array
@@ -140,62 +140,63 @@ def _rounds(
     needed: Array,
 ) -> Round:
     """Solve on the grid of the problem; without a round if it is not ``needed``, otherwise by at least one."""
-    displacement = problem.operator.along(traction)
     if not problem.coupled:
         limit = jnp.where(needed, max_iterations, 0)
-        return _uncoupled(problem, pressure, traction, displacement, tolerance, limit)
+        return _uncoupled(problem, pressure, traction, tolerance, limit)
 
     def further(s: _RoundSearch) -> _RoundSearch:
-        y, goal = _next(s), jnp.clip(TIGHTER * s.unsettled, FINAL * tolerance, LOOSE)
-        left = max_iterations - s.round.taken
-        pressed = normal.solve_without_window(problem.under(y), s.round.normal.pressure, goal, left)
-        tangential, before = problem.sheared(pressed.pressure), s.round.tangential
-        sheared = friction.solve(
-            tangential, before.traction, before.displacement, goal, left - pressed.iterations
-        )
-        change = problem.operator.sunk(sheared.traction) - y
-        pressed = _under_new_traction(problem, pressed, y + change)
+        y, goal = _next(s), jnp.clip(TIGHTER * s.share * s.unsettled, FINAL * tolerance, LOOSE)
+        left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
+        pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
+        same = again & jnp.all(pressed.pressure == before.normal.pressure)
+        drawn = jax.lax.cond(same, lambda: before.drawn, lambda: problem.operator.drawn(pressed.pressure))
+        tangential, start = problem.sheared(pressed.pressure, drawn), before.tangential
+        left = left - pressed.iterations
+        sheared = friction.solve(tangential, start.traction, start.displacement, goal, left)
+        same = jnp.all(sheared.traction == start.traction)
+        sunk = jax.lax.cond(same, lambda: before.sunk, lambda: problem.operator.sunk(sheared.traction))
+        pressed = _under_new_traction(problem, pressed, sunk)
         error = jnp.where(friction.held(tangential), sheared.error, 0.0)
         error = jnp.maximum(pressed.error, error)
-        taken = s.round.taken + pressed.iterations + sheared.iterations
-        found = Round(pressed, sheared, taken, s.round.rounds + 1, error <= tolerance)
-        slow = (error > SLOW * s.error) & (s.round.rounds > 0)
+        taken = before.taken + pressed.iterations + sheared.iterations
+        found = Round(pressed, sheared, drawn, sunk, taken, before.rounds + 1, error <= tolerance)
+        slow = (error > SLOW * s.error) & again
         share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
-        given, changes = _pushed(s.given, y), _pushed(s.change, change)
+        given, changes = _pushed(s.given, y), _pushed(s.change, sunk - y)
         return _RoundSearch(found, given, changes, share, error, pressed.error)
 
     def going(s: _RoundSearch) -> Array:
         more = ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
         return needed & (more | (s.round.rounds == 0))
 
-    return jax.lax.while_loop(going, further, _begin(problem, pressure, traction, displacement)).round
+    return jax.lax.while_loop(going, further, _begin(problem, pressure, traction)).round
 
 
 def _uncoupled(
-    problem: SlipProblem,
-    pressure: Array,
-    traction: Array,
-    displacement: Array,
-    tolerance: Array,
-    max_iterations: Array,
+    problem: SlipProblem, pressure: Array, traction: Array, tolerance: Array, max_iterations: Array
 ) -> Round:
-    """Solve both problems once; displacement: K_tt q of the start traction."""
-    pressed = normal.solve_without_window(problem.under(0.0), pressure, tolerance, max_iterations)
-    left, tangential = max_iterations - pressed.iterations, problem.sheared(pressed.pressure)
-    sheared = friction.solve(tangential, traction, displacement, tolerance, left)
+    """Solve both problems once."""
+    first = _begin(problem, pressure, traction).round
+    unknown = jnp.zeros((), bool)
+    pressed = normal.solve_further(problem.under(0.0), first.normal, unknown, tolerance, max_iterations)
+    tangential, start = problem.sheared(pressed.pressure, 0.0), first.tangential
+    left = max_iterations - pressed.iterations
+    sheared = friction.solve(tangential, traction, start.displacement, tolerance, left)
     taken = pressed.iterations + sheared.iterations
-    return Round(pressed, sheared, taken, jnp.ones((), int), jnp.ones((), bool))
+    return Round(pressed, sheared, first.drawn, first.sunk, taken, jnp.ones((), int), jnp.ones((), bool))
 
 
-def _begin(problem: SlipProblem, pressure: Array, traction: Array, displacement: Array) -> _RoundSearch:
+def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSearch:
     """Before the first round: y is that of the start."""
     zero, none, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
-    y, pair = problem.operator.sunk(traction), jnp.zeros_like(traction)
+    pair = jnp.zeros_like(traction)
+    along = problem.operator.displaced if problem.coupled else lambda q: (problem.operator.along(q), none)
+    displacement, sunk = along(traction)
     pressed = Solution(pressure, none, jnp.zeros(()), one, zero)
     sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
-    first = Round(pressed, sheared, zero, zero, jnp.zeros((), bool))
+    first = Round(pressed, sheared, pair, sunk, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
-    return _RoundSearch(first, _pushed(blank, y), blank, one, one, one)
+    return _RoundSearch(first, _pushed(blank, sunk), blank, one, one, one)
 
 
 def _pushed(kept: Array, newest: Array) -> Array:

@@ -17,10 +17,11 @@ from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.inputs.layers import checked_body, thickest
 from jaxcontact.inputs.spectrum import relaxation_modes
 from jaxcontact.response.limits import limits_of
-from jaxcontact.results.notes import FEW_CELLS, STRAIN_LIMIT
+from jaxcontact.results.notes import DEEP, FEW_CELLS, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
 THICK = 1000.0  # thickness over the grid's width
+RELAXED = 1e30  # s: longer than any relaxation time
 
 
 def check(case: Case, path: Path) -> None:
@@ -136,7 +137,7 @@ def _grid_advice(case: Case) -> Iterator[str]:
         return
     first, largest = (
         first_radius(case),
-        predicted(case.body_for_estimates, case.indenter.outline(), case.control, case.times).radius,
+        _predicted_radius(case, times_for_estimates(case)),
     )
     dx = max(float(spacing) for spacing in case.grid.spacing)
     width = min(float(width) for width in case.grid.width)
@@ -148,10 +149,39 @@ def _grid_advice(case: Case) -> Iterator[str]:
             WIDER.format(contact=2.0 * largest, width=width)
             + ", or no width, so that it is chosen automatically"
         )
+    share = largest / float(case.indenter.radius)
+    if share > DEEP:
+        yield (
+            f"indenter.radius: the contact radius may reach {share:.2g} of the ball's radius: above a third a paraboloid,"
+            " which stands for the ball, is inaccurate"
+        )
+
+
+def _predicted_radius(case: Case, times: np.ndarray) -> float:
+    return predicted(case.body_for_estimates, case.indenter.outline(), case.control, times).radius
+
+
+def times_for_estimates(case: Case) -> np.ndarray:
+    """Return the times [s] between which the body relaxes: those of the case or, in a steady state, of a crossing.
+
+    A material point is loaded for the time in which the contact moves by its own diameter, which is estimated from the
+    contact on the body at once and, with that time, again.
+    """
+    if KINDS[case.kind].times is not None:
+        return case.times
+    speed = float(np.linalg.norm(np.atleast_1d(np.asarray(case.motion["velocity"], dtype=float))))
+    if speed == 0.0:
+        return np.array([0.0, RELAXED])
+    times = np.zeros(1)
+    for _ in range(2):
+        times = np.array([0.0, 2.0 * _predicted_radius(case, times) / speed])
+    return times
 
 
 def first_radius(case: Case) -> float:
     """Return the estimated contact radius [m] at the first loaded time."""
+    if KINDS[case.kind].times is None:
+        return _predicted_radius(case, times_for_estimates(case))
     values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
     index = int(np.argmax(values > 0.0))
     control = dataclasses.replace(case.control, value=values[index])  # type: ignore[type-var]

@@ -72,7 +72,7 @@ class StoredFields:
 
 
 @dataclass(frozen=True)
-class Standing:
+class ResumePoint:
     """Progress of a run.
 
     blocks, steps: how many are finished; status: of the step that ended the run, 0 for none; seconds: what it
@@ -129,7 +129,7 @@ class FinishedSteps:
         """Forget them all."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def standing(self) -> Standing:
+    def resume_point(self) -> ResumePoint:
         """Return how far the run has come; warns where that is less than it was, since a file is damaged.
 
         Raises:
@@ -144,15 +144,15 @@ class FinishedSteps:
                 " accepted with --resume: those of this one; --force starts anew"
             )
         if not found and not self._block(1).exists():  # killed before the first checkpoint, or not yet begun
-            return Standing()
-        standings = [_standing(checkpoint) for checkpoint in known]
+            return ResumePoint()
+        standings = [_resume_point(checkpoint) for checkpoint in known]
         written = len([*self.folder.glob("[0-9]*.npz")])
         whole, block = self._whole_blocks(max((each.blocks for each in standings), default=written))
         damaged = [path for path in found if found[path] is None] + ([] if block is None else [block])
         usable = [each for each in standings if each.blocks <= whole]
         if not usable:
             raise ValueError(self._lost((damaged or paths)[-1], whole))
-        furthest = max(usable, key=lambda standing: standing.blocks)
+        furthest = max(usable, key=lambda resume_point: resume_point.blocks)
         if damaged:
             warnings.warn(_salvaged(damaged, furthest))
         return furthest
@@ -175,12 +175,12 @@ class FinishedSteps:
             " --force starts anew"
         )
 
-    def add(self, before: Standing, block: FinishedBlock, seconds: float) -> Standing:
+    def add(self, before: ResumePoint, block: FinishedBlock, seconds: float) -> ResumePoint:
         """Keep a block; how far the run has then come."""
         count = block.history.times.size
         if not count:
             return replace(before, status=block.status)
-        now = Standing(before.blocks + 1, before.steps + count, block.status, seconds, block.carry)
+        now = ResumePoint(before.blocks + 1, before.steps + count, block.status, seconds, block.carry)
         steps = np.isin(before.steps + np.arange(count), self.chosen)
         arrays = arrays_of(block.history) | _lines(block.history)
         if SLIP in arrays:
@@ -213,7 +213,7 @@ class FinishedSteps:
         maps = {name: _stacked(files, name, chosen.size, last[name]) for name in fields.maps}
         return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, lines)
 
-    def _slip(self, before: Standing, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    def _slip(self, before: ResumePoint, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
         """Return the slip of each step of a block since the last chosen step before it, or since the step before."""
         if not self.chosen.size:
             return slip
@@ -231,7 +231,7 @@ class FinishedSteps:
     def _checkpoint(self, blocks: int) -> Path:
         return self.folder / CHECKPOINTS[blocks % 2]
 
-    def _facts(self, now: Standing) -> dict[str, Any]:
+    def _facts(self, now: ResumePoint) -> dict[str, Any]:
         carry = {f"carry_{index:03}": leaf for index, leaf in enumerate(now.carry or [])}
         counts = [now.blocks, now.steps, now.status]
         return {"case": self.fingerprint, "counts": counts, "seconds": now.seconds} | carry
@@ -254,15 +254,15 @@ def _intact(path: Path) -> bool:
         return False
 
 
-def _standing(checkpoint: dict[str, np.ndarray]) -> Standing:
+def _resume_point(checkpoint: dict[str, np.ndarray]) -> ResumePoint:
     blocks, steps, status = checkpoint["counts"].tolist()
     carry = [checkpoint[name] for name in sorted(checkpoint) if name.startswith("carry")]
-    return Standing(blocks, steps, status, float(checkpoint["seconds"]), carry)
+    return ResumePoint(blocks, steps, status, float(checkpoint["seconds"]), carry)
 
 
-def _salvaged(damaged: list[Path], standing: Standing) -> str:
+def _salvaged(damaged: list[Path], resume_point: ResumePoint) -> str:
     names = " and ".join(str(path) for path in damaged)
-    return f"{names}: damaged; {standing.steps} finished steps are whole, and the run goes on from there"
+    return f"{names}: damaged; {resume_point.steps} finished steps are whole, and the run goes on from there"
 
 
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:

@@ -62,7 +62,7 @@ class Grown(NamedTuple):
     film: Film | VaryingFilm | None
 
 
-class Coming(NamedTuple):
+class PredictedFields(NamedTuple):
     """Between prediction and update: eta and displacement left by all earlier pressure, the step's operator and film."""
 
     eta: Array
@@ -94,9 +94,11 @@ class IncrementalMemory(Memory):
         change = jnp.tensordot(k.mix, eta - fields.eta, 1)
         earlier = fields.displacement + k.family.total(jnp.concatenate([-pressure[None], change]))
         operator = k.family.combined([1.0, *(k.mix @ (step.dt * new))])
-        return Prediction(operator, earlier, Coming(eta, earlier, operator, k.film), self.raised(step))
+        return Prediction(
+            operator, earlier, PredictedFields(eta, earlier, operator, k.film), self.raised(step)
+        )
 
-    def update(self, fields: Coming, pressure: Array, step: Any) -> Grown:
+    def update(self, fields: PredictedFields, pressure: Array, step: Any) -> Grown:
         new = step.dt * ramps(self.rates * step.dt)[2]
         displacement = fields.earlier + fields.operator(pressure)
         return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, fields.film)

@@ -87,7 +87,7 @@ class ShearStepper(Stepper):
             memory=self.memory.update(fields, traction, step.dt),
             traction=traction,
             rate=(p - before) / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
-            moved=earlier[:2] + sheared.displacement + (problem.operator.drawn(p) if self.coupled else 0.0),
+            moved=earlier[:2] + sheared.displacement + found.drawn,
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=carry.work + self._friction_work(found, before, step.dt),
         )
@@ -109,10 +109,8 @@ class ShearStepper(Stepper):
     ) -> Outcome:
         """Return the outcome; sunk: the normal displacement left by earlier traction, (nx, ny)."""
         pressed, sheared = found.normal, found.tangential
-        by_traction = problem.operator.sunk(sheared.traction) if self.coupled else jnp.zeros_like(sunk)
-        under = problem.under(by_traction)
+        under, earlier = problem.under(found.sunk), sunk + found.sunk
         numbers = contact_outcome(under, pressed, sunk) | strain
-        earlier = sunk + by_traction
         fields = {
             "pressure": numbers.pop("pressure"),
             "displacement": earlier + pressed.displacement,

@@ -103,6 +103,10 @@ class TractionOperator(abc.ABC):
         """Normal displacement under a tangential traction, (nx, ny): the transpose of ``drawn``."""
 
     @abc.abstractmethod
+    def displaced(self, q: Array) -> tuple[Array, Array]:
+        """Return ``along`` and ``sunk`` of a tangential traction."""
+
+    @abc.abstractmethod
     def preconditioner(self, added: Array) -> Linear:
         """Return a cheap approximate inverse of ``along`` plus constants (m,), each on fields of its own (m, 2, nx, ny);
         symmetric and positive."""

@@ -93,9 +93,7 @@ class Coupled(TractionOperator):
     tangential: Tangential
 
     def along(self, q: Array) -> Array:
-        xx, yy, xy = self.tangential.plane
-        x, y = self.tangential.transform(q)
-        return self.tangential.inverse(jnp.stack([xx * x + xy * y, xy * x + yy * y]), q.shape[-2:])
+        return self.tangential.inverse(self._along(self.tangential.transform(q)), q.shape[-2:])
 
     def drawn(self, p: Array) -> Array:
         if self.tangential.coupling is None:
@@ -105,8 +103,25 @@ class Coupled(TractionOperator):
     def sunk(self, q: Array) -> Array:
         if self.tangential.coupling is None:
             return jnp.zeros(q.shape[-2:])
-        moved = jnp.sum(-1j * self.tangential.coupling * self.tangential.transform(q), 0)
-        return self.tangential.inverse(moved, q.shape[-2:])
+        return self.tangential.inverse(self._sunk(self.tangential.transform(q)), q.shape[-2:])
+
+    def displaced(self, q: Array) -> tuple[Array, Array]:
+        if self.tangential.coupling is None:
+            return self.along(q), self.sunk(q)
+        spectra = self.tangential.transform(q)
+        spectra = jnp.concatenate([self._along(spectra), self._sunk(spectra)[None]])
+        x, y, z = self.tangential.inverse(spectra, q.shape[-2:])
+        return jnp.stack([x, y]), z
+
+    def _along(self, spectra: Array) -> Array:
+        """``along`` of spectra of a traction, (2, ...)."""
+        (xx, yy, xy), (x, y) = self.tangential.plane, spectra
+        return jnp.stack([xx * x + xy * y, xy * x + yy * y])
+
+    def _sunk(self, spectra: Array) -> Array:
+        """``sunk`` of spectra of a traction, (...)."""
+        assert self.tangential.coupling is not None
+        return jnp.sum(-1j * self.tangential.coupling * spectra, 0)
 
     def preconditioner(self, added: Array) -> Linear:
         """The inverse of the circulant plus a constant, whose small and negative eigenvalues are raised."""

@@ -227,12 +227,12 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
 def compiled_build(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
 ) -> Kernels:
-    """``build`` in two programs: a dear one, the same for all grids, and one for each shape of them."""
+    """``build`` in two programs: an expensive one, the same for all grids, and one for each shape of them."""
     return _assembled(body, indenter, grid, compiled_expansion(body, nodes=nodes), nodes=nodes)
 
 
-compiled_expansion = Program(expansion, ("nodes",), in_haste=True)
-_assembled = Program(assembled, ("nodes",), in_haste=True)
+compiled_expansion = Program(expansion, ("nodes",), fast_compile=True)
+_assembled = Program(assembled, ("nodes",), fast_compile=True)
 
 
 def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:

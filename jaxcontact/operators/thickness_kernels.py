@@ -135,7 +135,7 @@ def assembled(
     return VaryingKernels(body, uniform, series, spectra, circulant, window, strains, slopes, error)
 
 
-_assembled = Program(assembled, ("nodes", "terms"), in_haste=True)
+_assembled = Program(assembled, ("nodes", "terms"), fast_compile=True)
 
 
 def _terms_for(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> int:

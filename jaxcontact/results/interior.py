@@ -36,9 +36,9 @@ class InteriorFields:
     @property
     def status(self) -> Array:
         """``OUT_OF_RANGE`` where a value is nan, ``NOT_RESOLVED`` where ``response_error`` exceeds 1 %, (nz,)."""
-        spoilt = jnp.isnan(jnp.sum(self.stress, (-4, -3, -2, -1)))
-        error = jnp.broadcast_to(jnp.asarray(self.response_error), spoilt.shape)
-        return first_of((spoilt, Status.OUT_OF_RANGE), (error > LARGEST_ERROR, Status.NOT_RESOLVED))
+        invalid = jnp.isnan(jnp.sum(self.stress, (-4, -3, -2, -1)))
+        error = jnp.broadcast_to(jnp.asarray(self.response_error), invalid.shape)
+        return first_of((invalid, Status.OUT_OF_RANGE), (error > LARGEST_ERROR, Status.NOT_RESOLVED))
 
     @property
     def von_mises(self) -> Array:

@@ -23,6 +23,7 @@ SERIES_LIMIT = 1e-3
 NARROW = 0.3  # of the growth that a cell may have above all its neighbours
 STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
 FEW_COHESIVE = 3  # cells across the zone of attraction
+DEEP = 1.0 / 3.0  # contact radius over the radius of a ball, which is computed as a paraboloid
 TRAPPING = 0.18  # at a compliance of a cell x strength^2/work of 5
 
 
@@ -53,7 +54,8 @@ class Diagnostics:
     deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film
     whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
     the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
-    grown beyond all its neighbours, relative to the largest growth.
+    grown beyond all its neighbours, relative to the largest growth; ball_radius [m]: of a ``Sphere``, inf for any other
+    indenter.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -64,6 +66,7 @@ class Diagnostics:
     thickness_slope: Any = np.float64(0.0)
     stiff_film: Any = np.bool_(False)
     narrow_growth: Any = np.float64(0.0)
+    ball_radius: Any = np.float64(np.inf)
 
 
 class _Run(NamedTuple):
@@ -87,6 +90,7 @@ class _Run(NamedTuple):
     thickness_slope: np.ndarray
     stiff_film: np.ndarray
     narrow_growth: np.ndarray
+    ball_radius: np.ndarray
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
@@ -171,6 +175,8 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     yield from _of_adhesion(run)
     if run.single_contact:  # a rough contact has patches of all sizes
         yield from _of_cells(run, plane_strain)
+    if not plane_strain:
+        yield from _of_depth(run)
     if run.widenings:
         text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
         yield Note(text, 'grid="auto": widened', float(run.widenings))
@@ -277,6 +283,20 @@ def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
             f"only {across:.1f} cells across the {which} contact{_at(run, step)}: fewer than {FEW_CELLS} are too coarse",
             f"fewer than {FEW_CELLS} cells across the contact",
             -float(across),
+        )
+
+
+def _of_depth(run: _Run) -> Iterator[Note]:
+    """Yield a note if a ball is pressed in so deep that its surface in the contact is not a paraboloid."""
+    area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
+    step = int(np.argmax(area))
+    share = float(np.sqrt(area[step] / np.pi) / run.ball_radius)
+    if share > DEEP:
+        yield Note(
+            f"the contact radius reaches {share:.2g} of the ball's radius{_at(run, step)}: above a third a paraboloid,"
+            " which stands for the ball, and the theory of small strains are inaccurate",
+            "contact radius above a third of the ball's radius",
+            share,
         )
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -22,7 +23,7 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace,
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
-from jaxcontact.indenters.shapes import HeightField, Indenter, checked_indenter
+from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
@@ -105,8 +106,9 @@ class Experiment:
             exact = static_options.correspondence == "exact"
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
-        valid = valid & check_stiffness(body) & _can_be_dented(body, indenter, static_options.correspondence)
-        valid = valid & _can_be_reached(control, indenter, grid, film_map)
+        valid = valid & check_stiffness(body)
+        valid = valid & _check_instantaneous_compliance(body, indenter, static_options.correspondence)
+        valid = valid & _check_approach_range(control, indenter, grid, film_map)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
         iterations = jnp.asarray(max_iterations, int)
@@ -202,8 +204,11 @@ class TimedExperiment(Experiment, abc.ABC):
         return Plan(stepper, steps, scale, errors, course, {"grid": self.grid} | (beside or {}), makes, step)
 
 
-def _can_be_dented(body: LayeredHalfSpace, indenter: Indenter, correspondence: str) -> Verdict:
-    """A surface with J(0) = 0 needs an elastic indenter, and, as a film, the quasi-elastic way; a bulk modulus the exact."""
+def _check_instantaneous_compliance(
+    body: LayeredHalfSpace, indenter: Indenter, correspondence: str
+) -> Verdict:
+    """Require an elastic indenter for J(0) = 0, the quasi-elastic method for such a film, and the exact one with a bulk
+    modulus."""
     bulky = any(solid.bulk_modulus is not None for solid in solids(body))
     checks.require(
         correspondence == "exact" or not bulky,
@@ -240,10 +245,10 @@ def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | N
     return over - (jnp.min(over) - jnp.min(profile))
 
 
-def _can_be_reached(
+def _check_approach_range(
     control: Control, indenter: Indenter, grid: Grid, film_map: ThicknessMap | None
 ) -> Verdict:
-    """On a periodic grid the mean of the surface stays where it is, and so does the mean gap."""
+    """Require an approach that is less than the mean gap on a periodic grid, where the mean displacement is zero."""
     if isinstance(control, Load) or not all(grid.periodic) or (film_map is not None and film_map.over_times):
         return True
     highest = jnp.mean(profile_over_film(indenter, grid, film_map))
@@ -336,7 +341,9 @@ def marched(experiment: TimedExperiment) -> Any:
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
+    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    told = replace(told, ball_radius=jax.lax.stop_gradient(jnp.asarray(radius, float)))
     if experiment.film_map is not None:
         told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
     return nan_where_invalid(

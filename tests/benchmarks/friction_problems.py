@@ -260,7 +260,11 @@ def report(chosen: list[FrictionProblem]) -> bool:
         held = [k for k in range(STEPS) if status[k] != jc.Status.SLIDES]
         first = next((k for k in range(STEPS) if status[k] == jc.Status.SLIDES), STEPS)
         worst = residuals(each, history, [k for k in held if k < first])
-        good = bool(np.all(np.isin(status, (0, jc.Status.SLIDES, jc.Status.TOO_COARSE))))
+        allowed = np.isin(status, (0, jc.Status.SLIDES, jc.Status.TOO_COARSE))
+        allowed |= (status == jc.Status.INHERITED) & (
+            np.arange(STEPS) > first
+        )  # nothing determines its shift
+        good = bool(np.all(allowed))
         good &= bool(np.max(iterations[held], initial=0) <= ITERATIONS and max(worst) < RESIDUAL)
         lines.append((*worst, np.max(iterations[held], initial=0), np.mean(iterations)))
         fine &= good

@@ -43,6 +43,8 @@ GIVEN = [  # what users are given, and do not make
         fitting.ForceFit,
         fitting.GrowthFit,
         fitting.IndentationFit,
+        fitting.MasterFit,
+        fitting.MaxwellFit,
     ),
     *(
         fitting.FieldFit,

@@ -110,7 +110,7 @@ ELSEWHERE = {  # reached by no row, and why
     "kept_traces.py: reducer_override": "caught beside it: test_kept_traces.py",
     "interrupts.py: _raise": "needs a signal: test_stopped_runs.py",
     "run_directory.py: locked": "needs two runs: test_stopped_runs.py",
-    "finished_steps.py: standing": "needs a stopped run: test_stopped_runs.py",
+    "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
     "sweep.py: run_study": "a folder of another study: test_study_files.py",
     "sweep.py: _executor": "without the extra",
     "sweep.py: figures": "test_study_files.py",
@@ -149,7 +149,7 @@ def test_no_error_is_missing_from_the_tables(tmp_path, monkeypatch):
             error = error.__cause__
 
     # main complains while it handles the error
-    monkeypatch.setattr("jaxcontact.__main__.complain", lambda *_: note(sys.exc_info()[1]))
+    monkeypatch.setattr("jaxcontact.__main__.print_error", lambda *_: note(sys.exc_info()[1]))
 
     (tmp_path / "full.png").write_text("mine")
     for mistake, _ in PYTHON.values():

@@ -274,7 +274,7 @@ def test_transformations_go_through(tmp_path):
 
 
 def test_within_what_is_traced_nothing_is_kept_of_known_arrays_either(tmp_path):
-    program = Program(unmet(spread), in_haste=True)
+    program = Program(unmet(spread), fast_compile=True)
     with kept_traces.kept_traces(tmp_path):
         found = jax.jit(lambda x: program(BALL, X)["depth"] + 0.0 * x)(X)
     np.testing.assert_allclose(found, spread(BALL, X)["depth"], rtol=LAST_BITS)
@@ -338,9 +338,9 @@ def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, com
     assert written["first"] == written["second"] == written["without"] and written["first"]
 
 
-def test_a_program_in_haste_is_optimised_inside_what_is_traced(monkeypatch):
-    program, expected = Program(unmet(spread), in_haste=True), spread(BALL, X)["depth"]
-    monkeypatch.setattr(kept_traces, "_haste", lambda: {"no such option": True})
+def test_a_fast_compiled_program_is_optimised_inside_what_is_traced(monkeypatch):
+    program, expected = Program(unmet(spread), fast_compile=True), spread(BALL, X)["depth"]
+    monkeypatch.setattr(kept_traces, "_fast_compile_options", lambda: {"no such option": True})
     with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
         program(BALL, X)
     within = (
@@ -354,13 +354,13 @@ def test_a_program_in_haste_is_optimised_inside_what_is_traced(monkeypatch):
         np.testing.assert_allclose(found, expected, rtol=LAST_BITS)
 
 
-def test_a_program_in_haste_stands_beside_what_is_differentiated():
-    program = Program(unmet(spread), in_haste=True)
+def test_a_fast_compiled_program_stands_beside_what_is_differentiated():
+    program = Program(unmet(spread), fast_compile=True)
     slope = jax.grad(lambda x: jnp.sum(x * program(BALL, X)["depth"]))(X)
     np.testing.assert_allclose(slope, spread(BALL, X)["depth"], rtol=LAST_BITS)
 
 
-def test_a_compiler_without_the_options_of_haste_optimises(monkeypatch):
-    monkeypatch.setattr(kept_traces, "HASTE", {"no such option": True})
-    monkeypatch.setattr(kept_traces, "_haste", kept_traces._haste.__wrapped__)
-    np.testing.assert_array_equal(Program(unmet(tenfold), in_haste=True)(X), 10.0 * X)
+def test_a_compiler_without_the_fast_compile_options_optimises(monkeypatch):
+    monkeypatch.setattr(kept_traces, "FAST_COMPILE", {"no such option": True})
+    monkeypatch.setattr(kept_traces, "_fast_compile_options", kept_traces._fast_compile_options.__wrapped__)
+    np.testing.assert_array_equal(Program(unmet(tenfold), fast_compile=True)(X), 10.0 * X)

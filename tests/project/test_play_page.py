@@ -24,21 +24,35 @@ def page(tmp_path_factory):
     return module
 
 
+def values_of(page, preset, **changed):
+    given = page.PRESETS[preset][4]
+    return {name: changed.get(name, 1.0) * value * page.UNITS[unit] for name, (value, unit) in given.items()}
+
+
 def test_the_film_is_what_the_sliders_say(page):
     """J starts at 1/G1, gains softening/G1 in the delay, and as much as at first in the time it flows."""
-    film = page.film(2e9, 3.0, 10.0, 1e4)
+    film = page.film(2e9, 3.0, 10.0, 1e4, 0.3)
     np.testing.assert_allclose(film.creep(0.0) * 2e9, 1.0, rtol=1e-12)
     np.testing.assert_allclose(film.creep(10.0) * 2e9, 1.0 + 3.0 * (1.0 - np.exp(-1.0)) + 1e-3, rtol=1e-12)
     np.testing.assert_allclose(film.creep(1e4) * 2e9, 1.0 + 3.0 + 1.0, rtol=1e-12)
 
 
-def test_the_ends_of_the_sliders_have_a_result_that_carries_the_load(page):
-    for thickness, radius, load in ((1e-7, 1e-4, 1.0), (1e-4, 1e-2, 1e-3), (1e-5, 1e-3, 1e-2)):
-        history = page.pressed(page.film(1e9, 1.0, 100.0, 1e4), thickness, radius, load)
+@pytest.mark.parametrize("preset", ["ZDDP film on steel", "gel under a bead", "rubber under a roller"])
+def test_the_ends_of_the_sliders_have_a_result_that_carries_the_load(page, preset):
+    first = None
+    for changed in ({}, {"load": 0.1, "radius": 0.1, "thickness": 10.0}, {"load": 10.0, "thickness": 0.3}):
+        values = values_of(page, preset, **changed)
+        history = page.pressed(preset, **values)
         assert np.all(history.converged)
         cell = float(np.prod(history.grid.spacing))
-        np.testing.assert_allclose(np.sum(history.pressure, (1, 2)) * cell, load, rtol=1e-6)
-        assert page.drawn(history, 100.0).axes[0].lines[2].get_ydata().max() > 0.0
+        np.testing.assert_allclose(np.sum(history.pressure, (1, 2)) * cell, values["load"], rtol=1e-6)
+        first = history if first is None else first
+        left, right = page.drawn(preset, history, first, 100.0).axes
+        assert 0.0 < left.lines[1].get_ydata().max() <= left.get_ylim()[1]
+        np.testing.assert_allclose(
+            right.lines[0].get_ydata()[-1] / right.lines[1].get_ydata()[-1],
+            first.approach[-1] / history.approach[-1],
+        )
 
 
 def test_the_page_runs(tmp_path):

@@ -108,6 +108,15 @@ def microscope_curve():
     return fitting.IndentationData(t=t, load=load, depth=2e-6 * t)
 
 
+def melts():
+    omega = np.geomspace(0.1, 100.0, 15)
+    curves = []
+    for T, shift in ((380.0, 3.0), (400.0, 1.0), (420.0, 0.4)):
+        G = 1e5 * 1j * omega * shift / (1.0 + 1j * omega * shift)
+        curves.append(fitting.OscillationData(omega, G.real, G.imag, temperature=T))
+    return curves
+
+
 def growth():
     kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 0.2)
     conditions = [(3e8, 353.0), (9e8, 353.0), (3e8, 393.0)]
@@ -159,6 +168,8 @@ OF_FITS = {
     "RubbedContact": lambda: fitting.RubbedContact(
         BODY, jc.Sphere(5e-3), GRID, velocity=0.1, friction=0.1, radius=1e-6, thickest=1e-6
     ),
+    "MaxwellFit": lambda: fitting.fit_maxwell(relaxation()),
+    "MasterFit": lambda: fitting.fit_master(melts()),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),
@@ -184,6 +195,8 @@ DEAR = {
     "PronyFit",
     "JointFit",
     "IndentationFit",
+    "MasterFit",
+    "MaxwellFit",
 }
 
 
@@ -234,8 +247,8 @@ def test_numbers_are_printed_as_they_are_and_units_with_prefixes():
     assert "3 depths from 1 µm to 5 µm on 64 x 64 cells of 1 µm" in text
     assert "peak of von Mises stress 4 MPa at (x, y, z) = (-11.5 µm, -26.5 µm, 2 µm)" in text
     assert inside.notes == () and "note" not in text
-    spoilt = dataclasses.replace(inside, stress=np.full_like(stress, np.nan))
-    assert "note: a value is outside its range" in str(spoilt)
+    invalid = dataclasses.replace(inside, stress=np.full_like(stress, np.nan))
+    assert "note: a value is outside its range" in str(invalid)
 
 
 def test_traced_objects_are_printed_too():

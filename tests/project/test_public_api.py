@@ -29,6 +29,7 @@ AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
 AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth
+exclude fit_master fit_maxwell MasterFit MaxwellFit read_sweeps
 IndentationData
 IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated RelaxationData compare design
 fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate

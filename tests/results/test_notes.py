@@ -138,6 +138,19 @@ def test_of_many_runs_the_worst_note_of_each_kind_is_shown_with_their_number():
     assert grids.notes[0].startswith("1 of 4 runs, worst in run (1, 1): film strain reaches 0.5")
 
 
+def test_a_ball_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
+    """By a contact radius of 0.4 and of 0.3 of the ball's; not for another indenter, nor for a cylinder's plane strain."""
+    made = made_up(jc.ContactHistory)
+    for share, radius, said in ((0.4, 5e-3, True), (0.3, 5e-3, False), (0.4, np.inf, False)):
+        area = np.full(3, np.pi * (share * 5e-3) ** 2)
+        told = Diagnostics(ball_radius=np.float64(radius), single_contact=np.bool_(False))
+        notes = dataclasses.replace(made, contact_area=area, diagnostics=told).notes
+        assert any("0.4 of the ball's radius" in note for note in notes) == said
+    ball, body = jc.Sphere(1e-4), jc.LayeredHalfSpace([], jc.Elastic(1e9, nu=0.3))
+    with pytest.warns(UserWarning, match="0.41 of the ball's radius: above a third"):
+        jc.indent(body, ball, jc.Approach(0.17e-4), [0.0], grid=jc.Grid.square(24, 1.2e-4))
+
+
 def test_inside_a_transformation_there_are_no_words_yet():
     result, _ = troubled(jc.ContactHistory)
     with pytest.raises(ValueError, match=r"notes: expected a result with known values.*read them outside"):

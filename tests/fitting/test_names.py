@@ -93,7 +93,8 @@ HEADINGS = {
     "smoothed height": "Height (measured & smoothed)|None smoothedMeasuredHeight|None",
     "commanded height": "height|None Piezo (nm)|nm height (piezo)|None",
     "segment": "segment|None Segment Index|None",
-    None: "T|None Temperature [C]|C H [GPa]|GPa log J|None Depth target|None Point No.|None E|None",
+    "temperature": "T|None Temperature [C]|C Temp|None Temperatur in °C|°C",
+    None: "H [GPa]|GPa log J|None Depth target|None Point No.|None E|None",
 }  # fmt: skip
 
 

@@ -84,3 +84,31 @@ def test_a_folder_in_the_way_is_named_before_any_fit(tmp_path, monkeypatch, caps
     (out / "a").write_text("")
     assert main(["fit", "batch", file, "-o", str(out), "--force"]) == 2
     assert "a file above it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["relaxation", "oscillation"])
+def test_a_batch_of_moduli_is_the_single_fits(tmp_path, capsys, kind):
+    x, files = np.geomspace(0.1, 10.0, 21), []
+    for k, eta in enumerate((1e5, 3e5)):
+        path = tmp_path / f"gel{k}.csv"
+        G = (
+            1e5 * np.exp(-x * 1e5 / eta)
+            if kind == "relaxation"
+            else 1e5 * 1j * x * eta / (1e5 + 1j * x * eta)
+        )
+        head = "t [s],G(t) [Pa]" if kind == "relaxation" else "omega [rad/s],G' [Pa],G'' [Pa]"
+        columns = [x, G] if kind == "relaxation" else [x, G.real, G.imag]
+        np.savetxt(path, np.stack(columns, -1), delimiter=",", header=head, comments="", fmt="%.10g")
+        files.append(str(path))
+    (tmp_path / "broken.csv").write_text("t [s]\n1\n2\n3\n")
+    more = ["--start", "0", "--weights", "relative"] if kind == "relaxation" else []
+    words = ["--of", kind, "--model", "Maxwell", *more, "-o", str(tmp_path / "out")]
+    assert main(["fit", "batch", *files, str(tmp_path / "broken.csv"), *words]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("accepted") == 2 and "broken.csv" in printed
+    rows = json.loads((tmp_path / "out" / "summary.json").read_text())["fits"]
+    assert [row["parameters"]["eta_Pa_s"] for row in rows[:2]] == pytest.approx([1e5, 3e5], rel=1e-6)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert f"Maxwell fits of 3 {kind} curves" in page
+    assert page.count("<polyline") == (2 if kind == "relaxation" else 4)  # G' and G'' apart
+    assert (tmp_path / "out" / "gel0" / "fit.png").stat().st_size > 1e4

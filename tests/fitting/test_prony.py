@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from scipy import optimize, stats
-from test_fitting_creep import linear_times, noisy
+from test_creep import linear_times, noisy
 
 import fitting
 

@@ -198,6 +198,14 @@ def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     found = json.loads((tmp_path / "plain" / "summary.json").read_text())
     area = np.pi * np.tan(found["indenter_half_angle_rad"]) ** 2
     assert area == pytest.approx(4.0 * np.tan(np.radians(35.0)) ** 2)
+    known = ["fit", "force", "bead.csv", "-o", "known"]
+    assert main([*known, "--spring-constant-error", "0.1"]) == 0
+    wider = json.loads((tmp_path / "known" / "summary.json").read_text())["youngs_modulus_Pa"]
+    assert np.log(wider["high"] / wider["value"]) > 0.19
+    assert main([*known, "--force", "--sensitivity-error", "7"]) == 2
+    assert "--sensitivity-error: expected a relative standard deviation" in capsys.readouterr().err
+    assert main([*known, "--force", "--sensitivity-error", "0.1"]) == 2
+    assert "--spring-constant: expected the spring constant" in capsys.readouterr().err
 
 
 WORKSHOP = "Force-Distance Curve\nFile Format:\t3\n\nMode:\tSingle\nPoint:\t1\n\n"
@@ -217,3 +225,44 @@ def test_a_file_of_afm_workshop_without_times(tmp_path):
     data = fitting.read_force(path, spring_constant=k)
     assert any("no times" in note for note in data.notes)
     assert fitting.fit_force(data, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-3)
+
+
+def calibrated(spring=0.05, sensitivity=1.0, k=0.02):
+    """A curve of a soft lever that deflects about as far as it indents, read with factors of the true calibration."""
+    true = noisy(hertz(Z * DEEP), 3)
+    height = Z * DEEP + true / k
+    deflection = sensitivity * true / k
+    return curve(spring * deflection, height - deflection)
+
+
+@pytest.mark.parametrize(
+    "errors", [{"spring_constant": 0.1}, {"sensitivity": 0.05}, {"spring_constant": 0.1, "sensitivity": 0.05}]
+)
+def test_errors_of_the_calibration_enter_the_interval(errors):
+    """The change of the modulus is that of fits to curves read with another calibration."""
+    k = float(hertz(DEEP)) / DEEP  # deflection = indentation at the largest force
+    read = lambda spring=1.0, sensitivity=1.0: calibrated(spring * k, sensitivity, k)
+    fit = lambda data, **given: fitting.fit_force(data, indenter=BALL, **given)
+    plain, wide = fit(read()), fit(read(), errors=errors, spring_constant=k)
+    changes = {
+        "spring_constant": fit(read(spring=1.01)).values["G"] / fit(read(spring=0.99)).values["G"],
+        "sensitivity": fit(read(sensitivity=1.01)).values["G"] / fit(read(sensitivity=0.99)).values["G"],
+    }
+    assert changes["sensitivity"] > 1.03  # more than in proportion, since the depth decreases
+    sd = np.sqrt(sum((np.log(changes[name]) / 0.02 * error) ** 2 for name, error in errors.items()))
+    G, (low, high), (inner, outer) = wide.values["G"], wide.intervals["G"], plain.intervals["G"]
+    assert plain.values["G"] == G
+    assert np.log(high / G) == pytest.approx(np.hypot(1.96 * sd, np.log(outer / G)), rel=0.01)
+    assert np.log(G / low) == pytest.approx(np.hypot(1.96 * sd, np.log(G / inner)), rel=0.01)
+    assert wide.youngs_modulus[2] == pytest.approx(3.0 * high) and "calibration" in wide.notes[-1]
+
+
+def test_bad_errors_of_the_calibration():
+    data = curve(noisy(hertz(Z * DEEP), 0))
+    for errors, words in (
+        ({"drift": 0.1}, "errors: expected keys among spring_constant, sensitivity, got 'drift'"),
+        ({"sensitivity": 5}, "expected a relative standard deviation from 0 to 1, got 5"),
+        ({"sensitivity": 0.1}, "spring_constant: expected the spring constant of the cantilever"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            fitting.fit_force(data, indenter=BALL, errors=errors)

@@ -89,6 +89,52 @@ def test_check_asks_for_the_unit_of_a_layer_that_is_thick_beyond_sense(case, cap
     assert "layer.thickness: found 150 m, 5e+05 times the grid's width" in capfd.readouterr().err
 
 
+SOLID = 'material = "standard-linear-solid"\nG1 = 1e9\nG2 = 1e7\neta2 = 1e6\nnu = 0.3\n'  # relaxes to 1 %
+SLIDES = f"""[experiment]
+kind = "steady-sliding"
+velocity = VELOCITY
+[substrate]
+{SOLID}[layer]
+{SOLID}thickness = 1e-3
+[indenter]
+shape = "sphere"
+radius = RADIUS
+[control]
+load = 1.0
+[grid]
+n = 128
+width = 600e-6
+"""
+
+
+@pytest.mark.parametrize(
+    ("velocity", "modulus"), [("1e3", 1e9), ("1e-6", 1.0 / (1e-9 + 1e-7)), ("0.0", 1.0 / (1e-9 + 1e-7))]
+)
+def test_check_takes_the_modulus_of_the_speed_in_steady_sliding(velocity, modulus, case, capfd):
+    """A half-space of a solid: Hertz's contact with the modulus at once if it slides fast, the relaxed one if slowly."""
+    case.write_text(SLIDES.replace("VELOCITY", velocity).replace("RADIUS", "5e-3"))
+    assert main(["check", str(case)]) == 0
+    found = re.search(r"the contact may grow to (\S+) m", capfd.readouterr().err)
+    diameter = 2.0 * (0.75 * 5e-3 * (1.0 - 0.3) / (2.0 * modulus)) ** (1.0 / 3.0)
+    if diameter < 600e-6:
+        assert found is None
+    else:
+        assert float(found[1]) == pytest.approx(diameter, rel=0.02)
+
+
+def test_check_warns_of_a_ball_that_is_pressed_in_deep(case, capfd):
+    """The contact radius is Hertz's, more than a third of the radius of the smaller ball."""
+    for radius, deep in ((50e-6, True), (5e-3, False)):
+        case.write_text(SLIDES.replace("VELOCITY", "1e3").replace("RADIUS", f"{radius:g}"))
+        assert main(["check", str(case)]) == 0
+        contact = (0.75 * radius * (1.0 - 0.3) / 2e9) ** (1.0 / 3.0)
+        assert (contact > radius / 3.0) == deep
+        found = re.search(r"contact radius may reach (\S+) of the ball's radius", capfd.readouterr().err)
+        assert (found is not None) == deep
+        if deep:
+            assert float(found[1]) == pytest.approx(contact / radius, rel=0.02)
+
+
 @pytest.mark.parametrize("name", ["missing key", "unknown key", "text for a number", "broken TOML"])
 def test_check_refuses_what_run_refuses(name, case, capfd):
     old, new, words = BAD[name]

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from test_fitting_readers import MALFORMED, write
 from test_progress import Terminal
+from test_readers import MALFORMED, write
 
 from fitting.cli import command
 from fitting.views.shell_words import HEADS

@@ -1,0 +1,35 @@
+// What the theme leaves out for readers without a mouse or a screen: levels of headings, names of regions, focus.
+"use strict";
+
+function name(selector, attributes) {
+  for (const element of document.querySelectorAll(selector))
+    for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value);
+}
+
+// A signature on several lines is no list of definitions.
+function divisions(list) {
+  const division = document.createElement("div");
+  for (const item of list.children) {
+    const line = document.createElement("div");
+    line.className = "parameter";
+    line.append(...item.childNodes);
+    division.append(line);
+  }
+  list.replaceWith(division);
+}
+
+function focusWhatScrolls() {
+  for (const element of document.querySelectorAll("article pre, article .highlight, .table-wrapper, div.math, .cell_output *"))
+    if (element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).overflowX === "auto") element.tabIndex = 0;
+}
+
+addEventListener("DOMContentLoaded", () => {
+  name('[role="heading"]:not([aria-level])', { "aria-level": "2" });
+  name(".sidebar-drawer", { "aria-label": "Pages" });
+  name(".toc-drawer", { "aria-label": "On this page" });
+  name(".content-icon-container", { role: "navigation", "aria-label": "Source and colours of this page" });
+  name("label.overlay", { "aria-hidden": "true" }); // beside a drawer that is open: for the mouse only
+  document.querySelectorAll("dt.sig > dl").forEach(divisions);
+  focusWhatScrolls();
+  addEventListener("resize", focusWhatScrolls);
+});

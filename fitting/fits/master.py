@@ -1,0 +1,283 @@
+"""Time-temperature superposition: shift factors of curves at several temperatures, and the law that they follow."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fitting.data.curves import CreepData
+from fitting.data.moduli import OscillationData
+from fitting.fits.master_data import checked, sweeps_of
+from fitting.fits.master_search import LAWS, Shifting, initial_shifts
+from fitting.fits.master_verdict import MasterSample, apart, deviation, off_law
+from fitting.inference import student
+from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
+from fitting.inference.result import Fit, plain
+from fitting.models.master_curve import basis, log_factors, master
+from fitting.models.structure import Sought, limits
+from fitting.search import nonlinear, profiles
+from fitting.search.nonlinear import Best
+from fitting.search.uncertainty import linear_sd
+from fitting.views import master_picture
+
+LABEL = "equal errors relative to the modulus"
+AVOGADRO = 6.02214076e23  # 1/mol, exact
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class MasterFit(Fit):
+    """Result of time-temperature superposition; the attributes common to all fits are documented in ``Fit``.
+
+    ``material`` is the law of the shift factor, a ``jc.WLFShift`` or ``jc.ArrheniusShift``, and the parameters are "c1"
+    and "c2" [K], or "activation_energy" [J]. ``curve`` and ``fitted`` are in logarithms and radians.
+
+    Attributes:
+        temperatures: (m,) [K], increasing.
+        factors: (m, 3) shift factor a_T of each curve with the limits of its interval, fitted without a law.
+        vertical: (m,) vertical factor b_T of each curve, 1 where none is fitted.
+        reference: temperature [K] at which a_T = 1.
+        deviation: rms deviation of the factors from the law, as a temperature [K].
+        shifting: the search whose optimum ``theta`` is.
+    """
+
+    temperatures: np.ndarray
+    factors: np.ndarray
+    vertical: np.ndarray
+    reference: float
+    deviation: float
+    shifting: Shifting = dataclasses.field(repr=False)
+    theta: np.ndarray = dataclasses.field(repr=False)
+    slopes: np.ndarray = dataclasses.field(repr=False)
+
+    @property
+    def oscillation(self) -> bool:
+        """Whether the data are moduli over frequency."""
+        return isinstance(self.data[0], OscillationData)
+
+    @property
+    def quantity(self) -> tuple[str, str]:
+        """Name and unit of the superposed quantity."""
+        if self.oscillation:
+            return "G', G''", "Pa"
+        return ("J", "1/Pa") if isinstance(self.data[0], CreepData) else ("G", "Pa")
+
+    @property
+    def law_factors(self) -> np.ndarray:
+        """Shift factors a_T (m,) by the law."""
+        return np.exp(self.shifting.shifts(self.theta)[0])
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """The symbol and the unit of the abscissa of the master curve."""
+        return "ln(omega a_T)", "rad/s"
+
+    def factor(self, temperature: float) -> tuple[float, float, float]:
+        """Return a_T by the law at a temperature [K], and the limits of its interval."""
+        found = log_factors(self.model, list(self.values.values()), self.reference, np.array([temperature]))
+        log, gradient = float(found[0][0]), np.zeros((1, self.theta.size))
+        gradient[0, : len(self.values)] = np.asarray(found[1])[0]
+        free = self.shifting.space().free
+        sd = linear_sd(self.slopes, gradient[:, free], np.ones(free.size, dtype=bool))[0]
+        wide = student.two_sided(self.level) * float(sd)
+        with np.errstate(over="ignore"):
+            return math.exp(log), float(np.exp(log - wide)), float(np.exp(log + wide))
+
+    def predict(self, at: Any, temperature: float | None = None) -> np.ndarray:
+        """Return the modulus of the master curve at a temperature [K], by default the reference; nan outside the data.
+
+        at (k,): angular frequencies [rad/s], for G' + i G'' [Pa]; or times [s], for G(t) [Pa] or J(t) [1/Pa].
+        """
+        T = self.reference if temperature is None else temperature
+        at = np.asarray(at, dtype=float)
+        log = math.log(self.factor(T)[0])
+        values = self._master((np.log(at) if self.oscillation else -np.log(at)) + log)
+        return self._moduli(values)
+
+    def _moduli(self, values: np.ndarray) -> np.ndarray:
+        """Return the moduli (k,) of the parts of the master curve (parts, k)."""
+        if self.oscillation:
+            return np.exp(values[0] + 1j * values[1])
+        return np.exp(-values[0] if self.quantity[0] == "J" else values[0])
+
+    def line(self, points: int) -> np.ndarray:
+        """Return reduced frequencies or times over the range of the master curve, evenly spaced in their logarithm."""
+        low, high, *_ = master(self.shifting.sweeps, np.log(self.law_factors), 1).ends
+        ends = (low, high) if self.oscillation else (-high, -low)
+        return np.exp(np.linspace(ends[0] + 1e-9, ends[1] - 1e-9, points))
+
+    def shifted(self, temperature: float) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return the data of one of ``temperatures``, shifted by the law: reduced frequencies [rad/s] or times [s] (k,), and
+        moduli or compliances (k,), G' and G'' for an oscillation."""
+        k = int(np.argmin(np.abs(self.temperatures - temperature)))
+        s = self.shifting.sweeps
+        on = (s.which == k) & (s.part == 0)
+        x = s.x[on] + math.log(self.law_factors[k])
+        size = s.y[on] + math.log(self.vertical[k])
+        if not self.oscillation:
+            return np.exp(-x), [self._moduli(size[None])]
+        G = self._moduli(np.stack([size, s.y[(s.which == k) & (s.part == 1)]]))
+        return np.exp(x), [G.real, G.imag]
+
+    def _master(self, x: np.ndarray) -> np.ndarray:
+        """Return the parts of the master curve at logarithms x (k,) of reduced frequencies, (parts, k)."""
+        one, theta = self.shifting, self.theta
+        low, high, *_ = master(one.sweeps, one.shifts(theta)[0], one.intervals).ends
+        u = one.intervals * (x - low) / (high - low)
+        known = (u >= -1e-9) & (u <= one.intervals + 1e-9)
+        parts = theta[sum(one.count[:2]) :].reshape(one.sweeps.parts, -1)
+        return np.where(known, parts @ basis(np.where(known, u, 0.0), one.intervals)[0].T, np.nan)
+
+    def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Raise ValueError: the uncertainty of the law is that of ``factor``."""
+        raise ValueError("band: expected factor(temperature) of a master curve, which has an interval")
+
+    def plot(self, path: Any = None) -> Any:
+        """Return a figure of the master curve, the shift factors and the van Gurp-Palmen plot; save it where a path is
+        given."""
+        return master_picture.draw(self, path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return ``Fit.to_dict`` with the shift factors of every temperature."""
+        rows = [
+            {
+                "temperature_K": plain(T),
+                "a_T": plain(a),
+                "low": plain(low),
+                "high": plain(high),
+                "b_T": plain(b),
+            }
+            for T, (a, low, high), b in zip(self.temperatures, self.factors, self.vertical, strict=True)
+        ]
+        own = {"reference_K": self.reference, "deviation_K": plain(self.deviation), "factors": rows}
+        return super().to_dict() | own
+
+    def _points(self) -> str:
+        curves = len(np.unique(self.shifting.sweeps.block))
+        T = self.temperatures
+        return f"{curves} curves, {self.curve[2].size} values, T = {T[0]:.5g} to {T[-1]:.5g} K"
+
+    def _combination_lines(self) -> list[str]:
+        lines = [f"  shift factors about {self.reference:.5g} K, with {100 * self.level:g} % intervals:"]
+        for T, (a, low, high), b in zip(self.temperatures, self.factors, self.vertical, strict=True):
+            lifted = f", b_T = {b:.4g}" if self.shifting.vertical else ""
+            lines.append(f"    {T:.5g} K: a_T = {a:.4g}, {low:.4g} to {high:.4g}{lifted}")
+        lines.append(f"  rms deviation of the factors from the law: {self.deviation:.2g} K")
+        if "activation_energy" in self.values:
+            ends = (self.values["activation_energy"], *self.intervals["activation_energy"])
+            E, low, high = (1e-3 * AVOGADRO * value for value in ends)
+            lines.append(f"  activation energy {E:.4g} kJ/mol, {low:.4g} to {high:.4g} kJ/mol")
+        return lines
+
+
+def fit_master(
+    data: Sequence[Any], law: str = "WLF", *, reference: float | None = None, vertical: bool = False,
+    fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
+) -> MasterFit:  # fmt: skip
+    """Superpose curves at several temperatures, and fit the law of their shift factors.
+
+        b_T G(omega, T) = G(a_T omega, T0)
+        WLF: log10 a_T = -c1 (T - T0)/(c2 + T - T0),     Arrhenius: ln a_T = activation_energy/k (1/T - 1/T0)
+
+    All curves are described by one smooth master curve, a spline whose number of knots is chosen by AIC. It is fitted
+    first with a free shift factor for each temperature, which gives ``factors`` and shows whether the curves superpose,
+    then with the law. Errors are taken as equal relative to the modulus, |G*| of an oscillation.
+
+    Source: J. D. Ferry, Viscoelastic Properties of Polymers, 3rd ed., 1980, ch. 11.
+
+    Args:
+        data: at least three curves of one kind, ``OscillationData``, ``RelaxationData`` or ``CreepData`` with J, each with
+            its ``temperature``; several at one temperature are shifted together.
+        law: "WLF" or "Arrhenius".
+        reference: T0 [K], of which the nearest measured temperature is taken; by default the median.
+        vertical: whether vertical factors b_T are fitted too; they are 1 otherwise.
+        fixed: {parameter: value} of the law, of any subset.
+        bounds: {parameter: (low, high)}, None for an open side.
+        level: confidence level of the intervals.
+
+    Returns:
+        The law with the intervals of its parameters, ready for ``jc.Thermal``, and the shift factors. It is rejected where
+        the curves do not superpose, or do not follow the law.
+
+    Raises:
+        ValueError: data of other or mixed kinds or without temperatures, fewer than three temperatures, or bad values.
+
+    Example:
+        >>> law, omega, curves = jc.WLFShift(c1=8.0, c2=100.0, reference=400.0), np.geomspace(0.1, 100.0, 19), []
+        >>> for T in (380.0, 400.0, 420.0, 440.0):
+        ...     s = 1j * omega * float(np.exp(law.log_factor(T)))
+        ...     G = 1e5 * s / (1 + s) + 1e6 * s / (50 + s)
+        ...     curves.append(fitting.OscillationData(omega, G.real, G.imag, temperature=T))
+        >>> fit = fitting.fit_master(curves, reference=400.0)
+        >>> print(f"c1 = {fit.values['c1']:.1f}, c2 = {fit.values['c2']:.0f} K")
+        c1 = 8.0, c2 = 100 K
+    """
+    if law not in LAWS:
+        raise ValueError(f"law: expected one of {', '.join(LAWS)}, got {law!r}")
+    curves = checked(data)
+    sweeps = sweeps_of(curves, reference)
+    free = _superposed(curves, Shifting(sweeps, None, vertical, 0, initial_shifts(sweeps)), level)
+    lawful = dataclasses.replace(free.shifting, law=law, start=free.shifts)
+    lawful = dataclasses.replace(lawful, table=limits(lawful.structure, fixed, bounds))
+    found = _superposed(curves, lawful, level, free)
+    return _finished(found, free)
+
+
+class Superposed(NamedTuple):
+    """A finished superposition: the search, its optimum theta and ln a_T (m,), and the conclusion."""
+
+    shifting: Shifting
+    theta: np.ndarray
+    shifts: np.ndarray
+    found: Conclusion
+
+
+def _superposed(
+    curves: tuple, shifting: Shifting, level: float, free: Superposed | None = None
+) -> Superposed:
+    """Return the best superposition; one by a law is rejected where it deviates from that with free factors."""
+    if free is None:  # the number of knots is chosen again at the shifts found
+        shifting = shifting.resolved()
+        first = nonlinear.minimise(shifting.objective(np.ones(shifting.sweeps.y.size)), shifting.first())
+        shifting = dataclasses.replace(shifting, start=shifting.shifts(first.theta)[0]).resolved()
+    sweeps = shifting.sweeps
+    curve = ("ln |G*|, phase" if sweeps.parts > 1 else "ln G", "-", sweeps.x, sweeps.y)
+    sample = MasterSample.of(curve, np.ones(sweeps.y.size), LABEL, 2 * sweeps.block + sweeps.part)
+    table = shifting.table or dict.fromkeys(shifting.structure.where, (0.0, math.inf))
+    sought, duration = Sought(shifting.structure, table, None), float(np.exp(-sweeps.x.min()))
+    problem = FitProblem(curves, sought, shifting.space(), sample, duration, level)
+    solved = least_squares(problem, shifting.objective, [shifting.first()])
+    best, objective = solved.whole
+    traced = np.arange(best.theta.size) < shifting.count[0]
+    profile = lambda judged: profiles.profile(objective, best, judged.levels(), traced)
+    shifts = shifting.shifts(best.theta)[0]
+    against, notes = apart(shifting, best.theta) if free is None else _off(free, shifting, best, shifts)
+    notes = (*(note for one in curves for note in one.notes), *notes)
+    found = conclude(problem, solved._replace(profile=profile, against=against, notes=notes))
+    return Superposed(shifting, best.theta, shifts, found)
+
+
+def _off(
+    free: Superposed, lawful: Shifting, best: Best, shifts: np.ndarray
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the reasons against a law: those against the superposition itself, and the deviation from the law; and
+    notes."""
+    own, whole = free.found.judged.evidence, free.found.fields
+    q = free.shifting.count[0] - lawful.space().free.size + sum(lawful.count[1:])
+    away = deviation(lawful.sweeps.temperature, shifts, free.shifts)
+    dof = best.residual.size - own.p
+    off = off_law(str(lawful.law), away, best.rss - own.rss, q, own.rss, dof) if q > 0 else ()
+    return (*whole["refused"], *off), whole["notes"]
+
+
+def _finished(lawful: Superposed, free: Superposed) -> MasterFit:
+    """Return the fit by a law, with the free shift factors and their intervals."""
+    own, T, place = free.found.fields, lawful.shifting.sweeps.temperature, lawful.shifting.sweeps.reference
+    ends = np.array([own["intervals"][name] for name in own["values"]])
+    factors = np.insert(np.column_stack([list(own["values"].values()), ends]), place, 1.0, axis=0)
+    return lawful.found.fit(
+        MasterFit, temperatures=T, factors=factors, vertical=np.exp(lawful.shifting.verticals(lawful.theta)),
+        reference=float(T[place]), deviation=deviation(T, lawful.shifts, free.shifts), shifting=lawful.shifting,
+        theta=lawful.theta, slopes=lawful.found.judged.slopes,
+    )  # fmt: skip

@@ -1,0 +1,92 @@
+"""Verdict on a superposition: whether the shifted curves agree, and whether their shifts follow a law."""
+
+import dataclasses
+
+import numpy as np
+from scipy import special
+
+from fitting.fits.master_search import Shifting
+from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.models.master_curve import Sweeps
+
+CHANCE = 1e-3  # probability that a difference is found significant by chance
+SIMILAR = (
+    0.03  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
+)
+NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
+WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
+
+
+class MasterSample(Sample):
+    """The points of all curves, of which ``apart`` and ``off_law`` judge the trends in place of the common tests."""
+
+    def judge(self, solved: Solved, p: int, level: float) -> Judged:
+        """Return the evidence without reasons for rejection."""
+        found = super().judge(solved, p, level)
+        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
+
+
+def apart(shifting: Shifting, theta: np.ndarray) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the reason why curves with free shift factors do not superpose, and a note on smaller differences; () if
+    there are none.
+
+    A parabola in x is added to every part of every curve; the curves do not superpose where these describe the residuals
+    better than chance and differ by more than rheometers do.
+    """
+    sweeps, residual, J = shifting.sweeps, shifting.residual(theta), shifting.slopes(theta)
+    Q = np.linalg.qr(J)[0]
+    A = _parabolas(sweeps)
+    A -= Q @ (Q.T @ A)
+    U, s, _ = np.linalg.svd(A, full_matrices=False)
+    U = U[:, s > 1e-6 * s[0]]
+    systematic = U @ (U.T @ residual)
+    rise, q = float(systematic @ systematic), U.shape[1]
+    rss, dof = float(residual @ residual) - rise, residual.size - J.shape[1] - q
+    rms = float(np.sqrt(rise / residual.size))
+    if rms <= NEGLIGIBLE or not exceeds(rise, q, rss, dof):
+        return (), ()
+    size = np.sqrt(np.bincount(sweeps.which, systematic**2) / np.bincount(sweeps.which))
+    worst = int(np.argmax(size))
+    text = (
+        f"with the best shift factors the curves differ systematically by {100 * rms:.2g} % of the modulus, most at"
+        f" {sweeps.temperature[worst]:.5g} K ({100 * size[worst]:.2g} %)"
+    )
+    if rms <= SIMILAR:
+        return (), (f"{text}, which is within the {100 * SIMILAR:g} % of repeated loading of a rheometer",)
+    hint = "" if shifting.vertical else "; vertical factors may help"
+    return (f"the curves do not superpose: {text}{hint}",), ()
+
+
+def _parabolas(sweeps: Sweeps) -> np.ndarray:
+    """Return the columns 1, x and x^2 of every part of every curve, (n, k)."""
+    columns = []
+    for block in np.unique(sweeps.block):
+        for part in range(sweeps.parts):
+            on = (sweeps.block == block) & (sweeps.part == part)
+            x = np.where(on, sweeps.x - np.mean(sweeps.x[on]), 0.0)
+            columns += [on.astype(float), x, x**2]
+    return np.stack(columns, -1)
+
+
+def exceeds(rise: float, q: int, rss: float, dof: int) -> bool:
+    """Return whether q further parameters lower the RSS by more than chance (F test); rss: with them, of dof."""
+    return bool(dof > 0 and special.fdtrc(q, dof, rise / q * dof / max(rss, 1e-300)) < CHANCE)
+
+
+def deviation(temperature: np.ndarray, law: np.ndarray, free: np.ndarray) -> float:
+    """Return the rms deviation of free ln a_T (m,) from those of a law, as a temperature [K].
+
+    A factor common to all temperatures, such as the error of the reference curve, is no deviation.
+    """
+    off = free - law - np.mean(free - law)
+    return float(np.sqrt(np.mean((off / np.gradient(law, temperature)) ** 2)))
+
+
+def off_law(name: str, away: float, rise: float, q: int, rss: float, dof: int) -> tuple[str, ...]:
+    """Return the reason why shift factors do not follow a law, () if they do; away: rms deviation [K]."""
+    if away <= WITHIN or not exceeds(rise, q, rss, dof):
+        return ()
+    return (
+        f"the shift factors do not follow the {name} law: they deviate by {away:.2g} K (rms), more than chance and more"
+        f" than the {WITHIN:g} K that temperature control leaves",
+    )
