@@ -154,7 +154,7 @@ def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thic
     return jnp.stack([error(n) for n in FEWER])
 
 
-_series_errors = Program(series_errors, in_haste=True)
+_series_errors = Program(series_errors, fast_compile=True)
 
 
 def cell_of(grid: Grid) -> Array:
