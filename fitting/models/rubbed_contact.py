@@ -85,10 +85,14 @@ class RubbedContact:
         law, measured = kinetics.law(temperature, stress=self.stress), self.cells()
         t, (film,) = jnp.asarray(t, dtype=float), self.body.sublayers()
         body = jc.LayeredHalfSpace([jc.Layer(film.material, initial)], self.body.substrate)
+
+        def mean_thickness(step: Any) -> Array:
+            return jnp.sum(measured * step.thickness)
+
         return jc.rub(
             body, self.indenter, jc.Load(load), jnp.append(0.0, t), velocity=self.velocity, law=law, grid=self.grid,
             friction=self.friction, thickest=self.thickest, substeps=self.substeps,
-            save=lambda step: jnp.sum(measured * step.thickness)  # type: ignore[attr-defined],
+            save=mean_thickness,
         )  # fmt: skip
 
     def cells(self) -> Array:
