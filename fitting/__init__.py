@@ -49,6 +49,7 @@ from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
 from fitting.io.sweeps_reader import read_sweeps as read_sweeps
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
+from fitting.models.rubbed_contact import RubbedContact as RubbedContact
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
 from fitting.search.minimising import Minimum as Minimum
 from fitting.search.minimising import minimise as minimise
@@ -78,6 +79,7 @@ __all__ = [
     "PronyFit",
     "Propagated",
     "RelaxationData",
+    "RubbedContact",
     "compare",
     "design",
     "exclude",

@@ -60,6 +60,7 @@ from jaxcontact.inputs.shifts import ArrheniusShift as ArrheniusShift  # noqa: E
 from jaxcontact.inputs.shifts import WLFShift as WLFShift  # noqa: E402
 from jaxcontact.inputs.surface_files import Surface as Surface  # noqa: E402
 from jaxcontact.inputs.surface_files import read_surface as read_surface  # noqa: E402
+from jaxcontact.inputs.thermal import Thermal as Thermal  # noqa: E402
 from jaxcontact.operators.kernels import kernels as kernels  # noqa: E402
 from jaxcontact.response.body import normal_response as normal_response  # noqa: E402
 from jaxcontact.response.wavevector import frequency_response as frequency_response  # noqa: E402
@@ -85,7 +86,6 @@ from jaxcontact.verbs.heat_partition import ThermalBody as ThermalBody  # noqa: 
 from jaxcontact.verbs.heat_partition import heat_partition as heat_partition  # noqa: E402
 from jaxcontact.verbs.indent import indent as indent  # noqa: E402
 from jaxcontact.verbs.roll_steady import roll_steady as roll_steady  # noqa: E402
-from jaxcontact.verbs.rub import Thermal as Thermal  # noqa: E402
 from jaxcontact.verbs.rub import rub as rub  # noqa: E402
 from jaxcontact.verbs.sensitivity import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.verbs.sensitivity import sensitivity as sensitivity  # noqa: E402

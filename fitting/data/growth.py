@@ -26,6 +26,8 @@ class GrowthData:
         temperature: [K] > 0. A note is added below 200 K, since such values are usually in degrees Celsius.
         sigma: (n,) standard deviations of the thickness [m], or one value for all, if they are known.
         initial: thickness at t = 0 [m] >= 0.
+        load: normal load [N] > 0, for a fit with the pressure of the contact; ``stress`` is then a nominal one, from which
+            the search starts.
         notes: remarks on the data, which are repeated in the notes of a fit.
 
     Raises:
@@ -44,6 +46,7 @@ class GrowthData:
     temperature: float = dataclasses.field(kw_only=True)
     sigma: Any = None
     initial: float = 0.0
+    load: float | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -57,6 +60,8 @@ class GrowthData:
         put("stress", _number("stress", self.stress, "Pa", 0.0))
         put("temperature", _number("temperature", self.temperature, "K", math.ulp(0.0)))
         put("initial", _number("initial", self.initial, "m", 0.0))
+        if self.load is not None:
+            put("load", _number("load", self.load, "N", math.ulp(0.0)))
         if self.sigma is not None:
             spread = np.full(self.t.size, self.sigma) if np.ndim(self.sigma) == 0 else self.sigma
             put("sigma", deviations("sigma", spread, self.t))

@@ -10,12 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+import jaxcontact as jc
 from fitting.data.growth import GrowthData
 from fitting.fits.growth_search import STRUCTURE, Curves, to_si
 from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
 from fitting.models.kinetics import GrowthKinetics
+from fitting.models.rubbed_contact import RubbedContact
 from fitting.models.structure import Sought, limits
 from fitting.search.uncertainty import linear_sd
 from fitting.views import growth_picture, report
@@ -32,10 +34,13 @@ class GrowthFit(Fit):
     Attributes:
         reference: (stress [Pa], temperature [K]) of the mean conditions of the data.
         starts: (number of local searches, number that reached this minimum).
+        contact: the contact of the fit, None for prescribed stresses. ``predict``, ``band`` and ``growth_rate`` are those
+            at a prescribed stress; ``contact.thickness(material, t, load=..., temperature=...)`` is that in the contact.
     """
 
     reference: tuple[float, float]
     starts: tuple[int, int]
+    contact: RubbedContact | None = dataclasses.field(default=None, repr=False)
     slopes: np.ndarray = dataclasses.field(repr=False)
 
     def growth_rate(
@@ -122,13 +127,17 @@ class GrowthFit(Fit):
 
 def fit_growth(
     data: GrowthData | Sequence[GrowthData], *, weights: str | None = None, fixed: dict[str, float] | None = None,
-    bounds: dict[str, tuple] | None = None, level: float = 0.95,
+    bounds: dict[str, tuple] | None = None, level: float = 0.95, contact: RubbedContact | None = None,
 ) -> GrowthFit:  # fmt: skip
     """Fit rate, activation energy, activation volume and removal rate to growth curves of a film.
 
         dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h
 
     with the constant stress and temperature T of each curve. One error model applies to all curves.
+
+    With ``contact`` the stress is that of the contact on the film as it grows, which each evaluation of the search
+    computes with ``jaxcontact.rub``. The search starts from the fit at the prescribed stresses. It takes a few hundred runs
+    of each curve, for which a coarse grid is recommended.
 
     If all curves have the same temperature, activation energy and rate cannot be determined separately, and if all have the
     same stress, activation volume and activation energy. Such parameters are reported as not determined, unless enough
@@ -145,6 +154,7 @@ def fit_growth(
             "removal_rate" [1/s]; all but the rate may be 0.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
         level: confidence level of the intervals.
+        contact: None, or the ``RubbedContact`` of all curves, which then have a load.
 
     Returns:
         The kinetics with the intervals of their parameters, and how well the data determine them.
@@ -168,11 +178,44 @@ def fit_growth(
     problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
     solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
     best, _ = solved.whole
+    if contact is not None:
+        _check_contact(contact, curves)
+        start = np.clip(solved.theta, *space.bounds)
+        solved = least_squares(problem, lambda weights: curves.objective_in(contact, space, weights), [start])
     notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
+    if contact is not None:
+        notes += _of_steps(contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta), curves.unit)))
     found = conclude(problem, solved._replace(notes=notes))
     return found.fit(
-        GrowthFit, reference=curves.reference, starts=(best.starts, best.agreed), slopes=found.judged.slopes
+        GrowthFit,
+        contact=contact,
+        reference=curves.reference,
+        starts=(best.starts, best.agreed),
+        slopes=found.judged.slopes,
     )
+
+
+def _of_steps(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
+    """Return a note on curves whose steps in time are too long."""
+    runs = [
+        contact.run(kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial)
+        for one in curves.data
+    ]
+    late = sum(bool(jnp.any(run.status == jc.Status.STEP_TOO_LONG)) for run in runs)
+    note = f"the steps in time of {late} of {len(runs)} curves have an error above 1 %: use more substeps in contact"
+    return [note] if late else []
+
+
+def _check_contact(contact: Any, curves: Curves) -> None:
+    """Raise ValueError for what is no contact, or curves without a load."""
+    if not isinstance(contact, RubbedContact):
+        raise ValueError(f"contact: expected RubbedContact or None, got {type(contact).__name__}")
+    contact.check()
+    without = sum(one.load is None for one in curves.data)
+    if without:
+        raise ValueError(
+            f"load: expected one for every curve with contact=, got none for {without} of {len(curves.data)}"
+        )
 
 
 def _checked(data: Any) -> tuple[GrowthData, ...]:

@@ -8,7 +8,7 @@ it however narrow the range of temperatures and stresses is.
 
 import dataclasses
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +20,7 @@ from fitting.data.growth import GrowthData
 from fitting.data.weights import choose_weights
 from fitting.inference.evidence import Sample
 from fitting.models.kinetics import BOLTZMANN, DIMENSIONS, GrowthKinetics
+from fitting.models.rubbed_contact import RubbedContact
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import ParameterList
 from fitting.search import padding
@@ -33,6 +34,7 @@ SAME = 1e-6  # singular value below which conditions are the same
 FASTEST = 1e4  # removal rate times the duration
 STARTS = (0.0, 0.3, 3.0, 30.0)  # removal rates times the duration
 EXPECTED = (20.0, 1.0)  # energy and work over k T0 to start from where the data do not determine them
+IN_CONTACT = 1e-9  # relative change of the sum of squares at convergence with a contact, solved to 1e-8
 WEAK = 1e-3  # weight of these beside the logarithm of a growth rate
 STRUCTURE = ParameterList.of(
     GrowthKinetics, DIMENSIONS, zeros=("activation_energy", "activation_volume", "removal_rate")
@@ -134,6 +136,23 @@ class Curves(NamedTuple):
             floor=1e-26 * float(np.sum((weights * self.measured) ** 2)),
         )
 
+    def objective_in(self, contact: RubbedContact, space: ParameterSpace, weights: np.ndarray) -> Objective:
+        """Return the least squares with the pressure of a contact, curve by curve."""
+        ends = np.cumsum([one.t.size for one in self.data])[:-1]
+        given = [
+            (weight, one.t, one.thickness, one.load, one.temperature, one.initial, self.unit)
+            for one, weight in zip(self.data, np.split(weights, ends), strict=True)
+        ]
+        each = lambda function, theta: np.concatenate(
+            [np.asarray(function(theta, contact, *curve)) for curve in given]
+        )
+        return dataclasses.replace(
+            self.objective(space, weights),
+            residual=lambda theta: each(_residual_in, theta),
+            jacobian=lambda theta, free: each(_slopes_in, theta)[:, free],
+            ftol=IN_CONTACT,
+        )
+
     def starts(self, space: ParameterSpace) -> list[np.ndarray]:
         """Return coordinates (4,) for several removal rates: growth rates of the curves, and their regression."""
         lower, upper = space.bounds
@@ -206,6 +225,23 @@ def _residual(
     return weight * (
         GrowthKinetics(*to_si(theta, unit)).thickness(t, stress, temperature, initial) - measured
     )
+
+
+@jax.jit
+def _residual_in(
+    theta: Array, contact: RubbedContact, weight: Array, t: Array, measured: Array, load: Array, temperature: Array,
+    initial: Array, unit: Array,
+) -> Array:  # fmt: skip
+    """Weighted residuals (n,) of one curve in a contact."""
+    kinetics = GrowthKinetics(*to_si(theta, unit))
+    grown = contact.thickness(kinetics, t, load=load, temperature=temperature, initial=initial)
+    return weight * (grown - measured)
+
+
+@jax.jit
+def _slopes_in(theta: Array, *given: Any) -> Array:
+    """Return the Jacobian (n, 4) of the residuals."""
+    return jax.jacfwd(lambda at: _residual_in(at, *given))(jnp.asarray(theta))
 
 
 @jax.jit

@@ -17,15 +17,20 @@ def draw(fit: Any, path: Any) -> Any:
     top = figure.add_subplot(places[0])
     bottom = figure.add_subplot(places[1], sharex=top)
     ends = np.cumsum([one.t.size for one in fit.data])[:-1]
-    for k, (one, residual) in enumerate(zip(fit.data, np.split(fit.residuals, ends), strict=True)):
+    parts = (np.split(values, ends) for values in (fit.residuals, fit.fitted))
+    for k, (one, residual, fitted) in enumerate(zip(fit.data, *parts, strict=True)):
         colour, line = f"C{k % 10}", np.linspace(0.0, one.t[-1], 200)
         top.plot(one.t, one.thickness, ".", markersize=4, color=colour)
         label = f"{one.stress / 1e6:.4g} MPa, {one.temperature:.4g} K"
-        grown = fit.predict(line, one.stress, one.temperature, one.initial)
-        top.plot(line, grown, color=colour, label=label)
-        low, high = fit.band(line, one.stress, one.temperature, one.initial)
-        if np.all(np.isfinite(high)):
-            top.fill_between(line, low, high, color=colour, alpha=0.2)
+        if fit.contact is not None:  # the band at a prescribed stress would be another one
+            load = f"{one.load:.4g} N, {one.temperature:.4g} K"
+            top.plot(one.t, fitted, color=colour, label=load)
+        else:
+            grown = fit.predict(line, one.stress, one.temperature, one.initial)
+            top.plot(line, grown, color=colour, label=label)
+            low, high = fit.band(line, one.stress, one.temperature, one.initial)
+            if np.all(np.isfinite(high)):
+                top.fill_between(line, low, high, color=colour, alpha=0.2)
         bottom.plot(one.t, -residual, ".", markersize=4, color=colour)
     axis_units.label(top.yaxis, "thickness", "m", fit.curve[3])
     top.tick_params(labelbottom=False)

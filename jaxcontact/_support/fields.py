@@ -52,6 +52,7 @@ class Field:
 FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "times": Field(TIME, "s", "time"),
     "profile": Field(PLANE, "m", "gap at first touch"),
+    "moved_profile": Field(MAP, "m", "gap before contact where the indenter is, at no approach"),
     "pressure": Field(MAP, "Pa", "contact pressure, positive in compression"),
     "displacement": Field(MAP, "m", "sum of the displacements of both surfaces, each into its own body"),
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),
@@ -106,6 +107,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "status": Field(TIME, "1", "status of the step, 0 if it converged"),
     "converged": Field(TIME, "1", "whether the step converged"),
     "velocity": Field(VECTOR, "m s-1", "velocity of the indenter over the body"),
+    "position": Field(VECTOR, "m", "position of the indenter on the body"),
     "lateral_force": Field(VECTOR, "N", "force of the pressure on the indenter along the surface"),
     "friction": Field(PLANE, "1", "coefficient of Coulomb friction"),
     "pressure_centre": Field(VECTOR, "m", "centre of pressure from the indenter's axis"),

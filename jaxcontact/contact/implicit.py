@@ -94,7 +94,7 @@ def _conjugate_gradients(operator: Operator, inside: _Subspace, right: Array) ->
     b = inside(right)
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
     within = inside._replace(mask=cut(inside.mask, corner, shape))
-    part = _on_grid(operator.restricted(), within, cut(b, corner, shape), limits[0])
+    part = _on_grid(operator.restricted(corner), within, cut(b, corner, shape), limits[0])
     return paste(part, corner, right.shape) + _on_grid(operator, inside, b, limits[1])
 
 

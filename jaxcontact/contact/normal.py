@@ -279,7 +279,7 @@ def _search(
 
 def in_window(problem: Problem, corner: Corner, shape: tuple[int, int]) -> Problem:
     """The problem on a window of the grid, without the cells outside."""
-    return replace(problem, operator=problem.operator.restricted(), gap=cut(problem.gap, corner, shape))
+    return replace(problem, operator=problem.operator.restricted(corner), gap=cut(problem.gap, corner, shape))
 
 
 def _search_in_window(

@@ -27,7 +27,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import friction, normal
 from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
 from jaxcontact.contact.normal import Problem, Solution
-from jaxcontact.contact.window import cut, paste, place
+from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
 LOOSE = 1e-2  # tolerance of the first round
@@ -110,7 +110,7 @@ def solve(
     corner, fits = place(pressure > 0.0, shape)
     part = lambda field: cut(field, corner, shape)
     inside = _rounds(
-        _in_window(problem, part), part(pressure), part(traction), tolerance, max_iterations, fits
+        _in_window(problem, part, corner), part(pressure), part(traction), tolerance, max_iterations, fits
     )
     on_grid = lambda found, start: jnp.where(fits, paste(found, corner, start.shape), start)
     pressure = on_grid(inside.normal.pressure, pressure)
@@ -120,11 +120,11 @@ def solve(
     return found._replace(taken=taken + found.taken, rounds=inside.rounds + found.rounds)
 
 
-def _in_window(problem: SlipProblem, part: Callable[[Array], Array]) -> SlipProblem:
-    """Return the problem without the cells outside a window; part: what of a field lies inside."""
+def _in_window(problem: SlipProblem, part: Callable[[Array], Array], corner: Corner) -> SlipProblem:
+    """Return the problem without the cells outside the window at a corner; part: what of a field lies inside."""
     return replace(
         problem,
-        operator=problem.operator.restricted(),
+        operator=problem.operator.restricted(corner),
         gap=part(problem.gap),
         drift=part(problem.drift),
         coefficient=part(problem.coefficient),

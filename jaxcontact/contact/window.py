@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-Corner = tuple[Array, Array]
+from jaxcontact.operators.base import Corner as Corner
 
 
 def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from jaxcontact.files.case_heat import NO_SHIFT, SHIFTS, heat_of
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.indenters import shapes
 from jaxcontact.inputs import laws, materials
@@ -21,7 +22,7 @@ from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.indent import Indentation, indent
 from jaxcontact.verbs.roll_steady import roll_steady
-from jaxcontact.verbs.rub import Rubs, Thermal, rub
+from jaxcontact.verbs.rub import Rubs, rub
 from jaxcontact.verbs.shear import Shearing, shear
 from jaxcontact.verbs.slide import Sliding, slide
 from jaxcontact.verbs.slide_steady import slide_steady
@@ -272,6 +273,21 @@ TIMES_KEYS: Keys = {
 }
 
 
+HEAT = CasePart(
+    "thermal",
+    heat_of,
+    {
+        "ambient": Key(POSITIVE, "temperature far from the contact [K]", required=True),
+        "conductivity": Key(POSITIVE, "thermal conductivity of the body [W/(m K)]", required=True),
+        "share": Key(SHARE, "share of the heat of friction that enters the body", default=1.0),
+        "diffusivity": Key(POSITIVE, "thermal diffusivity of the body [m2/s], for sliding"),
+        "shift": Key(choice(NO_SHIFT, *SHIFTS), "how heat changes the body's times", default=NO_SHIFT),
+        "shift_energy": Key(NOT_NEGATIVE, 'activation energy [J] of shift = "arrhenius"'),
+        "shift_c1": Key(POSITIVE, 'c1 of shift = "wlf"'),
+        "shift_c2": Key(POSITIVE, 'c2 [K] of shift = "wlf"'),
+        "shift_reference": Key(POSITIVE, "temperature at which the body has its own times [K]"),
+    },
+)
 RUBBING_PARTS = {
     "growth": CasePart(
         "law",
@@ -299,15 +315,7 @@ RUBBING_PARTS = {
         {"coefficient": Key(NOT_NEGATIVE, "volume per load and path [1/Pa]", required=True)},
         added=True,
     ),
-    "thermal": CasePart(
-        "thermal",
-        Thermal,
-        {
-            "ambient": Key(POSITIVE, "temperature far from the contact [K]", required=True),
-            "conductivity": Key(POSITIVE, "thermal conductivity of the body [W/(m K)]", required=True),
-            "share": Key(SHARE, "share of the heat of friction that enters the body", default=1.0),
-        },
-    ),
+    "thermal": HEAT,
 }
 
 
@@ -394,6 +402,7 @@ KINDS: dict[str, Kind] = {
         memory=3.0,
         times=TIMES_KEYS,
         march=Sliding,
+        parts={"thermal": HEAT},
     ),
     "rubbing": Kind(
         rub,

@@ -34,6 +34,7 @@ UNITS = {  # by the SI unit of a key: the units accepted after a number
     "m3": {"m3": Decimal(1), "nm3": Decimal("1e-27"), "A3": Decimal("1e-30"), "Å3": Decimal("1e-30")},
     "K": {"K": Decimal(1)},
     "W/(m K)": {"W/(m K)": Decimal(1)},
+    "m2/s": {"m2/s": Decimal(1), "mm2/s": Decimal("1e-6")},
     "J/m2": {f"{energy}/{area}": size for energy, size in _prefixed("?J").items() for area in ("m2", "m^2")}
     | {f"{force}/m": size for force, size in _prefixed("?N").items()},
     "rad": {"rad": Decimal(1), "mrad": Decimal("1e-3"), "deg": Decimal(math.pi) / 180},

@@ -11,12 +11,17 @@ r = N - s h, phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z at z = s
 
 (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430). Removal in proportion to the thickness is exact for any step,
 and a steady state of growth and removal is one of the method. Both contacts have the operator of the film as it is in the
-middle of the step by its first estimate. The step's error is estimated by the larger of dt phi_2 |N_(n+1) - N*|, what
-a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one before: both are of third
-order.
+middle of the step by its first estimate. The first contact is solved to a tolerance ``PREDICTED`` times that of the run:
+what is left enters the thickness times the change in a step. The step's error is estimated by the larger of
+dt phi_2 |N_(n+1) - N*|, what a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one
+before: both are of third order.
 
-With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
-middle of a step is extrapolated from the two steps before.
+With a shift factor the body creeps in reduced time (``history.heating``).
+
+Where the indenter moves over the body, thickness, internal variables and all other fields are those of the body, and the
+indenter's profile is moved to its place at the end of each step. What a cell receives in a passage is then summed by the
+trapezoidal rule, with a relative error of about 0.4 (move/half-width)^(3/2) for Hertz's pressure. A step that moves by more
+than a quarter of the half-width has the same status as one that is too long for the law.
 
 The scheme is explicit in the pressure. Wear that flattens single cells faster than the step, or growth that accelerates by
 its own relief, makes the estimate grow. A step whose estimate is above ``LARGEST_ERROR`` of the largest
@@ -38,15 +43,22 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
+from jaxcontact.history.heating import Heated, reduced
 from jaxcontact.history.march import Outcome, Steps
+from jaxcontact.history.passage import Track
 from jaxcontact.history.pressing import PressCarry, PressStepper, contact_outcome, status_of
 from jaxcontact.inputs.laws import RubbingState
-from jaxcontact.operators import spectral
+
+PREDICTED, LOOSEST = (
+    100.0,
+    1e-2,
+)  # the tolerance of the first contact of a step over that of the second; at most
 
 
 class RubStep(NamedTuple):
     """The further input of a step: dt [s]; the speed at its start and its end [m/s], both times ``share``, so that their
-    mean is that of the step, also where the direction changes in it; the time at its end [s].
+    mean is that of the step, also where the direction changes in it; the time at its end [s]; the indenter's position at its
+    end and its move in the step [m], (2,) each, None where it stays in place.
     """
 
     dt: Array
@@ -54,6 +66,8 @@ class RubStep(NamedTuple):
     speed: Array
     share: Array
     time: Array
+    position: Array | None = None
+    move: Array | None = None
 
 
 class RubCarry(NamedTuple):
@@ -81,38 +95,12 @@ class Known(NamedTuple):
     relaxation: Array
 
 
-@pytree
-class Heated:
-    """Temperature of the surface where friction heats it.
-
-    spectrum: of the rise per heat flux on a cell [K m2/W], for ``spectral.convolve``; ambient [K], (); share: of the heat
-    of friction that enters the body, (); shift: None, or the law of the shift factor of the body's times.
-    """
-
-    spectrum: Array
-    ambient: Array
-    share: Array
-    shift: Any = None
-
-    def temperature(self, flux: Array) -> Array:
-        """Return the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
-        return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
-
-    def log_shift(self, temperature: Array, pressure: Array) -> Array:
-        """Return the log of the shift factor at the mean temperature of the contact, without contact at ambient, ()."""
-        if self.shift is None:
-            return jnp.zeros(())
-        touching = pressure > 0.0
-        cells = jnp.sum(touching)
-        rise = jnp.sum(jnp.where(touching, temperature - self.ambient, 0.0)) / jnp.maximum(cells, 1)
-        return self.shift.log_factor(self.ambient + rise)
-
-
 class Awaited(NamedTuple):
-    """A step before its pressure is known: the contact without the change of the surface, the displacement left by earlier
-    pressure, and the memory's fields and input."""
+    """A step before its pressure is known: the contact without the change of the surface, its profile, the displacement left
+    by earlier pressure, and the memory's fields and input."""
 
     problem: Problem
+    profile: Array
     earlier: Array
     fields: Any
     driven: Any
@@ -143,6 +131,7 @@ class RubStepper(PressStepper):
     thickest: Array = field(kw_only=True)
     scale: Scale = field(kw_only=True)
     heated: Heated | None = field(kw_only=True)
+    track: Track | None = field(kw_only=True)
     of_film: bool = static(kw_only=True)
 
     @property
@@ -161,9 +150,10 @@ class RubStepper(PressStepper):
         contact, dt, known = carry.contact, step.dt, self._known(carry.state, step)
         guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
         coming = self._predicted(carry, guessed, step)
-        first = self._rubbed(coming, guessed, contact.pressure + contact.rate * dt, step)
+        tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
+        first = self._rubbed(coming, guessed, self._expected(contact, step), step, tolerance)
         thickness = self._changed(known.thickness, _second_order(known, first, dt))
-        second = self._rubbed(coming, thickness, first.solution.pressure, step)
+        second = self._rubbed(coming, thickness, first.solution.pressure, step, self.tolerance)
         estimate = jax.lax.stop_gradient(self._estimate(carry, known, first, second, dt))
         pressure = second.solution.pressure
         fields = self.memory.update(coming.fields, pressure, coming.driven)
@@ -171,15 +161,23 @@ class RubStepper(PressStepper):
         fluxes = self._flux(contact.pressure, step.more.speed_before) + self._flux(pressure, step.more.speed)
         work = carry.work + dt / 2.0 * fluxes
         pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
-        shift = self._shifted(carry.shift, second, dt)
+        shift = carry.shift
+        if self.heated is not None:
+            shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
-        outcome = self._outcome(carry, coming, first, second, estimate)
+        outcome = self._outcome(carry, coming, first, second, estimate, step)
         return carry, self._at_the_speed(outcome, second.state, step.more.share)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
         """Return the work of friction, scaled as results are."""
         return {"friction_work": carry.work / self.scale.unit("friction_work")}
+
+    def _expected(self, contact: PressCarry, step: Steps) -> Array:
+        """Return the pressure from which the search of a step starts."""
+        if self.track is not None:
+            return self.track.carried(contact.pressure, step.more.move)
+        return contact.pressure + contact.rate * step.dt
 
     def _changed(self, thickness: Array, change: Array) -> Array:
         """Return the thickness after a change [m]; that of a film ends at zero."""
@@ -187,28 +185,24 @@ class RubStepper(PressStepper):
 
     def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
-        dt = step.dt * jnp.exp(-carry.shift[0] - carry.shift[1] * step.dt / 2.0)
+        dt = reduced(step.dt, carry.shift)
         driven = ThicknessStep(dt, carry.state.thickness, guessed) if self.of_film else dt
         found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
-        lowest, gap = jnp.min(self.profile), self.profile + found.earlier
+        profile = self.profile
+        if self.track is not None:
+            profile = profile + self.track.rise(step.more.position)
+        lowest, gap = jnp.min(profile), profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
-        return Awaited(problem, found.earlier, found.fields, driven)
+        return Awaited(problem, profile, found.earlier, found.fields, driven)
 
-    def _shifted(self, before: Array, found: SolvedRub, dt: Array) -> Array:
-        """Return the log of the shift factor at the end of a step, and its rate of change over the step."""
-        if self.heated is None or self.heated.shift is None:
-            return before
-        assert found.state.temperature is not None
-        now = self.heated.log_shift(found.state.temperature, found.solution.pressure)
-        rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
-        return jnp.stack([now, rate])
-
-    def _rubbed(self, coming: Awaited, thickness: Array, guess: Array, step: Steps) -> SolvedRub:
+    def _rubbed(
+        self, coming: Awaited, thickness: Array, guess: Array, step: Steps, tolerance: Array
+    ) -> SolvedRub:
         """Return the contact on a film of a thickness, and the rate of the law in it."""
         raised = (thickness - self.at_first) / self.scale.length
         problem = replace(coming.problem, gap=coming.problem.gap - raised)
         start = jax.lax.stop_gradient(guess)
-        solution = solve_contact(problem, start, self.tolerance, self.max_iterations)
+        solution = solve_contact(problem, start, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
         flux = self._flux(solution.pressure, step.more.speed)
         si = self.scale.to_si(pressure=solution.pressure, gap=gap)
@@ -262,29 +256,41 @@ class RubStepper(PressStepper):
         return self.friction * pressure * self.scale.unit("pressure") * speed
 
     def _outcome(
-        self, carry: RubCarry, coming: Awaited, first: SolvedRub, second: SolvedRub, estimate: Array
+        self,
+        carry: RubCarry,
+        coming: Awaited,
+        first: SolvedRub,
+        second: SolvedRub,
+        estimate: Array,
+        step: Steps,
     ) -> Outcome:
         solution, state = second.solution, second.state
         numbers = contact_outcome(second.problem, solution, coming.earlier)
         numbers |= {
             "iterations": first.solution.iterations + solution.iterations,
-            "status": self._status(second, estimate),
+            "status": self._status(second, estimate, step),
             "step_error": carry.error / self.scale.length,
         }
         numbers |= self.memory.observe(carry.contact.memory, solution.pressure, coming.driven)
         displacement = coming.earlier - second.raised + solution.displacement
         thickness = state.thickness / self.scale.length
         shown = {"pressure": numbers.pop("pressure"), "displacement": displacement, "thickness": thickness}
+        if self.track is not None:
+            shown["moved_profile"] = coming.profile
         return Outcome(shown, numbers)
 
-    def _status(self, found: SolvedRub, estimate: Array) -> Array:
+    def _status(self, found: SolvedRub, estimate: Array, step: Steps) -> Array:
         """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
         own = status_of(found.problem, found.solution, self.tolerance, self.edges)
         thickness = found.state.thickness
         surface = jnp.abs(found.solution.approach) * self.scale.length
         largest = LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(thickness)), surface)
+        leaps = jnp.zeros((), bool)
+        if self.track is not None:
+            area = jnp.sum(found.solution.pressure > 0.0)
+            leaps = (area > 0) & self.track.leaps(step.more.move, area)
         kinetic = first_of(
-            (estimate > largest, Status.STEP_TOO_LONG),
+            ((estimate > largest) | leaps, Status.STEP_TOO_LONG),
             (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),
         )
         return jnp.where(own == Status.FINE, kinetic, own)

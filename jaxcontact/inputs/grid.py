@@ -129,6 +129,23 @@ class Grid:
         return x[:, None], y[None, :]
 
 
+@pytree
+class MovedGrid(Grid):
+    """A grid with its coordinates counted from a point (x, y) [m] other than its centre.
+
+    Along a periodic axis they lie within half a width of that point.
+    """
+
+    centre: tuple[Any, Any] = (0.0, 0.0)
+
+    def axes(self) -> tuple[Array, Array]:
+        away = (a - c for a, c in zip(super().axes(), self.centre, strict=True))
+        nearest = lambda a, width: a - width * jnp.round(jax.lax.stop_gradient(a) / width)
+        parts = zip(away, self.width, self.periodic, strict=True)
+        along_x, along_y = (nearest(a, width) if wraps else a for a, width, wraps in parts)
+        return along_x, along_y
+
+
 def check_grid(grid: Grid) -> Verdict:
     """Check for at least 4 x 4 cells, or 4 x 1, and a positive spacing whose square does not overflow."""
     require(isinstance(grid, Grid), f"grid: expected a Grid, got {type(grid).__name__}")

@@ -227,8 +227,8 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     checks.require(
         len(shape) < 2,
         f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
-        " indent and rub alone. A body that moves past the indenter, tangential traction and the fields below the surface"
-        " are computed for one thickness everywhere",
+        " indent and rub alone. In slide and slide_steady it would move through the frame of the indenter: rub with path="
+        " computes it. Tangential traction and fields below the surface need one thickness",
     )
     checks.require(
         shape == (),

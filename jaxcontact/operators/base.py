@@ -14,6 +14,7 @@ from typing import NamedTuple
 from jax import Array
 
 Linear = Callable[[Array], Array]
+Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 
 
 class Operator(abc.ABC):
@@ -47,8 +48,8 @@ class Operator(abc.ABC):
         """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
 
     @abc.abstractmethod
-    def restricted(self) -> Operator:
-        """The same operator on the grid of ``window_shape``, without derivative."""
+    def restricted(self, corner: Corner) -> Operator:
+        """The same operator on the window of ``window_shape`` at a corner of the grid, without derivative."""
 
     @abc.abstractmethod
     def even(self) -> Operator:
@@ -123,8 +124,8 @@ class TractionOperator(abc.ABC):
         """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
 
     @abc.abstractmethod
-    def restricted(self) -> TractionOperator:
-        """Return the same operator on the grid of ``window_shape``, without derivative."""
+    def restricted(self, corner: Corner) -> TractionOperator:
+        """Return the same operator on the window of ``window_shape`` at a corner of the grid, without derivative."""
 
 
 class Family(abc.ABC):

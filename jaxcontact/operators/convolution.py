@@ -10,7 +10,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import distributed, spectral
-from jaxcontact.operators.base import Extended, Family, InvertibleOperator, Linear
+from jaxcontact.operators.base import Corner, Extended, Family, InvertibleOperator, Linear
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
@@ -73,7 +73,7 @@ class Convolution(InvertibleOperator):
         none = self.window is None or distributed.devices() > 1
         return None if none else spectral.window_shape(shape, self.periodic)
 
-    def restricted(self) -> Convolution:
+    def restricted(self, corner: Corner) -> Convolution:
         assert self.window is not None
         return self.window
 

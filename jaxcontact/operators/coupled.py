@@ -18,7 +18,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import distributed, spectral
-from jaxcontact.operators.base import Linear, TractionOperator
+from jaxcontact.operators.base import Corner, Linear, TractionOperator
 from jaxcontact.operators.convolution import FLOOR, Convolution
 from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
 
@@ -138,9 +138,9 @@ class Coupled(TractionOperator):
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.tangential.window is None else self.normal.window_shape(shape)
 
-    def restricted(self) -> Coupled:
+    def restricted(self, corner: Corner) -> Coupled:
         assert self.tangential.window is not None
-        return Coupled(self.normal.restricted(), self.tangential.window)
+        return Coupled(self.normal.restricted(corner), self.tangential.window)
 
 
 @pytree

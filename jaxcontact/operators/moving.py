@@ -8,7 +8,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Linear, Operator
+from jaxcontact.operators.base import Corner, Linear, Operator
 from jaxcontact.operators.convolution import FLOOR, Convolution, held_compliance
 
 
@@ -42,7 +42,7 @@ class Moving(Operator):
         """None: the search runs on the whole grid."""
         return None
 
-    def restricted(self) -> Moving:
+    def restricted(self, corner: Corner) -> Moving:
         """The whole: there is no window."""
         return self
 

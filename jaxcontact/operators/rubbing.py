@@ -16,7 +16,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Linear, Operator
+from jaxcontact.operators.base import Corner, Linear, Operator
 from jaxcontact.operators.convolution import Convolution
 from jaxcontact.operators.coupled import spectrum
 from jaxcontact.operators.moving import Moving
@@ -125,7 +125,7 @@ class Rubbed(Operator):
         """None, as of ``Moving``."""
         return None
 
-    def restricted(self) -> Rubbed:
+    def restricted(self, corner: Corner) -> Rubbed:
         """The whole: there is no window."""
         return self
 

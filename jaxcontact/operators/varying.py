@@ -10,8 +10,9 @@ to first order in the slope of the thickness: a film with a slope of 0.06 is wit
 with 0.16 within 1 %.
 
 The variable of the series is xi ~ log(1 + h/c), c the size of a cell: linear in h where the film is thin on the grid, where
-the kernels are linear in h too, and logarithmic where it is thick, where they vary over lengths of the order of h. A series
-of n terms costs n convolutions.
+the kernels are linear in h too, and logarithmic where it is thick, where they vary over lengths of the order of h. The
+nodes include both ends of the range, so that a bare base is answered as such. A series of n terms costs n convolutions:
+three or four of them suffice where the film is thin on the grid (``operators.thickness_kernels``).
 
 On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A mean
 pressure p0 moves the surface by w(x) p0: without its mean, the film's compliance in uniaxial strain times its thickness less
@@ -28,11 +29,19 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Family, Linear, Operator
+from jaxcontact.operators import distributed, spectral
+from jaxcontact.operators.base import Corner, Family, Linear, Operator
 from jaxcontact.operators.convolution import FLOOR, held_compliance
 
-FINENESS = 32.0  # the range of log(1 + h/c) is rounded outwards to multiples of one over this
+FINENESS = 256.0  # the range of log(1 + h/c) is rounded outwards to multiples of one over this
+
+
+@pytree
+class WindowSpectra:
+    """Spectra on a smaller grid, as those of ``Varying`` or, with an axis of the members, of ``VaryingFamily``."""
+
+    spectra: Array
+    circulant: Array
 
 
 @pytree
@@ -40,13 +49,15 @@ class Varying(Operator):
     """The operator of the module.
 
     spectra (n, my/2 + 1, mx): of K_n on the padded grid, real; circulant: of the mean operator, as in ``Convolution``;
-    shares (n - 1, nx, ny): T_1, T_2, ... at each cell; uneven (nx, ny): w, used on a grid that is periodic along both axes.
+    shares (n - 1, nx, ny): T_1, T_2, ... at each cell; uneven (nx, ny): w, used on a grid that is periodic along both axes;
+    window: the spectra on a smaller grid, or None.
     """
 
     spectra: Array
     circulant: Array
     shares: Array
     uneven: Array
+    window: WindowSpectra | None
     periodic: spectral.Periodic = static(default=spectral.FREE)
 
     symmetric = True
@@ -90,20 +101,28 @@ class Varying(Operator):
     def held_compliance(self) -> Array:
         return held_compliance(self.circulant)
 
-    def window_shape(self, shape: tuple[int, ...]) -> None:
-        """None: on a smaller grid the thickness would depend on where it lies."""
-        return None
+    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        none = self.window is None or distributed.devices() > 1
+        return None if none else spectral.window_shape(shape, self.periodic)
 
-    def restricted(self) -> Varying:
-        raise NotImplementedError("there is no smaller grid")
+    def restricted(self, corner: Corner) -> Varying:
+        """The same film, as thick as it is in the window."""
+        assert self.window is not None
+        (n, *shape), held = self.shares.shape, jax.lax.stop_gradient(self.shares)
+        nx, ny = spectral.window_shape(tuple(shape), self.periodic)
+        shares = jax.lax.dynamic_slice(held, (0, *corner), (n, nx, ny))
+        return Varying(
+            self.window.spectra, self.window.circulant, shares, jnp.zeros((nx, ny)), None, self.periodic
+        )
 
     def even(self) -> Varying:
         return self
 
     def plus_even(self, share: Array | float) -> Varying:
-        more = 1.0 + share
+        more = lambda parts: jax.tree.map(lambda a: (1.0 + share) * a, parts)
+        given = self.spectra, self.circulant, self.uneven, self.window
         return replace(
-            self, spectra=more * self.spectra, circulant=more * self.circulant, uneven=more * self.uneven
+            self, **dict(zip(("spectra", "circulant", "uneven", "window"), map(more, given), strict=True))
         )
 
 
@@ -112,21 +131,25 @@ class VaryingFamily(Family):
     """Several such operators.
 
     spectra (n, m, my/2 + 1, mx) and circulant (n, m, ny/2 + 1, nx): of the terms of the series of each member; shares:
-    T_0, T_1, ... at each cell, (n, nx, ny); uneven (m, nx, ny): w of each.
+    T_0, T_1, ... at each cell, (n, nx, ny); uneven (m, nx, ny): w of each; window: the first two on a smaller grid, or None.
     """
 
     spectra: Array
     circulant: Array
     shares: Array
     uneven: Array
+    window: WindowSpectra | None
     periodic: spectral.Periodic = static(default=spectral.FREE)
 
     def combined(self, weights: Sequence[Array | float]) -> Varying:
         mixed = lambda a: sum(w * a[:, k] for k, w in enumerate(weights))
-        spectra = mixed(self.spectra)
-        mean = jnp.tensordot(jnp.mean(self.shares, (1, 2)), mixed(self.circulant), 1)
+        mean = lambda a: jnp.tensordot(jnp.mean(self.shares, (1, 2)), mixed(a), 1)
         uneven = sum(w * part for w, part in zip(weights, self.uneven, strict=True))
-        return Varying(spectra, mean, self.shares[1:], uneven, self.periodic)
+        window = self.window
+        if window is not None:
+            window = jax.lax.stop_gradient(WindowSpectra(mixed(window.spectra), mean(window.circulant)))
+        spectra, circulant = mixed(self.spectra), mean(self.circulant)
+        return Varying(spectra, circulant, self.shares[1:], uneven, window, self.periodic)
 
     def total(self, fields: Array) -> Array:
         shape, first = self.shares.shape[1:], self.spectra.shape[1] - len(fields)
@@ -142,7 +165,7 @@ class VaryingFamily(Family):
 
     def _member(self, index: int) -> Varying:
         parts = self.spectra[:, index], self.circulant[0, index], self.shares[1:], self.uneven[index]
-        return Varying(*parts, self.periodic)
+        return Varying(*parts, None, self.periodic)
 
 
 @pytree
@@ -182,11 +205,12 @@ class ThicknessSeries:
 
     def coefficients(self, values: Array) -> Array:
         """Return the coefficients of the series through values at the nodes, both (n, ...)."""
-        matrix = 2.0 / self.count * _polynomials(self._points(), self.count)
-        return jnp.tensordot(matrix.at[0].divide(2.0), values, 1)
+        ends = jnp.ones(self.count).at[jnp.array([0, -1])].set(0.5)
+        matrix = 2.0 / (self.count - 1) * ends[:, None] * ends * _polynomials(self._points(), self.count)
+        return jnp.tensordot(matrix, values, 1)
 
     def _points(self) -> Array:
-        return jnp.cos(jnp.pi * (jnp.arange(self.count) + 0.5) / self.count)
+        return jnp.cos(jnp.pi * jnp.arange(self.count) / (self.count - 1))
 
     def _thickness(self, xi: Array) -> Array:
         middle, half = (self.low + self.high) / 2.0, (self.high - self.low) / 2.0

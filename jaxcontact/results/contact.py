@@ -247,6 +247,17 @@ class SteadyContact(ContactResult):
         return self.status == Status.FINE
 
 
+def largest_over_time(history: ContactHistory, name: str, verb: str) -> Array:
+    """Return the largest value of a map at each time, (nt,); AttributeError where there is none over time."""
+    values = getattr(history, name)
+    if values is None or not history._has_maps_over_time:
+        raise AttributeError(
+            f"peak_{name}: expected a {name} at all times, got"
+            f" {f'none: {verb} was called without thermal=' if values is None else 'the last map only'}"
+        )
+    return jnp.max(values, (-2, -1))
+
+
 def radius_of(area: Array, grid: Grid) -> Array:
     """Return the radius of a circular contact of this area [m]; in plane strain, the half-width of the contact."""
     if grid.plane_strain:

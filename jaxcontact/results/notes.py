@@ -20,6 +20,7 @@ SEPARATION_LIMIT = 1e-3
 IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
 SERIES_LIMIT = 1e-3
+NARROW = 0.3  # of the growth that a cell may have above all its neighbours
 STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
 FEW_COHESIVE = 3  # cells across the zone of attraction
 DEEP = 1.0 / 3.0  # contact radius over the radius of a ball, which is computed as a paraboloid
@@ -52,8 +53,9 @@ class Diagnostics:
     response on the grid; single_contact: whether the indenter makes a single contact, so that too few cells across it
     deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film
     whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
-    the largest slope between two cells, stiff_film: whether it is stiffer than its base; ball_radius [m]: of a ``Sphere``,
-    inf for any other indenter.
+    the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
+    grown beyond all its neighbours, relative to the largest growth; ball_radius [m]: of a ``Sphere``, inf for any other
+    indenter.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -63,6 +65,7 @@ class Diagnostics:
     thickness_error: Any = np.float64(0.0)
     thickness_slope: Any = np.float64(0.0)
     stiff_film: Any = np.bool_(False)
+    narrow_growth: Any = np.float64(0.0)
     ball_radius: Any = np.float64(np.inf)
 
 
@@ -86,6 +89,7 @@ class _Run(NamedTuple):
     thickness_error: np.ndarray
     thickness_slope: np.ndarray
     stiff_film: np.ndarray
+    narrow_growth: np.ndarray
     ball_radius: np.ndarray
 
 
@@ -224,6 +228,14 @@ def _of_thickness(run: _Run) -> Iterator[Note]:
             f" {film} film exceeds 1 to 2 %",
             f"slope of the film's thickness above {limit}",
             slope,
+        )
+    if run.narrow_growth > NARROW:
+        share = 100.0 * float(run.narrow_growth)
+        yield Note(
+            f"the film has grown peaks of a single cell, {share:.0f} % of its growth above all neighbours: where growth"
+            " increases by its own relief, its peaks depend on the grid",
+            "growth in peaks of a single cell",
+            share,
         )
     if error > SERIES_LIMIT:
         yield Note(

@@ -2,11 +2,10 @@
 
 from typing import ClassVar
 
-import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree
-from jaxcontact.results.contact import ContactHistory, ContactStep
+from jaxcontact.results.contact import ContactHistory, ContactStep, largest_over_time
 
 
 @pytree
@@ -32,8 +31,12 @@ class RubbingHistory(ContactHistory):
     over the grid of each step.
 
     displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
-    touch of the initial surfaces. status 12: a time step is too long for the rate of growth or wear; 13: the film is thicker
-    than the largest thickness for which its kernels were computed.
+    touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
+    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile where the indenter is.
+
+    status 12: a time step is too long for the rate of
+    growth or wear, or for the contact's move; 13: the film is thicker than the largest thickness for which its kernels were
+    computed.
     """
 
     view: ClassVar[str] = "rubbing"
@@ -41,22 +44,23 @@ class RubbingHistory(ContactHistory):
     friction_work: Array
     step_error: Array
     temperature: Array | None = None
+    position: Array | None = None
+    moved_profile: Array | None = None
+
+    @property
+    def gap(self) -> Array:
+        """The gap [m], as of every ``ContactHistory``, with the profile where the indenter is."""
+        if self.moved_profile is None:
+            return super().gap
+        approach = self.approach if self._has_maps_over_time else self.approach[..., -1]
+        return self.moved_profile + self.displacement - approach[..., None, None]
 
     @property
     def peak_thickness(self) -> Array:
         """The largest thickness at each time [m], (nt,). It is not available where only the last map was kept."""
-        return self._largest("thickness")
+        return largest_over_time(self, "thickness", "rub")
 
     @property
     def peak_temperature(self) -> Array:
         """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or as above."""
-        return self._largest("temperature")
-
-    def _largest(self, name: str) -> Array:
-        values = getattr(self, name)
-        if values is None or not self._has_maps_over_time:
-            raise AttributeError(
-                f"peak_{name}: expected a {name} at all times, got"
-                f" {'none: rub was called without thermal=' if values is None else 'the last map only'}"
-            )
-        return jnp.max(values, (-2, -1))
+        return largest_over_time(self, "temperature", "rub")

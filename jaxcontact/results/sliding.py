@@ -9,7 +9,7 @@ from jax import Array
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.track import speed_of
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory, SteadyContact
+from jaxcontact.results.contact import ContactHistory, SteadyContact, largest_over_time
 
 
 def _over_load(force: Array, load: Array) -> Array:
@@ -53,8 +53,9 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero without
     friction; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
-    axis; stored_energy (nt,) [J]: energy stored in the body under the pressure; dropped (nt,) [m]: bound on the displacement
-    of the contact due to the part of the history that left the grid.
+    axis; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; stored_energy (nt,) [J]: energy
+    stored in the body under the pressure; dropped (nt,) [m]: bound on the displacement of the contact due to the part of the
+    history that left the grid.
 
     Forces [N] and powers [W], (nt,), are positive if they resist the motion and are dissipated, and zero at rest. The
     totals, as a dynamometer on the holder of the indenter would measure them, are tangential_force, friction_coefficient
@@ -86,6 +87,13 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     friction_power: Array
     stored_energy: Array
     dropped: Array
+    temperature: Array | None = None
+
+    @property
+    def peak_temperature(self) -> Array:
+        """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or if only the last
+        map was kept."""
+        return largest_over_time(self, "temperature", "slide")
 
     @property
     def friction_coefficient(self) -> Array:

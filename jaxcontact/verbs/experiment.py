@@ -309,7 +309,8 @@ class Plan:
 
     def seen(self, outcome: Outcome) -> ContactStep:
         """Return an outcome in SI, for a user's function."""
-        gap = self.stepper.profile + outcome.fields["displacement"] - outcome.numbers["approach"]
+        profile = outcome.fields.get("moved_profile", self.stepper.profile)
+        gap = profile + outcome.fields["displacement"] - outcome.numbers["approach"]
         in_si = self.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
         known = {field.name for field in fields(self.step)} & in_si.keys()
         return self.step(**{name: in_si[name] for name in known})
@@ -363,7 +364,18 @@ def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
         for axis in along
     ]
     ratio = limits_of(experiment.body).stiffness_ratio()
-    return {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+    found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+    if hasattr(result, "thickness"):
+        last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
+        found["narrow_growth"] = _narrowest(last - experiment.film_map.at_first, along)
+    return found
+
+
+def _narrowest(grown: Array, axes: list[int]) -> Array:
+    """Return how far a cell has grown beyond all its neighbours along some axes, relative to the largest growth, ()."""
+    neighbours = jnp.stack([jnp.roll(grown, step, axis) for axis in axes for step in (-1, 1)])
+    beyond, largest = jnp.max(grown - jnp.max(neighbours, 0)), jnp.max(grown)
+    return jnp.where(largest > 0.0, beyond / jnp.where(largest > 0.0, largest, 1.0), 0.0)
 
 
 def _differences(values: Array, axis: int, periodic: bool) -> Array:

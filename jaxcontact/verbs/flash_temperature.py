@@ -134,15 +134,15 @@ def check_heat(
     valid = valid & checks.positive("conductivity [W/(m K)]", conductivity)
     valid = valid & checks.positive("diffusivity [m2/s]", diffusivity)
     if film is None:
-        return valid & _check_peclet(grid, velocity, diffusivity)
+        return valid & check_peclet(grid, velocity, diffusivity)
     require(isinstance(film, ThermalFilm), f"film: expected ThermalFilm or None, got {type(film).__name__}")
     across = abs(components(jnp.asarray(velocity, float))[1])
     valid = valid & checks.between("velocity across x [m/s] with film", across, -1.0, 0.0)
-    valid = valid & film.check() & _check_peclet(grid, velocity, film.diffusivity)
-    return valid & _check_peclet(grid, velocity, diffusivity)
+    valid = valid & film.check() & check_peclet(grid, velocity, film.diffusivity)
+    return valid & check_peclet(grid, velocity, diffusivity)
 
 
-def _check_peclet(grid: Grid, velocity: Any, diffusivity: Any) -> Verdict:
+def check_peclet(grid: Grid, velocity: Any, diffusivity: Any) -> Verdict:
     """Check that the quadrature resolves the passage of a cell and, in plane strain, that the flux moves along x."""
     along_x, along_y = components(jnp.asarray(velocity, float))
     dx, dy = grid.spacing

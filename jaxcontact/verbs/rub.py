@@ -1,7 +1,9 @@
-"""Rubbing: an indenter pressed and rubbed in place, on a film that its contact makes and takes away."""
+"""Rubbing: an indenter pressed and rubbed on a film that its contact makes and takes away, in place or along a path."""
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from typing import Any, Self
 
 import jax.numpy as jnp
@@ -12,17 +14,20 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
+from jaxcontact._support.status import LARGEST_ERROR, Status
 from jaxcontact.history.growing import VaryingMemory
-from jaxcontact.history.living import Heated, RubStep, RubStepper
+from jaxcontact.history.heating import Heated
+from jaxcontact.history.living import RubStep, RubStepper
 from jaxcontact.history.memory import Memory
+from jaxcontact.history.passage import Track, check_path
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.track import as_array, at_fine_times, mean_speed, over_times, speed_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control, check_friction
-from jaxcontact.inputs.grid import Grid, check_not_periodic
-from jaxcontact.inputs.laws import check_law, is_sheared
+from jaxcontact.inputs.grid import Grid, MovedGrid
+from jaxcontact.inputs.laws import SumOfLaws, check_law, is_sheared
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
-from jaxcontact.inputs.shifts import check_shift
+from jaxcontact.inputs.thermal import Thermal, check_thermal
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.thickness_kernels import compiled_varying
@@ -36,44 +41,11 @@ from jaxcontact.verbs.experiment import (
     fine_steps,
     fine_values,
     marched,
+    profile_over_film,
 )
 
+REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
-
-
-@pytree
-class Thermal:
-    """Heating of the rubbed surface by friction, as the steady flash temperature of a half-space at each time.
-
-    Since the contact does not move over the film, the temperature is T = ambient + rise, where the rise is that of
-    ``flash_temperature`` at zero velocity under the flux share x friction x pressure x speed.
-
-    With ``shift`` the temperature changes the creep of the body: at each instant all its times are multiplied by one factor,
-    that of the mean temperature of the contact (``history.living``). Differences of temperature within the contact do not
-    affect the creep, nor does temperature change the moduli.
-
-    Args:
-        ambient: temperature far from the contact [K] > 0.
-        conductivity: thermal conductivity of the body [W/(m K)] > 0.
-        share: fraction of the frictional heat that enters the body, from 0 to 1.
-        shift: None, or the law of the shift factor of the body's times: ``ArrheniusShift``, ``WLFShift``, or a frozen pytree
-            with ``log_factor(temperature)``.
-
-    Example:
-        >>> steel_at_100_degrees = jc.Thermal(ambient=373.0, conductivity=46.0, share=0.5)
-    """
-
-    ambient: Array | float
-    conductivity: Array | float
-    share: Array | float = 1.0
-    shift: Any = None
-
-    def check(self) -> Verdict:
-        """Return whether the values are in range; ValueError where known ones are not."""
-        valid = checks.positive("Thermal ambient [K]", self.ambient)
-        valid = valid & checks.positive("Thermal conductivity [W/(m K)]", self.conductivity)
-        valid = valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
-        return valid if self.shift is None else valid & check_shift(self.shift)
 
 
 def rub(
@@ -82,9 +54,10 @@ def rub(
     control: Control,
     times: Array,
     *,
-    velocity: Array | float,
+    velocity: Array | float | None = None,
     law: Any,
     grid: Grid,
+    path: Array | None = None,
     friction: Array | float = 0.0,
     wears: str = "film",
     thermal: Thermal | None = None,
@@ -92,15 +65,17 @@ def rub(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 500,
     save: Save = "all",
-    substeps: int = 1,
+    substeps: int | str = 1,
     checkpoint: str = "pressures",
 ) -> RubbingHistory:
-    """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed in place.
+    """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed.
 
         dh/dt = law(p, h, T, v),      h >= 0
 
     at each point. The pressure p is that of the contact on the film with its present thickness, including its creep and its
-    relief. The film does not move relative to the indenter. New film material is free of strain at the pressure under which
+    relief. With ``velocity`` the film does not move relative to the indenter. With ``path`` the indenter moves over the
+    body, once, repeatedly or back and forth, and leaves a wear track: all fields, thickness and creep included, are those of
+    the body, which stays in place on the grid. New film material is free of strain at the pressure under which
     it forms, and the removal of material causes no displacement (``history.growing``). The effect of friction on the
     pressure is neglected.
 
@@ -114,17 +89,25 @@ def rub(
         body: one ``Layer`` on an ``Elastic`` substrate, with a thickness >= 0, a number or (nx, ny); with wears="indenter"
             any body whose layers have one thickness each.
         velocity: rubbing velocity [m/s]: a number, (2,), or (nt, 2) over the times, linear between them; only its
-            magnitude matters.
+            magnitude matters. Either this or ``path``.
+        path: position of the indenter's axis on the grid [m] over the times, (nt,) along x or (nt, 2), linear between
+            them; the speed is that along the path. The indenter is a ``Sphere``, ``Cone`` or ``Cylinder``, the grid holds
+            the whole track, and along a periodic axis the path may go around, as on a disc. A step by more than a quarter
+            of the half-width of the contact has status 12; at a tenth the depth of a single passage is accurate to about
+            1 %, and its sum over the cells is exact. ``thermal`` and wears="indenter" are for rubbing in place.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
-            ``inputs.laws.RubbingState``.
+            ``inputs.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
         friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat; above
             zero with ``thermal`` or a growth by shear stress.
         wears: "film" if the law changes the thickness of the film, "indenter" if it changes the profile of the indenter.
         thermal: ``Thermal`` to compute the temperature of the surface, or None.
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
             eighth of a cell. The status is 13 if the film becomes thicker.
-        indenter, control, times, grid, tolerance, max_iterations, save, substeps, checkpoint: as in ``indent``.
+        substeps: number of inner steps between two times, static, or "auto", which repeats the run with 4, 16 and 64 of
+            them until no step has status 12 and ``step_error`` is below 1 % of the largest change of the thickness. "auto"
+            cannot be used inside jit, vmap and grad.
+        indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
         A ``RubbingHistory``; status, notes and warnings are as in ``indent``.
@@ -141,21 +124,37 @@ def rub(
         >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
         '200.0 um3'
     """
-    rubbing = Rubs.of(
-        body, indenter, control, times, velocity=velocity, law=law, grid=grid, friction=friction, wears=wears,
-        thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
-        substeps=substeps, checkpoint=checkpoint,
+    experiment = functools.partial(
+        Rubs.of, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path, friction=friction,
+        wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
+        checkpoint=checkpoint,
     )  # fmt: skip
-    history = marched(rubbing)
+    history = _refined(experiment) if substeps == "auto" else marched(experiment(substeps=substeps))
     announce(history, stacklevel=2)
+    return history
+
+
+def _refined(experiment: Callable[..., Rubs]) -> RubbingHistory:
+    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last; without warnings."""
+    for substeps in REFINED:
+        rubs = experiment(substeps=substeps)
+        history: RubbingHistory = marched(rubs)
+        checks.require(
+            is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
+        )
+        change = float(jnp.max(jnp.abs(history.thickness - rubs.at_first)))
+        short = float(history.step_error[-1]) <= LARGEST_ERROR * change
+        if short and not bool(jnp.any(history.status == Status.STEP_TOO_LONG)):
+            break
     return history
 
 
 @pytree
 class Rubs(TimedExperiment):
-    """A rubbing, by the arguments of ``rub``; thickest is a number."""
+    """A rubbing, by the arguments of ``rub``; thickest is a number; one of velocity and path is None, path (nt, 2)."""
 
-    velocity: Array
+    velocity: Array | None
+    path: Array | None
     kinetics: Any
     friction: Array
     thermal: Thermal | None
@@ -170,29 +169,26 @@ class Rubs(TimedExperiment):
         control: Control,
         times: Any,
         *,
-        velocity: Any,
+        velocity: Any = None,
         law: Any,
         grid: Grid,
+        path: Any = None,
         friction: Any = 0.0,
         wears: str = "film",
         thermal: Thermal | None = None,
         thickest: Any = None,
         **options: Any,
     ) -> Self:
-        checks.one_of("wears", wears, "film", "indenter")
-        film_map: ThicknessMap | None = None
-        valid: Verdict = True
-        if wears == "film":
-            body = over_the_plane(body, getattr(grid, "shape", ()))
-            body, film_map, valid = separate_map(body, grid.shape, np.size(times))
-            checks.require(
-                film_map is not None and not film_map.over_times,
-                "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
-            )
+        body, film_map, valid = _film(body, wears, grid, np.size(times))
         experiment = Experiment.of(body, indenter, control, times, grid=grid, film_map=film_map, **options)
-        velocity = as_array(velocity)
+        law = SumOfLaws(()) if law is None else law
         valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
-        valid = valid & _check_velocity(velocity, np.shape(times)) & _check_thermal(thermal, grid)
+        velocity, path, moves = _motion(velocity, path, np.shape(times)[0])
+        valid = valid & moves & check_thermal(thermal, grid, "rub")
+        if path is not None:
+            valid = valid & check_path(path, times, indenter, grid)
+            in_place = wears == "film" and thermal is None
+            checks.require(in_place, 'path: expected None with thermal= or wears="indenter", got positions')
         rubs = not is_concrete(friction) or bool(np.any(np.asarray(friction) > 0.0))
         checks.require(
             rubs or (thermal is None and not is_sheared(law)),
@@ -201,12 +197,13 @@ class Rubs(TimedExperiment):
         if thickest is None:
             thickest = _reach(film_map, grid)
         valid = valid & checks.positive("thickest [m]", thickest)
-        given = as_float64((velocity, law, friction, thermal, thickest))
+        given = as_float64((velocity, path, law, friction, thermal, thickest))
         return cls(**vars(experiment.also(valid)), **dict(zip(_OWN, given, strict=True)), wears=wears)
 
     def with_kernels(self) -> Self:
         """Return the experiment with kernels for all thicknesses up to ``thickest``."""
-        if self.film_map is None:
+        stays = isinstance(self.kinetics, SumOfLaws) and not self.kinetics.terms
+        if self.film_map is None or stays:
             return super().with_kernels()
         thickness = jnp.stack([jnp.zeros(()), self.thickest])
         return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
@@ -214,18 +211,38 @@ class Rubs(TimedExperiment):
     def planned(self) -> Plan:
         """Return the march of the rubbing."""
         memory, scale, errors = self._memory()
+        course = {} if self.path is None else {"position": self.path}
         stepper = RubStepper(
             memory,
             **self.contact(scale),
             kinetics=self.kinetics,
             friction=self.friction,
-            at_first=jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values,
+            at_first=self.at_first,
             thickest=self.thickest,
             scale=scale,
             heated=self._heated(),
+            track=self._track(scale),
             of_film=self.wears == "film",
         )
-        return self.plan(stepper, self._inputs(), scale, errors, makes=RubbingHistory, step=RubbedStep)
+        made = {"makes": RubbingHistory, "step": RubbedStep, "course": course}
+        return self.plan(stepper, self._inputs(), scale, errors, **made)
+
+    @property
+    def at_first(self) -> Array:
+        """The thickness at the first time [m], (nx, ny); of an indenter that wears zero."""
+        return jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values
+
+    @property
+    def profile(self) -> Array:
+        """As of every experiment; with a path at its first position."""
+        if self.path is None:
+            return super().profile
+        moved = MovedGrid(self.grid.shape, self.grid.spacing, self.grid.periodic, tuple(self.path[0]))
+        return profile_over_film(self.indenter, moved, self.film_map)
+
+    def _track(self, scale: Scale) -> Track | None:
+        """Return the way of the indenter, None where it stays in place."""
+        return None if self.path is None else Track(self.indenter, self.grid, self.path[0], scale.length)
 
     def _memory(self) -> tuple[Memory, Scale, Any]:
         if self.film_map is None:
@@ -238,12 +255,24 @@ class Rubs(TimedExperiment):
     def _inputs(self) -> RubStep:
         """Return the further input of the steps, (nt, substeps)."""
         substeps = self.options.substeps
+        if self.path is not None:
+            return self._along(self.path, substeps)
+        assert self.velocity is not None
         start, end = at_fine_times(over_times(self.velocity, self.times), substeps)
         before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
         ends = (before + after) / 2.0
         share = jnp.where(ends > 0.0, mean / jnp.where(ends > 0.0, ends, 1.0), 1.0)
         steps, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
         return RubStep(steps, share * before, share * after, share, when)
+
+    def _along(self, path: Array, substeps: int) -> RubStep:
+        """Return the further input of the steps along a path, at a constant velocity between two times."""
+        steps, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
+        ends = fine_values(path, substeps)
+        flat = ends.reshape(-1, 2)
+        move = (flat - jnp.concatenate([flat[:1], flat[:-1]])).reshape(ends.shape)
+        speed = speed_of(move) / jnp.where(steps > 0.0, steps, jnp.inf)
+        return RubStep(steps, speed, speed, jnp.ones_like(speed), when, ends, move)
 
     def _heated(self) -> Heated | None:
         if self.thermal is None:
@@ -254,7 +283,42 @@ class Rubs(TimedExperiment):
         )
 
 
-_OWN = ("velocity", "kinetics", "friction", "thermal", "thickest")
+_OWN = ("velocity", "path", "kinetics", "friction", "thermal", "thickest")
+
+
+def _film(
+    body: LayeredHalfSpace, wears: str, grid: Grid, count: int
+) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:
+    """Return the body, the thickness of the film that wears (None where the indenter does), and whether it is in range."""
+    checks.one_of("wears", wears, "film", "indenter")
+    if wears == "indenter":
+        return body, None, True
+    body = over_the_plane(body, getattr(grid, "shape", ()))
+    body, film_map, valid = separate_map(body, grid.shape, count)
+    checks.require(
+        film_map is not None and not film_map.over_times,
+        "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
+    )
+    return body, film_map, valid
+
+
+def _motion(velocity: Any, path: Any, count: int) -> tuple[Any, Any, Verdict]:
+    """Return velocity and path (count, 2), one of them None, and whether they are in range."""
+    checks.require(
+        (velocity is None) != (path is None),
+        f"velocity: expected either velocity or path, got {'neither' if path is None else 'both'}",
+    )
+    if path is None:
+        velocity = as_array(velocity)
+        return velocity, None, _check_velocity(velocity, (count,))
+    shape = np.shape(path)
+    checks.require(
+        shape in ((count,), (count, 2)),
+        f"path [m]: expected shape ({count},) or ({count}, 2) as times, got {shape}",
+    )
+    along_x = jnp.asarray(path, float)
+    both = jnp.stack([along_x, jnp.zeros(count)], -1) if along_x.ndim == 1 else along_x
+    return None, both if not is_concrete(path) else np.asarray(both), checks.finite("path [m]", path)
 
 
 def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:
@@ -264,16 +328,6 @@ def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:
         f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
     )
     return checks.finite("velocity [m/s]", velocity)
-
-
-def _check_thermal(thermal: Any, grid: Grid) -> Verdict:
-    if thermal is None:
-        return True
-    checks.require(
-        isinstance(thermal, Thermal), f"thermal: expected Thermal or None, got {type(thermal).__name__}"
-    )
-    check_not_periodic(grid, "rub with thermal")
-    return thermal.check()
 
 
 def _reach(film_map: ThicknessMap | None, grid: Grid) -> Array | float:

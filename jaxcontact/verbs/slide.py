@@ -7,10 +7,15 @@ from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, pytree
+from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
+from jaxcontact.history.heating import Heated, reduced
 from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.moving import Motion, MovingMemory, Shift, moving_memory
 from jaxcontact.history.pressing import PressCarry, PressStepper
@@ -22,17 +27,22 @@ from jaxcontact.history.track import (
     directions,
     over_times,
     shifts,
+    speed_of,
 )
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.inputs.thermal import Thermal, check_thermal
+from jaxcontact.operators import spectral
+from jaxcontact.operators.heat import Solid, rise_coefficients
 from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.results.notes import announce
 from jaxcontact.results.sliding import SlidingHistory, sliding_history
 from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_steps, marched
+from jaxcontact.verbs.flash_temperature import check_peclet
 
 DROPPED_LIMIT = 0.01  # of the largest approach so far
 
@@ -52,6 +62,7 @@ def slide(
     kernels: Kernels | None = None,
     checkpoint: str = "pressures",
     friction: Array | float | None = None,
+    thermal: Thermal | None = None,
 ) -> SlidingHistory:
     """Compute the contact of an indenter that slides over a body, over time.
 
@@ -78,11 +89,20 @@ def slide(
     On a grid that is periodic along both axes no history leaves the grid. A step may then have any length, and the
     indenter encounters the tracks of its periodic images. In plane strain the velocity has one component.
 
+    With ``thermal`` the temperature of the surface is the steady flash temperature under the present heat of friction, which
+    moves over the body with the indenter. Its mean over the contact changes the times of the body, if ``thermal`` has a
+    shift: one factor for the whole body.
+
+    A film whose thickness varies in the plane moves through the frame of the indenter, in which this function works; ``rub``
+    with ``path`` computes its contact in the frame of the body, also without a law of growth or wear.
+
     Args:
         velocity: velocity of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
             +x side. The motion starts with the load at times[0].
         friction: as in ``slide_steady``, along the velocity at the end of each inner step.
+        thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
+            periodic.
         body, indenter, control, times, grid, tolerance, max_iterations, save, substeps, kernels, checkpoint: as
             in ``indent``. There is no ``correspondence``, since the convection of the history requires the common decay
             rates of the exact response.
@@ -101,8 +121,9 @@ def slide(
         True
     """
     sliding = Sliding.of(
-        body, indenter, control, times, velocity=velocity, friction=friction, grid=grid, tolerance=tolerance,
-        max_iterations=max_iterations, kernels=kernels, save=save, substeps=substeps, checkpoint=checkpoint,
+        body, indenter, control, times, velocity=velocity, friction=friction, thermal=thermal, grid=grid,
+        tolerance=tolerance, max_iterations=max_iterations, kernels=kernels, save=save, substeps=substeps,
+        checkpoint=checkpoint,
     )  # fmt: skip
     history = marched(sliding)
     announce(history, stacklevel=2)
@@ -111,10 +132,11 @@ def slide(
 
 @pytree
 class Sliding(TimedExperiment):
-    """A slide; velocity: as given to ``slide``; friction: likewise, None without."""
+    """A slide; velocity: as given to ``slide``; friction and thermal: likewise, None without."""
 
     velocity: Array
     friction: Array | None
+    thermal: Thermal | None
 
     @classmethod
     def of(  # type: ignore[override]
@@ -126,13 +148,17 @@ class Sliding(TimedExperiment):
         *,
         velocity: Any,
         friction: Any = None,
+        thermal: Any = None,
         **options: Any,
     ) -> Self:
         experiment, velocity = Experiment.of(body, indenter, control, times, **options), as_array(velocity)
         substeps, grid = experiment.options.substeps, experiment.grid
-        valid = checked_track(velocity, times, grid, substeps)
+        valid = checked_track(velocity, times, grid, substeps) & _check_heat(
+            thermal, velocity, friction, grid
+        )
         experiment = experiment.also(valid).also(check_rubbing(friction, grid))
-        return cls(**vars(experiment), velocity=as_float64(velocity), friction=as_float64(friction))
+        velocity, friction, thermal = as_float64((velocity, friction, thermal))
+        return cls(**vars(experiment), velocity=velocity, friction=friction, thermal=thermal)
 
     def planned(self) -> Plan:
         """Return the march of the slide."""
@@ -151,7 +177,7 @@ class Sliding(TimedExperiment):
         if self.friction is not None and memory.rubbing is not None:
             friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
         return self.plan(
-            SlideStepper(memory, **contact, farthest=farthest),
+            SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale)),
             motion,
             scale,
             errors,
@@ -159,6 +185,23 @@ class Sliding(TimedExperiment):
             course={"velocity": over_times(self.velocity, self.times)},
             beside={"friction": jnp.broadcast_to(friction, grid.shape)},
         )
+
+    def _heating(self, scale: Scale) -> Heating | None:
+        """Return what heats the surface at each pressure, None without heat."""
+        thermal = self.thermal
+        if thermal is None or self.friction is None:
+            return None
+        nx, ny = self.grid.shape
+        solid = Solid(thermal.conductivity, thermal.diffusivity)
+        rises = rise_coefficients(self.grid.shape, self.grid.spacing, self.velocity, solid)
+        mx, my = spectral.padded_shape((nx, ny))
+        wrapped = jnp.zeros((mx, my)).at[: 2 * nx - 1, : 2 * ny - 1].set(rises)
+        wrapped = jnp.roll(wrapped, (1 - nx, 1 - ny), (0, 1))
+        heated = Heated(
+            spectral.transform(wrapped, (True, True)), thermal.ambient, thermal.share, thermal.shift
+        )
+        speed = speed_of(over_times(self.velocity, self.times)[0])
+        return Heating(heated, self.friction * speed * scale.unit("pressure"))
 
     def _memory(self, kernels: Kernels, profile: Array) -> MovingMemory:
         """Return the memory of a moving body, with the response to friction if there is any."""
@@ -168,12 +211,22 @@ class Sliding(TimedExperiment):
         return moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
 
 
+@pytree
+class Heating:
+    """flux: heat of friction per area over a scaled pressure [W/m2], a number or (nx, ny)."""
+
+    heated: Heated
+    flux: Array
+
+
 class SlideCarry(NamedTuple):
-    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far."""
+    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; shift: log of the
+    shift factor of the body's times and its rate of change [1/s], (2,)."""
 
     contact: PressCarry
     depth: Array
     far: Array
+    shift: Array
 
 
 @pytree
@@ -182,25 +235,61 @@ class SlideStepper(PressStepper):
     x and y that the scheme can bear [cells along x]."""
 
     farthest: Array = field(kw_only=True)
+    heating: Heating | None = field(kw_only=True)
 
     def start(self) -> SlideCarry:  # type: ignore[override]
-        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool))
+        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool), jnp.zeros(2))
 
     def advance(  # type: ignore[override]
         self, carry: SlideCarry, step: Steps
     ) -> tuple[SlideCarry, Outcome]:
-        contact, outcome = super().advance(carry.contact, step)
+        if self.heating is not None:
+            motion = step.more._replace(dt=reduced(step.dt, carry.shift))
+            contact, outcome = super().advance(carry.contact, step._replace(more=motion))
+            shift, outcome = self._warmed(self.heating, carry.shift, step.dt, outcome)
+        else:
+            (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
         far = carry.far | self._moves_too_far(step.more.shift)
         status = jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
         back = returned(contact.memory.overlaps, contact.memory.dropped, depth)
         status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
-        return SlideCarry(contact, depth, far), outcome._replace(numbers=outcome.numbers | {"status": status})
+        return SlideCarry(contact, depth, far, shift), outcome._replace(
+            numbers=outcome.numbers | {"status": status}
+        )
+
+    def _warmed(self, heating: Heating, before: Array, dt: Array, outcome: Outcome) -> tuple[Array, Outcome]:
+        """Return the shift after a step, and the outcome with the temperature and the power lost in real time."""
+        pressure = outcome.fields["pressure"]
+        temperature = heating.heated.temperature(heating.flux * pressure)
+        shift = heating.heated.shifted(before, temperature, pressure, dt)
+        lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
+        fields = outcome.fields | {"temperature": temperature}
+        return shift, outcome._replace(fields=fields, numbers=outcome.numbers | {"hysteresis_power": lost})
 
     def _moves_too_far(self, shift: Shift) -> Array:
         way = jnp.stack([shift.x, jnp.zeros(()) if shift.y is None else shift.y])
         return jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
+
+
+def _check_heat(thermal: Any, velocity: Any, friction: Any, grid: Grid) -> Verdict:
+    """Check heat in sliding: a diffusivity, friction, and a velocity at which a steady temperature can be computed."""
+    valid = check_thermal(thermal, grid, "slide")
+    if thermal is None:
+        return valid
+    shape = np.shape(velocity)
+    checks.require(
+        shape in ((), (2,)),
+        f"velocity: expected a number or shape (2,) with thermal=, whose temperature is steady, got shape {shape}",
+    )
+    checks.require(
+        friction is not None, "friction: expected a coefficient with thermal=, got None, which makes no heat"
+    )
+    checks.require(
+        thermal.diffusivity is not None, "Thermal diffusivity [m2/s]: expected a number in slide, got None"
+    )
+    return valid & check_peclet(grid, velocity, thermal.diffusivity)
 
 
 def returned(overlaps: Array, dropped: Array, depth: Array) -> Array:

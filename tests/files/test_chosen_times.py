@@ -54,6 +54,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         "stiff_film",
         "thickness_error",
         "thickness_slope",
+        "narrow_growth",
         "ball_radius",
     }
     summary = json.loads((out / "summary.json").read_text())

@@ -1,5 +1,6 @@
 """Growth kinetics: the closed form against numerical integration, and the fit against scipy's least squares."""
 
+import dataclasses
 import json
 
 import jax.numpy as jnp
@@ -8,6 +9,7 @@ import pytest
 import scipy
 
 import fitting
+import jaxcontact as jc
 from fitting.cli.command import main
 from jaxcontact.inputs.laws import RubbingState
 from tests.benchmarks import growth_coverage
@@ -349,3 +351,49 @@ def test_the_shell_fits_several_files(tmp_path, capsys):
         main(["growth", *files, "--stress", stress, "--temperature", "353,373", "-o", str(tmp_path / "b")])
     with pytest.raises(ValueError, match=r"film0.csv: --temperature: expected a number > 0 K"):
         main(["growth", files[0], "--stress", "1e8", "--temperature", "0", "-o", str(tmp_path / "c")])
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
+def test_a_film_that_changes_its_pressure_is_fitted_in_its_contact():
+    """Curves of ``rub`` with finer steps than those of the fit, where relief and softness of the film change the pressure:
+    the truth is found, which the fit at Hertz's pressure on the bare base misses."""
+    steel, radius, length = jc.Elastic(80e9, 0.3), 5e-3, 1e-3
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(4e9, 0.3), 0.0)], steel)
+    grid = jc.Grid((24, 1), (4e-6, length), periodic=(False, True))
+    roller, truth = jc.Cylinder(radius, length=length), fitting.GrowthKinetics(1e-2, 9.2e-20, 4e-30, 1e-3)
+    given = {"velocity": 0.1, "friction": 0.1, "thickest": 5e-7}
+    contact = fitting.RubbedContact(body, roller, grid, radius=5e-6, substeps=4, **given)
+    t, rng, data = np.linspace(120.0, 1200.0, 8), np.random.default_rng(0), []
+    for load, temperature in ((10.0, 353.0), (30.0, 353.0), (20.0, 358.0)):
+        law = jc.StressActivated(1e-2, 9.2e-20, 4e-30, temperature) + jc.ProportionalRemoval(1e-3)
+        run = jc.rub(body, roller, jc.Load(load), np.append(0.0, t), law=law, grid=grid, substeps=8, **given)
+        h = np.asarray(run.thickness[1:, 11:13, 0].mean(1)) * (1 + 1e-4 * rng.standard_normal(8))
+        stress = load / length / np.pi * np.sqrt(4 * np.pi * 80e9 / (0.7 * 2 * load / length * radius))
+        data.append(fitting.GrowthData(t, h, stress=stress, temperature=temperature, load=load))
+    fit = fitting.fit_growth(data, weights="relative", contact=contact)
+    plain = fitting.fit_growth(data, weights="relative")
+    assert fit.contact is contact and plain.contact is None
+    for name in ("activation_volume", "removal_rate"):
+        assert fit.values[name] == pytest.approx(getattr(truth, name), rel=0.01)
+    assert fit.values["activation_energy"] == pytest.approx(9.2e-20, rel=0.003)
+    assert plain.values["removal_rate"] < 0.9 * truth.removal_rate
+
+
+def test_a_contact_needs_a_load_and_cells():
+    steel = jc.Elastic(80e9, 0.3)
+    body = jc.LayeredHalfSpace([jc.Layer(steel, 0.0)], steel)
+    given = (body, jc.Sphere(1e-3), jc.Grid.square(8, 8e-6))
+    contact = fitting.RubbedContact(*given, velocity=0.1, friction=0.1, radius=2e-6, thickest=1e-6)
+    with pytest.raises(
+        ValueError, match=r"load: expected one for every curve with contact=, got none for 5 of 5"
+    ):
+        fitting.fit_growth(curves(), contact=contact)
+    with pytest.raises(ValueError, match=r"contact: expected RubbedContact or None, got Sphere"):
+        fitting.fit_growth(curves(), contact=given[1])
+    with pytest.raises(
+        ValueError, match=r"contact radius \[m\]: expected one that contains the centre of a cell"
+    ):
+        fitting.fit_growth(curves(), contact=dataclasses.replace(contact, radius=1e-9))
+    with pytest.raises(ValueError, match=r"load: expected a number > 0 N, got 0.0"):
+        fitting.GrowthData(T, T, stress=1e8, temperature=373.0, load=0.0)

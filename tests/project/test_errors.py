@@ -66,11 +66,10 @@ CHECKS = (
 )
 ELSEWHERE = {  # reached by no row, and why
     "checks.py": "the checks themselves",
-    "varying.py: restricted": "there is no window, so nothing asks for it",
     "laws.py: rate": "the base of laws",
     "distributed.py: devices": "test_distributed.py, in a mesh",
     "shapes.py: outline": "of a flat punch, whose contact is known and never estimated",
-    **{f"flash_temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "_check_peclet")},
+    **{f"flash_temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "check_peclet")},
     **{f"heat_partition.py: {name}": "test_heat.py" for name in ("check", "heat_partition")},
     **{
         f"surface_files.py: {name}": "test_surface_files.py" for name in ("read_surface", "_read", "_library")
@@ -120,7 +119,7 @@ ELSEWHERE = {  # reached by no row, and why
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",
     "contact.py: peak_pressure": "an AttributeError: test_summaries.py",
-    "rubbing.py: _largest": "an AttributeError: test_rubbed_films.py",
+    "contact.py: largest_over_time": "an AttributeError: test_rubbed_films.py",
 }
 
 

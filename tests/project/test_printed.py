@@ -165,6 +165,9 @@ OF_FITS = {
     "GrowthData": lambda: growth()[0],
     "GrowthKinetics": lambda: fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4),
     "GrowthFit": lambda: fitting.fit_growth(growth(), weights="absolute"),
+    "RubbedContact": lambda: fitting.RubbedContact(
+        BODY, jc.Sphere(5e-3), GRID, velocity=0.1, friction=0.1, radius=1e-6, thickest=1e-6
+    ),
     "MaxwellFit": lambda: fitting.fit_maxwell(relaxation()),
     "MasterFit": lambda: fitting.fit_master(melts()),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),

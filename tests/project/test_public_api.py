@@ -35,7 +35,7 @@ IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated
 fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
 read_creep read_force read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
 thin_layer_factor
-ContactData FieldFit fit_fields
+ContactData FieldFit fit_fields RubbedContact
 """
 
 

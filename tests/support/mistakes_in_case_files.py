@@ -237,6 +237,16 @@ FILES |= {
         'kind = "rubbing"\nvelocity = 0.1\n[growth]\nrate = 1.0\nactivation_energy = "1 nm"\nactivation_volume = 0.0',
         r'growth.activation_energy: found "1 nm", accepted: a number >= 0.*text with a unit: "1 J", eV, kJ/mol',
     ),
+    "a shift without its reference": also(
+        'kind = "rubbing"\nvelocity = 0.1\nfriction = 0.1\n[wear]\ncoefficient = 0.0\n[thermal]\nambient = 300.0\n'
+        'conductivity = 46.0\nshift = "arrhenius"\nshift_energy = "1 eV"',
+        r'thermal.shift_reference: missing with shift = "arrhenius"; accepted: shift_energy, shift_reference',
+    ),
+    "a key of another shift": also(
+        'kind = "rubbing"\nvelocity = 0.1\nfriction = 0.1\n[wear]\ncoefficient = 0.0\n[thermal]\nambient = 300.0\n'
+        "conductivity = 46.0\nshift_c1 = 17.0",
+        r'thermal.shift_c1: found with shift = "none"; accepted: no other key of a shift',
+    ),
     "heat twice": also(
         'kind = "rubbing"\nvelocity = 0.1\n[wear]\ncoefficient = 0.0\n[[thermal]]\nambient = 1.0\nconductivity = 1.0',
         r"\[thermal\]: found .*, accepted: a table",

@@ -19,6 +19,7 @@ from right_calls import (
     on_steel,
     roll,
     rough,
+    rub,
     shear,
     slide,
     steady,
@@ -26,7 +27,61 @@ from right_calls import (
 
 import jaxcontact as jc
 
+TRACK = np.array([-1e-4, 1e-4])
+HOT = jc.Thermal(300.0, 46.0, diffusivity=1e-5)
 MOTION = {
+    "a velocity along a path": (
+        lambda: rub(path=TRACK),
+        r"velocity: expected either velocity or path, got both",
+    ),
+    "neither velocity nor path": (
+        lambda: rub(velocity=None),
+        r"expected either velocity or path, got neither",
+    ),
+    "a path of other times": (
+        lambda: rub(velocity=None, path=np.zeros(3)),
+        r"path \[m\]: expected shape \(2,\) or \(2, 2\) as times, got \(3,\)",
+    ),
+    "a path that leaves the grid": (
+        lambda: rub(velocity=None, path=1e3 * TRACK),
+        r"path \[m\]: expected positions within .* of the centre of the grid along x, got 0.1",
+    ),
+    "a path without end": (
+        lambda: rub(velocity=None, path=np.array([0.0, np.inf])),
+        r"path \[m\]: expected finite numbers",
+    ),
+    "a jump of the path": (
+        lambda: rub(velocity=None, path=TRACK, times=[1.0, 1.0]),
+        r"path \[m\]: expected no move between two equal times, got one",
+    ),
+    "a rough surface on a path": (
+        lambda: rub(velocity=None, path=TRACK, indenter=jc.HeightField(np.zeros((8, 8)))),
+        r"indenter: expected a Sphere, Cone or Cylinder with path, got HeightField",
+    ),
+    "a path of an indenter that wears": (
+        lambda: rub(velocity=None, path=TRACK, wears="indenter"),
+        r'path: expected None with thermal= or wears="indenter", got positions',
+    ),
+    "automatic substeps inside jit": (
+        lambda: jax.jit(lambda speed: rub(velocity=speed, substeps="auto").approach)(0.1),
+        r'substeps: expected a number inside jit, vmap and grad, got "auto"',
+    ),
+    "heat without friction in a slide": (
+        lambda: slide(1e-9, thermal=HOT),
+        r"friction: expected a coefficient with thermal=, got None",
+    ),
+    "heat at a velocity that changes": (
+        lambda: slide(1e-9 * np.ones((2, 2)), thermal=HOT, friction=0.1),
+        r"velocity: expected a number or shape \(2,\) with thermal=, .* got shape \(2, 2\)",
+    ),
+    "heat that does not spread": (
+        lambda: slide(1e-9, thermal=jc.Thermal(300.0, 46.0), friction=0.1),
+        r"Thermal diffusivity \[m2/s\]: expected a number in slide, got None",
+    ),
+    "a diffusivity below zero": (
+        lambda: slide(1e-9, thermal=jc.Thermal(300.0, 46.0, diffusivity=-1.0), friction=0.1),
+        r"Thermal diffusivity \[m2/s\]: expected > 0",
+    ),
     "a normal load along the surface": (lambda: shear(LOAD), r"tangential: expected TangentialLoad or"),
     "a tangential load without direction": (
         lambda: shear(jc.TangentialLoad(5.0)),

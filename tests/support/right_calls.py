@@ -41,9 +41,16 @@ def roll(creepage=(1e-3, 0.0), velocity=1.0, control=LOAD, body=on_steel, indent
     return jc.roll_steady(body(), indenter, control, velocity=velocity, creepage=creepage, **given)
 
 
-def rub(body=BODY, law=jc.Archard(1e-18), velocity=0.1, **keywords):  # noqa: B008
+def rub(
+    body=BODY,
+    law=jc.Archard(1e-18),  # noqa: B008
+    velocity=0.1,
+    indenter=BALL,
+    times=TIMES,
+    **keywords,
+):
     given = {"grid": GRID} | keywords
-    return jc.rub(body, BALL, LOAD, TIMES, velocity=velocity, law=law, **given)
+    return jc.rub(body, indenter, LOAD, times, velocity=velocity, law=law, **given)
 
 
 def varying(shape=(8, 8), value=1e-7, layers=1, substrate=STEEL):

@@ -145,6 +145,17 @@ def test_a_step_that_is_too_long_says_so():
     assert int(thick.status[-1]) == jc.Status.TOO_THICK
 
 
+def test_automatic_substeps_of_a_law_that_is_too_stiff_for_one():
+    """Wear of a cylinder that one step between two times cannot follow: against many short steps."""
+    law, times = jc.Archard(2e-17), np.array([0.0, 50.0, 100.0])
+    given = {"thickness": 4e-6, "times": times}
+    found = on_a_line(law, substeps="auto", **given)
+    assert np.all(found.converged)
+    fine = on_a_line(law, substeps=200, **given)
+    off = np.abs(found.thickness[-1] - fine.thickness[-1]).max()
+    assert off < 0.01 * np.ptp(fine.thickness[-1]) and off < 2.0 * found.step_error[-1]
+
+
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Oxidation:

@@ -1,0 +1,55 @@
+"""Temperature of a surface that friction heats, and the reduced time in which a body creeps at it.
+
+With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
+middle of a step is extrapolated from the two steps before.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.pytree import pytree
+from jaxcontact.operators import spectral
+
+
+@pytree
+class Heated:
+    """Temperature of the surface where friction heats it.
+
+    spectrum: of the rise per heat flux on a cell [K m2/W], for ``spectral.convolve``; ambient [K], (); share: of the heat
+    of friction that enters the body, (); shift: None, or the law of the shift factor of the body's times.
+    """
+
+    spectrum: Array
+    ambient: Array
+    share: Array
+    shift: Any = None
+
+    def temperature(self, flux: Array) -> Array:
+        """Return the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
+        return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
+
+    def log_shift(self, temperature: Array, pressure: Array) -> Array:
+        """Return the log of the shift factor at the mean temperature of the contact, without contact at ambient, ()."""
+        if self.shift is None:
+            return jnp.zeros(())
+        touching = pressure > 0.0
+        cells = jnp.sum(touching)
+        rise = jnp.sum(jnp.where(touching, temperature - self.ambient, 0.0)) / jnp.maximum(cells, 1)
+        return self.shift.log_factor(self.ambient + rise)
+
+    def shifted(self, before: Array, temperature: Array | None, pressure: Array, dt: Array) -> Array:
+        """Return the log of the shift factor at the end of a step, and its rate of change over the step, (2,)."""
+        if self.shift is None or temperature is None:
+            return before
+        now = self.log_shift(temperature, pressure)
+        rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
+        return jnp.stack([now, rate])
+
+
+def reduced(dt: Array, shift: Array) -> Array:
+    """Return the reduced time of a step, from the log of the shift factor and its rate of change over the step before."""
+    return dt * jnp.exp(-shift[0] - shift[1] * dt / 2.0)
