@@ -10,7 +10,7 @@ import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
 from fitting.inference import evidence
-from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.models.structure import limits, resolve
 from fitting.search import creep_search, padding, varpro
 from fitting.search.creep_search import Optimum
@@ -98,12 +98,12 @@ def fit_creep_batch(
     values = {name: np.array([row[name] for row in rows]) for name in structure.where}
     if not intervals:
         return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool), notes)
-    judged = [sample.judge(one, p, level) for sample, one in zip(samples, found, strict=True)]
-    ends = np.asarray(_profile_all(problems, best, _levels(judged, problems)))
+    assessments = [sample.assess(one, p, level) for sample, one in zip(samples, found, strict=True)]
+    ends = np.asarray(_profile_all(problems, best, _levels(assessments, problems)))
     spans = ends[:, own] * unit[:, :, None]
     rows = [structure.intervals(row, table) for row in spans]
     gathered = {name: np.array([row[name] for row in rows]) for name in structure.where}
-    lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in judged), strict=True)
+    lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in assessments), strict=True)
     return BatchFit(values, gathered, np.array(lag1), np.array(refused), notes)
 
 
@@ -129,13 +129,13 @@ def _free(problems: varpro.TauSearch) -> np.ndarray:
     return np.flatnonzero(lower < upper)
 
 
-def _levels(judged: list[Judged], problems: varpro.TauSearch) -> np.ndarray:
+def _levels(assessments: list[Assessment], problems: varpro.TauSearch) -> np.ndarray:
     """Return the RSS allowed for each curve (m,), or for each of its profiled quantities (m, 5) where they differ.
 
     The level of slope0 is the largest of those of the coordinates.
     """
-    levels = np.zeros((len(judged), 5))
-    levels[:, _free(problems)] = [one.levels() for one in judged]
+    levels = np.zeros((len(assessments), 5))
+    levels[:, _free(problems)] = [one.levels() for one in assessments]
     levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
     same = np.all(np.ptp(levels, axis=1) <= 1e-12 * levels[:, 0])
     return levels[:, 0] if same else levels

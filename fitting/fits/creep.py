@@ -146,8 +146,8 @@ def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dic
     found = conclude(problem, solved._replace(notes=_left_out(data, kept), landscape=landscape))
     return found.fit(
         CreepFit, options=options, kept=kept, point_weights=solved.weights,
-        combinations=extents.combinations(found.ends, found.judged.slopes),
-        profile=functools.partial(extents.creep, found.judged),
+        combinations=extents.combinations(found.ends, found.assessment.slopes),
+        profile=functools.partial(extents.creep, found.assessment),
     )  # fmt: skip
 
 

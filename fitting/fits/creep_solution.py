@@ -9,7 +9,7 @@ import numpy as np
 from jax.tree_util import Partial
 
 from fitting.data.curves import CreepData
-from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.inference.unsupported import SupportedPoints, keep_all, leave_out
 from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Sought, Structure
@@ -55,7 +55,7 @@ class CreepSearch:
         found = Extents(fewer, best, self.scaled)
         return Solved(
             np.asarray(best.parts), residual, J, np.asarray(inside)[free], kept, weights,
-            lambda judged: found.at(judged, self.data.t[-1:]), found,
+            lambda assessment: found.at(assessment, self.data.t[-1:]), found,
         )  # fmt: skip
 
 
@@ -72,21 +72,21 @@ class Extents(NamedTuple):
     best: Optimum
     scaled: Scaled
 
-    def at(self, judged: Judged, t: np.ndarray) -> np.ndarray:
+    def at(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
         """Return the ends (5 + k, 2) of the intervals of ``creep_search.profile`` at times t (k,) [s].
 
         The times are padded so that only a few values of k are compiled.
         """
         times = t / self.scaled.time
         times = padding.repeated(times) if t.size > 1 else times
-        levels = judged.levels(self._gradients(times)[places(self.problem)])
+        levels = assessment.levels(self._gradients(times)[places(self.problem)])
         same = np.ptp(levels) <= 1e-12 * levels[0]
         some = creep_search.profile(self.problem, self.best, levels[0] if same else levels, times)
         return np.asarray(some)[: 5 + t.size]
 
-    def creep(self, judged: Judged, t: np.ndarray) -> np.ndarray:
+    def creep(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
         """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
-        return self.at(judged, t)[5:].T * self.scaled.compliance
+        return self.at(assessment, t)[5:].T * self.scaled.compliance
 
     def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
         """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.

@@ -171,7 +171,7 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
     traced = np.arange(best.theta.size) < k
     traced[:k] &= SURE * search.deviations(best) > NARROW
     solved = solution(objective, best, weights)._replace(
-        profile=lambda judged: profiles.profile(objective, best, judged.levels(), traced),
+        profile=lambda assessment: profiles.profile(objective, best, assessment.levels(), traced),
         left=left, notes=search.notes(best.theta, left), against=search.doubts(best, others),
     )  # fmt: skip
     duration = float(np.ptp(search.data.times))

@@ -10,7 +10,7 @@ from fitting.data.contact import signs
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
 from fitting.data.weights import choose_weights
-from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.models import thin_layer
 from fitting.models.force_curve import PARTS, ForceCurve, residuals, slopes, unit_forces
 from fitting.models.search_space import SearchSpace
@@ -103,9 +103,9 @@ class Setup(NamedTuple):
 class ForceSample(Sample):
     """The points of a force curve, whose trends ``force_verdict.py`` judges in place of the common tests."""
 
-    def judge(self, solved: Solved, p: int, level: float) -> Judged:
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
         """Return the evidence without reasons for rejection."""
-        found = super().judge(solved, p, level)
+        found = super().assess(solved, p, level)
         return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
 
 

@@ -40,7 +40,7 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
     missing = _missing(force, solved)
     if missing:
         return Deviation(nothing, missing, ())
-    found = Sample.judge(problem.sample, solved, problem.p, problem.level).evidence
+    found = Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
     if not found.refused:
         return Deviation(nothing, (), ())
     trend, softer = _trend(force, solved), _change(force, solved)

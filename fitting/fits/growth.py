@@ -191,7 +191,7 @@ def fit_growth(
         contact=contact,
         reference=curves.reference,
         starts=(best.starts, best.agreed),
-        slopes=found.judged.slopes,
+        slopes=found.assessment.slopes,
     )
 
 

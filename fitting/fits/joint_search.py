@@ -22,7 +22,7 @@ from fitting.fits import modulus
 from fitting.inference import evidence, noise
 from fitting.inference.conclusion import solution
 from fitting.inference.correlation import basis, lag_one
-from fitting.inference.evidence import Curve, Judged, Sample, Solved
+from fitting.inference.evidence import Assessment, Curve, Sample, Solved
 from fitting.models.coordinates import Coordinates, Space
 from fitting.models.history import columns
 from fitting.search import nonlinear, padding
@@ -45,7 +45,7 @@ class Part(NamedTuple):
     y: Array
     unit: float
 
-    def weighed(self, weights: np.ndarray) -> "Part":
+    def with_weights(self, weights: np.ndarray) -> "Part":
         """Return the test with new weights (n,)."""
         return self._replace(sample=self.sample._replace(weights=weights))
 
@@ -107,7 +107,7 @@ class Tests(NamedTuple):
     def scaled(self, factors: np.ndarray) -> "Tests":
         """Return the tests with their error scales multiplied by factors (k,)."""
         rows = zip(self.parts, factors, strict=True)
-        parts = tuple(part.weighed(part.sample.weights / factor) for part, factor in rows)
+        parts = tuple(part.with_weights(part.sample.weights / factor) for part, factor in rows)
         return Tests(parts, self.errors * factors)
 
     def reweighed(self, solved: Solved, p: int) -> "Tests":
@@ -116,7 +116,7 @@ class Tests(NamedTuple):
         parts = []
         for part, s, weights, (sample, own) in rows:
             alone = own._replace(residual=s * own.residual, jacobian=s * own.jacobian, weights=weights)
-            parts.append(part.weighed(sample.reweighed(alone, p) / s) if sample.adjustable else part)
+            parts.append(part.with_weights(sample.reweighed(alone, p) / s) if sample.adjustable else part)
         return self._replace(parts=tuple(parts))
 
     def curves(self, solved: Solved) -> tuple:
@@ -126,7 +126,7 @@ class Tests(NamedTuple):
             for one, own in self.each(solved)
         )
 
-    def judge(self, solved: Solved, p: int, level: float) -> Judged:
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
         """Return the evidence of all tests; their noise is estimated separately, and one rejected test rejects the
         joint fit."""
         rows, n = self.each(solved), solved.residual.size
@@ -136,7 +136,7 @@ class Tests(NamedTuple):
             basis(np.concatenate(smooth)), self.ends
         )  # a test alone determines less than all of them
         quality = [
-            evidence.judged(sample, own, found, p, level, Q).evidence
+            evidence.assess(sample, own, found, p, level, Q).evidence
             for (sample, own), found, Q in zip(rows, noises, parts, strict=True)
         ]
         # the parameters are shared, so s^2 of each test is RSS_k/(n_k (1 - p/n))
@@ -144,15 +144,15 @@ class Tests(NamedTuple):
         whole = self._whole(solved)
         lag1 = lag_one(solved.residual, whole.blocks)
         found = noise.joined(noises, solved.jacobian, shares, lag1, float(n - p))
-        judged = evidence.judged(whole, solved, found, p, level)
+        assessment = evidence.assess(whole, solved, found, p, level)
         refused = tuple(
             f"{sample.name}: {why}"
             for (sample, _), one in zip(rows, quality, strict=True)
             for why in one.refused
         )
         r2, misfit = min(one.r2 for one in quality), any(one.misfit for one in quality)
-        whole_evidence = dataclasses.replace(judged.evidence, refused=refused, r2=r2, misfit=misfit)
-        return judged._replace(evidence=whole_evidence)
+        whole_evidence = dataclasses.replace(assessment.evidence, refused=refused, r2=r2, misfit=misfit)
+        return assessment._replace(evidence=whole_evidence)
 
     def _whole(self, solved: Solved) -> Sample:
         """Return all tests as one sample."""

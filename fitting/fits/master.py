@@ -250,7 +250,7 @@ def _superposed(
     solved = least_squares(problem, shifting.objective, [shifting.first()])
     best, objective = solved.whole
     traced = np.arange(best.theta.size) < shifting.count[0]
-    profile = lambda judged: profiles.profile(objective, best, judged.levels(), traced)
+    profile = lambda assessment: profiles.profile(objective, best, assessment.levels(), traced)
     shifts = shifting.shifts(best.theta)[0]
     against, notes = apart(shifting, best.theta) if free is None else _off(free, shifting, best, shifts)
     notes = (*(note for one in curves for note in one.notes), *notes)
@@ -263,7 +263,7 @@ def _off(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the reasons against a law: those against the superposition itself, and the deviation from the law; and
     notes."""
-    own, whole = free.found.judged.evidence, free.found.fields
+    own, whole = free.found.assessment.evidence, free.found.fields
     q = free.shifting.count[0] - lawful.space().free.size + sum(lawful.count[1:])
     away = deviation(lawful.sweeps.temperature, shifts, free.shifts)
     dof = best.residual.size - own.p
@@ -279,5 +279,5 @@ def _finished(lawful: Superposed, free: Superposed) -> MasterFit:
     return lawful.found.fit(
         MasterFit, temperatures=T, factors=factors, vertical=np.exp(lawful.shifting.verticals(lawful.theta)),
         reference=float(T[place]), deviation=deviation(T, lawful.shifts, free.shifts), shifting=lawful.shifting,
-        theta=lawful.theta, slopes=lawful.found.judged.slopes,
+        theta=lawful.theta, slopes=lawful.found.assessment.slopes,
     )  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from fitting.fits.master_search import Shifting
-from fitting.inference.evidence import Judged, Sample, Solved
+from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.models.master_curve import Sweeps
 
 CHANCE = 1e-3  # probability that a difference is found significant by chance
@@ -20,9 +20,9 @@ WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a r
 class MasterSample(Sample):
     """The points of all curves, of which ``apart`` and ``off_law`` judge the trends in place of the common tests."""
 
-    def judge(self, solved: Solved, p: int, level: float) -> Judged:
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
         """Return the evidence without reasons for rejection."""
-        found = super().judge(solved, p, level)
+        found = super().assess(solved, p, level)
         return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
 
 

@@ -13,7 +13,7 @@ from jax import Array
 
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.linear_series import chosen_times, landscape, objective, space_of
-from fitting.fits.modulus import ModulusFit, weigh
+from fitting.fits.modulus import ModulusFit, weighted_sample
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Sought
@@ -80,7 +80,7 @@ def fit_maxwell(
     relaxed = isinstance(data, RelaxationData)
     if weights is None and sigma is None:
         weights = "estimated" if relaxed else "relative"
-    _, sample, duration = weigh(data, weights, sigma)
+    _, sample, duration = weighted_sample(data, weights, sigma)
     at = data.t if isinstance(data, RelaxationData) else data.omega
     columns = lambda tau: _columns(relaxed, at, MaxwellSeries.with_times(tau, equilibrium))
     notes: list[str] = []

@@ -146,7 +146,7 @@ def fit_relaxation(
     structure = _structure(model, tau)
     check_relaxes(structure)
     weights = "estimated" if weights is None and sigma is None else weights
-    return _fit(data, weigh(data, weights, sigma), Sought.of(structure, fixed, bounds, nu), level)
+    return _fit(data, weighted_sample(data, weights, sigma), Sought.of(structure, fixed, bounds, nu), level)
 
 
 def fit_oscillation(
@@ -185,8 +185,8 @@ def fit_oscillation(
     structure = _structure(model, tau)
     if weights not in (None, "relative", "absolute"):
         raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
-    weighed = weigh(data, None if sigma is not None else weights, sigma)
-    return _fit(data, weighed, Sought.of(structure, fixed, bounds, nu), level)
+    weighted = weighted_sample(data, None if sigma is not None else weights, sigma)
+    return _fit(data, weighted, Sought.of(structure, fixed, bounds, nu), level)
 
 
 def check_relaxes(structure: Structure) -> None:
@@ -197,7 +197,7 @@ def check_relaxes(structure: Structure) -> None:
         )
 
 
-def weigh(
+def weighted_sample(
     data: RelaxationData | OscillationData, weights: str | None, sigma: Any
 ) -> tuple[str, Sample, float]:
     """Return the kind of test, the fitted sample in shear (G(t), or G' followed by G''), and the duration [s].
@@ -216,9 +216,9 @@ def weigh(
     return "oscillation", Sample.of(curve, weight, label, second), 1.0 / float(data.omega[0])
 
 
-def _fit(data: Any, weighed: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
+def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
     """Scale the data, search for the optimum and return the fit."""
-    kind, sample, duration = weighed
+    kind, sample, duration = weighted
     if isinstance(sought.structure, Law):
         return _fit_law(data, sample, duration, sought, level)
     unit = 1.0 / float(np.max(np.abs(sample.measured)))

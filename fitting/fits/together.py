@@ -161,7 +161,7 @@ def _part(one: Any, unit: float, duration: float) -> Part:
         x, response = _stressed(one, unit, duration)
     else:
         relaxes = isinstance(one, RelaxationData)
-        kind, sample, _ = modulus.weigh(one, "estimated" if relaxes else "relative", None)
+        kind, sample, _ = modulus.weighted_sample(one, "estimated" if relaxes else "relative", None)
         x = padding.repeated(sample.t / duration if relaxes else sample.t * duration)
         response = 1.0 / unit
     return Part(kind, sample, x, padding.repeated(sample.measured / response), response)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from fitting.inference import evidence
-from fitting.inference.evidence import Evidence, Judged, Solved
+from fitting.inference.evidence import Assessment, Evidence, Solved
 from fitting.inference.result import Estimate, Fit, Parameters
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import Sought
@@ -57,12 +57,12 @@ class Conclusion(NamedTuple):
     """Fields of a finished fit, with the interval ends of its coordinates.
 
     fields: those of a ``Fit``; ends (m, 2): interval ends of the coordinates, followed by further rows that the search
-    returned; judged: the evidence, whitened Jacobian and levels from the residuals.
+    returned; assessment: the evidence, whitened Jacobian and levels from the residuals.
     """
 
     fields: dict[str, Any]
     ends: np.ndarray
-    judged: Judged
+    assessment: Assessment
 
     def fit(self, kind: type[Kind], **own: Any) -> Kind:
         """Return the fit as an instance of ``kind``, with its own fields, which override the common ones."""
@@ -74,7 +74,7 @@ def solution(objective: Objective, best: Best, weights: np.ndarray, kept: np.nda
     default."""
     inside = ((best.theta > objective.lower) & (best.theta < objective.upper))[objective.free]
     on = np.ones(best.residual.size, dtype=bool) if kept is None else kept
-    profile = lambda judged: profiles.profile(objective, best, judged.levels())
+    profile = lambda assessment: profiles.profile(objective, best, assessment.levels())
     return Solved(best.theta, best.residual, best.jacobian, inside, on, weights, profile, (best, objective))
 
 
@@ -105,19 +105,21 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     goodness of fit is judged (``verdict.py``), and everything is converted to SI units for the material.
     """
     assert solved.profile is not None
-    judged = problem.sample.judge(solved, problem.p, problem.level)
-    ends = solved.profile(judged)
+    assessment = problem.sample.assess(solved, problem.p, problem.level)
+    ends = solved.profile(assessment)
     if solved.left is not None:
         widened = ends + np.outer(solved.left, (-1.0, 1.0))
         ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
-    quality = dataclasses.replace(judged.evidence, refused=(*judged.evidence.refused, *solved.against))
-    found = _estimate(problem.space, solved, ends, judged.slopes)
-    return Conclusion(_fields(problem, solved, quality, found, judged.slopes), ends, judged)
+    quality = dataclasses.replace(
+        assessment.evidence, refused=(*assessment.evidence.refused, *solved.against)
+    )
+    found = _estimate(problem.space, solved, ends, assessment.slopes)
+    return Conclusion(_fields(problem, solved, quality, found, assessment.slopes), ends, assessment)
 
 
 def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
     """Undo the scaling; ends (m, 2): of the intervals; slopes (n, k): whitened Jacobian of the free coordinates
-    (``evidence.Judged``)."""
+    (``evidence.Assessment``)."""
     own, theta, free, moves = space.material, solved.theta, space.free, solved.moves
     unit, slope, inside = space.unit[own], space.slope(theta), np.zeros(theta.size, dtype=bool)
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)

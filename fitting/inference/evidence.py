@@ -90,12 +90,14 @@ class Sample(NamedTuple):
             floors = noise.floors_for(fitted)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
         slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
-        return noise.judge(residual, slopes, solved.inside, self.blocks, shapes, floors, p, self.known, real)
+        return noise.noise_model(
+            residual, slopes, solved.inside, self.blocks, shapes, floors, p, self.known, real
+        )
 
-    def judge(self, solved: "Solved", p: int, level: float) -> "Judged":
+    def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
         some, left = self.of_solution(solved)
-        return judged(some, left, some.noise(left, p), p, level)
+        return assess(some, left, some.noise(left, p), p, level)
 
     def reweighed(self, found: "Solved", p: int) -> np.ndarray:
         """Return the weights (n,) estimated from the residuals of a solution."""
@@ -155,7 +157,7 @@ class Evidence:
     p: int
 
 
-class Judged(NamedTuple):
+class Assessment(NamedTuple):
     """Evidence of a fit with the quantities from which its intervals follow.
 
     evidence; slopes (m, k): the whitened Jacobian of the free coordinates, whose normal matrix is the inverse of their
@@ -172,7 +174,7 @@ class Solved(NamedTuple):
     """A least-squares solution with further results of its search.
 
     theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates; inside (k,) bool: the
-    free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); profile(judged) (m, 2):
+    free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); profile(assessment) (m, 2):
     interval ends of the coordinates, and further rows that the search returns; whole: the result of the search itself.
 
     notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
@@ -186,7 +188,7 @@ class Solved(NamedTuple):
     inside: np.ndarray
     kept: np.ndarray
     weights: np.ndarray
-    profile: Callable[[Judged], np.ndarray] | None = None
+    profile: Callable[[Assessment], np.ndarray] | None = None
     whole: Any = None
     notes: Sequence[str] = ()
     moves: Callable[[str], np.ndarray] | None = None
@@ -212,9 +214,9 @@ def check(level: float, n: int, p: int) -> None:
         raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
 
 
-def judged(
+def assess(
     sample: Sample, solved: Solved, found: Noise, p: int, level: float, Q: np.ndarray | None = None
-) -> Judged:
+) -> Assessment:
     """Return the evidence of a fit of p parameters to all points of a sample, with the estimated noise model.
 
     Q (n, k): where the sample is part of the data, the rows for its points of orthonormal columns that span the Jacobian
@@ -230,7 +232,7 @@ def judged(
     own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
     quality = _weigh(sample, residual, own, found, p, level)
     spread = (1.0 if sample.known else quality.noise) * quality.widening
-    return Judged(quality, found.whitened(jacobian, spread), levels)
+    return Assessment(quality, found.whitened(jacobian, spread), levels)
 
 
 def settled(

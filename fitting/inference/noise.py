@@ -95,7 +95,7 @@ class Noise(NamedTuple):
         return (vectors.T @ self.columns) / np.sqrt(values)[:, None]
 
 
-def judge(
+def noise_model(
     residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, shapes: np.ndarray,
     floors: np.ndarray, p: int, known: bool, real: bool = True,
 ) -> Noise:  # fmt: skip

@@ -1,7 +1,7 @@
 """The area of contact from pressure and gap on the grid, to a few hundredths of a cell along its edge.
 
 At the edge of a contact both the pressure inside and the gap outside vanish. Let c be the displacement of a cell at the
-edge under its own unit pressure while its neighbours are held (``Operator.held_compliance``). The function
+edge under its own unit pressure while its neighbours are held (``Operator.confined_compliance``). The function
 
     v = c p  in contact,      v = -g  outside
 

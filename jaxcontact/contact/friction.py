@@ -298,7 +298,7 @@ def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Ar
 def _towards(problem: TangentialProblem, s: _Iterate, trial: _SlipTrial) -> _Iterate:
     """Go to the trial as far as the energy falls, and all the way from tractions that are not admissible."""
     step = trial.traction - s.traction
-    lifted = problem.operator.along(step)
+    lifted = problem.operator.tangential_from_tangential(step)
     slope, curvature = jnp.sum(step * s.slip), jnp.sum(step * lifted)
     turning = jnp.where(s.steepest, 0.0, jnp.sum(trial.free.curvature * jnp.sum(step**2, 0)))
     stiff, rounding = curvature > 0.0, ROUNDING * jnp.sum(problem.bound * length(s.slip))

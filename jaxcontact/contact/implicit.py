@@ -232,19 +232,19 @@ class _Displacements(NamedTuple):
     """Products K_tt q and K_tz p (2, nx, ny), K_zt q and K_zz p (nx, ny); those of coupling are zero without it."""
 
     along: Array
-    drawn: Array
-    sunk: Array
+    tangential_shift: Array
+    normal_shift: Array
     normal: Array
 
     @classmethod
     def under(cls, operator: TractionOperator, q: Array, p: Array) -> "_Displacements":
         """Return those of a traction and a pressure."""
-        along, sunk = operator.displaced(q)
-        return cls(along, operator.drawn(p), sunk, operator.normal(p))
+        along, normal_shift = operator.displaced(q)
+        return cls(along, operator.tangential_from_normal(p), normal_shift, operator.normal(p))
 
     def total(self) -> Array:
         """Displacements in three directions, (3, nx, ny)."""
-        return jnp.concatenate([self.along + self.drawn, (self.sunk + self.normal)[None]])
+        return jnp.concatenate([self.along + self.tangential_shift, (self.normal_shift + self.normal)[None]])
 
 
 class _SlipSpace(NamedTuple):
@@ -297,7 +297,7 @@ def _solve_partial_slip_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
-    free = free_directions(problem.sheared(p, found.drawn), q, found.tangential.slip)
+    free = free_directions(problem.sheared(p, found.tangential_shift), q, found.tangential.slip)
     space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)
     by_operator = _Displacements.under(change.operator, q, p)
     forcing = by_operator.total() + jnp.concatenate([change.drift, change.gap[None]])
@@ -309,7 +309,7 @@ def _solve_partial_slip_jvp(primals, tangents):
     lifted = _Displacements.under(problem.operator, dq, dp)
     moved = forcing + lifted.total()
     d_shift, d_approach = _multipliers(space, change, p, moved + space.turned(dq))
-    along, drawn, sunk, normal = jax.tree.map(jnp.add, by_operator, lifted)
+    along, tangential_shift, normal_shift, normal = jax.tree.map(jnp.add, by_operator, lifted)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     pressed, sheared = found.normal, found.tangential
     d_normal = Solution(dp, normal, d_approach, 0.0 * pressed.error, no(pressed.iterations))
@@ -318,7 +318,7 @@ def _solve_partial_slip_jvp(primals, tangents):
         dq, along, d_slip, no(sheared.stick), d_shift, 0.0 * sheared.error, no(sheared.iterations)
     )
     counts = no(found.taken), no(found.rounds), no(found.settled)
-    return found, Round(d_normal, d_tangential, drawn, sunk, *counts)
+    return found, Round(d_normal, d_tangential, tangential_shift, normal_shift, *counts)
 
 
 def _given(space: _SlipSpace, change: SlipProblem, p: Array) -> tuple[Array, Array]:

@@ -59,26 +59,31 @@ class SlipProblem:
     tangential_load_controlled: bool = static()
     coupled: bool = static()
 
-    def under(self, sunk: Array | float) -> Problem:
+    def under(self, normal_shift: Array | float) -> Problem:
         """The normal problem under a normal displacement (nx, ny) by the traction."""
-        return Problem(self.operator.normal, self.gap + sunk, self.target, self.lowest, self.load_controlled)
+        return Problem(
+            self.operator.normal, self.gap + normal_shift, self.target, self.lowest, self.load_controlled
+        )
 
-    def sheared(self, pressure: Array, drawn: Array | float) -> TangentialProblem:
+    def sheared(self, pressure: Array, tangential_shift: Array | float) -> TangentialProblem:
         """The tangential problem under a pressure and the tangential displacement (2, nx, ny) by it."""
         bound, target = self.coefficient * pressure, self.tangential_target
         return TangentialProblem(
-            self.operator, bound, self.drift + drawn, target, self.tangential_load_controlled
+            self.operator, bound, self.drift + tangential_shift, target, self.tangential_load_controlled
         )
 
 
 class Round(NamedTuple):
-    """Result of a round; drawn (2, nx, ny) and sunk (nx, ny): K_tz p and K_zt q, zero where they are not coupled; taken:
-    iterations of all rounds, (); rounds (); settled: whether both problems hold at once."""
+    """Result of a round of the iteration between pressure and traction.
+
+    tangential_shift (2, nx, ny) and normal_shift (nx, ny): K_tz p and K_zt q, zero where they are not coupled; taken:
+    iterations of all rounds, (); rounds (); settled: whether both problems hold at once.
+    """
 
     normal: Solution
     tangential: TangentialSolution
-    drawn: Array
-    sunk: Array
+    tangential_shift: Array
+    normal_shift: Array
     taken: Array
     rounds: Array
     settled: Array
@@ -149,20 +154,30 @@ def _rounds(
         left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
         pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
         same = again & jnp.all(pressed.pressure == before.normal.pressure)
-        drawn = jax.lax.cond(same, lambda: before.drawn, lambda: problem.operator.drawn(pressed.pressure))
-        tangential, start = problem.sheared(pressed.pressure, drawn), before.tangential
+        tangential_shift = jax.lax.cond(
+            same,
+            lambda: before.tangential_shift,
+            lambda: problem.operator.tangential_from_normal(pressed.pressure),
+        )
+        tangential, start = problem.sheared(pressed.pressure, tangential_shift), before.tangential
         left = left - pressed.iterations
         sheared = friction.solve(tangential, start.traction, start.displacement, goal, left)
         same = jnp.all(sheared.traction == start.traction)
-        sunk = jax.lax.cond(same, lambda: before.sunk, lambda: problem.operator.sunk(sheared.traction))
-        pressed = _under_new_traction(problem, pressed, sunk)
+        normal_shift = jax.lax.cond(
+            same,
+            lambda: before.normal_shift,
+            lambda: problem.operator.normal_from_tangential(sheared.traction),
+        )
+        pressed = _under_new_traction(problem, pressed, normal_shift)
         error = jnp.where(friction.held(tangential), sheared.error, 0.0)
         error = jnp.maximum(pressed.error, error)
         taken = before.taken + pressed.iterations + sheared.iterations
-        found = Round(pressed, sheared, drawn, sunk, taken, before.rounds + 1, error <= tolerance)
+        found = Round(
+            pressed, sheared, tangential_shift, normal_shift, taken, before.rounds + 1, error <= tolerance
+        )
         slow = (error > SLOW * s.error) & again
         share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
-        given, changes = _pushed(s.given, y), _pushed(s.change, sunk - y)
+        given, changes = _pushed(s.given, y), _pushed(s.change, normal_shift - y)
         return _RoundSearch(found, given, changes, share, error, pressed.error)
 
     def going(s: _RoundSearch) -> Array:
@@ -183,20 +198,31 @@ def _uncoupled(
     left = max_iterations - pressed.iterations
     sheared = friction.solve(tangential, traction, start.displacement, tolerance, left)
     taken = pressed.iterations + sheared.iterations
-    return Round(pressed, sheared, first.drawn, first.sunk, taken, jnp.ones((), int), jnp.ones((), bool))
+    return Round(
+        pressed,
+        sheared,
+        first.tangential_shift,
+        first.normal_shift,
+        taken,
+        jnp.ones((), int),
+        jnp.ones((), bool),
+    )
 
 
 def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSearch:
     """Before the first round: y is that of the start."""
     zero, none, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
     pair = jnp.zeros_like(traction)
-    along = problem.operator.displaced if problem.coupled else lambda q: (problem.operator.along(q), none)
-    displacement, sunk = along(traction)
+    operator = problem.operator
+    along = (
+        operator.displaced if problem.coupled else lambda q: (operator.tangential_from_tangential(q), none)
+    )
+    displacement, normal_shift = along(traction)
     pressed = Solution(pressure, none, jnp.zeros(()), one, zero)
     sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
-    first = Round(pressed, sheared, pair, sunk, zero, zero, jnp.zeros((), bool))
+    first = Round(pressed, sheared, pair, normal_shift, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
-    return _RoundSearch(first, _pushed(blank, sunk), blank, one, one, one)
+    return _RoundSearch(first, _pushed(blank, normal_shift), blank, one, one, one)
 
 
 def _pushed(kept: Array, newest: Array) -> Array:
@@ -219,9 +245,9 @@ def _next(s: _RoundSearch) -> Array:
     return jnp.tensordot(mixture, s.given + s.share * s.change, 1)
 
 
-def _under_new_traction(problem: SlipProblem, pressed: Solution, sunk: Array) -> Solution:
+def _under_new_traction(problem: SlipProblem, pressed: Solution, normal_shift: Array) -> Solution:
     """A solution of the normal problem with the approach and the error that it has under another traction."""
-    now, p, u = problem.under(sunk), pressed.pressure, pressed.displacement
+    now, p, u = problem.under(normal_shift), pressed.pressure, pressed.displacement
     approach = normal.approach_of(now, p, u)
     error = normal.stopping_error(now, p, u, u + now.gap - approach, approach)
     if problem.load_controlled:

@@ -22,7 +22,7 @@ from jaxcontact.results.sliding import SlidingHistory, SteadySliding
 from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.indent import Indentation, indent
 from jaxcontact.verbs.roll_steady import roll_steady
-from jaxcontact.verbs.rub import Rubs, rub
+from jaxcontact.verbs.rub import RubExperiment, rub
 from jaxcontact.verbs.shear import Shearing, shear
 from jaxcontact.verbs.slide import Sliding, slide
 from jaxcontact.verbs.slide_steady import slide_steady
@@ -428,7 +428,7 @@ KINDS: dict[str, Kind] = {
         memory=3.0,
         stationary=True,
         times=TIMES_KEYS,
-        march=Rubs,
+        march=RubExperiment,
         thickness=_thickness(NOT_NEGATIVE),
         parts=RUBBING_PARTS,
     ),

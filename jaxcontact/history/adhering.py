@@ -87,7 +87,7 @@ def solve_step(
         before.jumps + jumped,
         before.energy + jnp.where(left & ~separated, released, 0.0),
     )
-    modulus = HELD[guess.shape[1] == 1] / problem.operator.held_compliance()
+    modulus = HELD[guess.shape[1] == 1] / problem.operator.confined_compliance()
     zone = jnp.minimum(law.law.zone_length(modulus), _cells_of_the_range(*held))
     numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
     return solution, after, numbers

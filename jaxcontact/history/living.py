@@ -95,7 +95,7 @@ class Known(NamedTuple):
     relaxation: Array
 
 
-class Awaited(NamedTuple):
+class PredictedStep(NamedTuple):
     """A step before its pressure is known: the contact without the change of the surface, its profile, the displacement left
     by earlier pressure, and the memory's fields and input."""
 
@@ -149,14 +149,14 @@ class RubStepper(PressStepper):
     ) -> tuple[RubCarry, Outcome]:
         contact, dt, known = carry.contact, step.dt, self._known(carry.state, step)
         guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
-        coming = self._predicted(carry, guessed, step)
+        predicted = self._predicted(carry, guessed, step)
         tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
-        first = self._rubbed(coming, guessed, self._expected(contact, step), step, tolerance)
+        first = self._rubbed(predicted, guessed, self._expected(contact, step), step, tolerance)
         thickness = self._changed(known.thickness, _second_order(known, first, dt))
-        second = self._rubbed(coming, thickness, first.solution.pressure, step, self.tolerance)
+        second = self._rubbed(predicted, thickness, first.solution.pressure, step, self.tolerance)
         estimate = jax.lax.stop_gradient(self._estimate(carry, known, first, second, dt))
         pressure = second.solution.pressure
-        fields = self.memory.update(coming.fields, pressure, coming.driven)
+        fields = self.memory.update(predicted.fields, pressure, predicted.driven)
         slope = jax.lax.stop_gradient(pressure - contact.pressure) / jnp.where(dt > 0.0, dt, jnp.inf)
         fluxes = self._flux(contact.pressure, step.more.speed_before) + self._flux(pressure, step.more.speed)
         work = carry.work + dt / 2.0 * fluxes
@@ -166,7 +166,7 @@ class RubStepper(PressStepper):
             shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
-        outcome = self._outcome(carry, coming, first, second, estimate, step)
+        outcome = self._outcome(carry, predicted, first, second, estimate, step)
         return carry, self._at_the_speed(outcome, second.state, step.more.share)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
@@ -183,7 +183,7 @@ class RubStepper(PressStepper):
         """Return the thickness after a change [m]; that of a film ends at zero."""
         return jnp.maximum(thickness + change, 0.0) if self.of_film else thickness + change
 
-    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> Awaited:
+    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> PredictedStep:
         """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
         dt = reduced(step.dt, carry.shift)
         driven = ThicknessStep(dt, carry.state.thickness, guessed) if self.of_film else dt
@@ -193,14 +193,14 @@ class RubStepper(PressStepper):
             profile = profile + self.track.rise(step.more.position)
         lowest, gap = jnp.min(profile), profile + found.earlier
         problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
-        return Awaited(problem, profile, found.earlier, found.fields, driven)
+        return PredictedStep(problem, profile, found.earlier, found.fields, driven)
 
     def _rubbed(
-        self, coming: Awaited, thickness: Array, guess: Array, step: Steps, tolerance: Array
+        self, predicted: PredictedStep, thickness: Array, guess: Array, step: Steps, tolerance: Array
     ) -> SolvedRub:
         """Return the contact on a film of a thickness, and the rate of the law in it."""
         raised = (thickness - self.at_first) / self.scale.length
-        problem = replace(coming.problem, gap=coming.problem.gap - raised)
+        problem = replace(predicted.problem, gap=predicted.problem.gap - raised)
         start = jax.lax.stop_gradient(guess)
         solution = solve_contact(problem, start, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
@@ -258,25 +258,25 @@ class RubStepper(PressStepper):
     def _outcome(
         self,
         carry: RubCarry,
-        coming: Awaited,
+        predicted: PredictedStep,
         first: SolvedRub,
         second: SolvedRub,
         estimate: Array,
         step: Steps,
     ) -> Outcome:
         solution, state = second.solution, second.state
-        numbers = contact_outcome(second.problem, solution, coming.earlier)
+        numbers = contact_outcome(second.problem, solution, predicted.earlier)
         numbers |= {
             "iterations": first.solution.iterations + solution.iterations,
             "status": self._status(second, estimate, step),
             "step_error": carry.error / self.scale.length,
         }
-        numbers |= self.memory.observe(carry.contact.memory, solution.pressure, coming.driven)
-        displacement = coming.earlier - second.raised + solution.displacement
+        numbers |= self.memory.observe(carry.contact.memory, solution.pressure, predicted.driven)
+        displacement = predicted.earlier - second.raised + solution.displacement
         thickness = state.thickness / self.scale.length
         shown = {"pressure": numbers.pop("pressure"), "displacement": displacement, "thickness": thickness}
         if self.track is not None:
-            shown["moved_profile"] = coming.profile
+            shown["moved_profile"] = predicted.profile
         return Outcome(shown, numbers)
 
     def _status(self, found: SolvedRub, estimate: Array, step: Steps) -> Array:

@@ -84,7 +84,7 @@ def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None 
     """
     p, u, operator = solution.pressure, solution.displacement, problem.operator
     gap = problem.gap + u - solution.approach
-    compliance = operator.held_compliance()
+    compliance = operator.confined_compliance()
     if earlier is not None:
         compliance = compliance * memory_factor(earlier, u, operator.periodic)
     return {
@@ -127,7 +127,7 @@ def status_of(
         size = jnp.sum(jnp.abs(solution.pressure))
         met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
-    finite = jnp.isfinite(problem.operator.held_compliance())
+    finite = jnp.isfinite(problem.operator.confined_compliance())
     separated = jnp.asarray(False) if solution.separated is None else solution.separated
     return first_of(
         (~finite, Status.NOT_FINITE),

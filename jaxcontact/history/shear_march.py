@@ -87,7 +87,7 @@ class ShearStepper(Stepper):
             memory=self.memory.update(fields, traction, step.dt),
             traction=traction,
             rate=(p - before) / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
-            moved=earlier[:2] + sheared.displacement + found.drawn,
+            moved=earlier[:2] + sheared.displacement + found.tangential_shift,
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=carry.work + self._friction_work(found, before, step.dt),
         )
@@ -105,12 +105,17 @@ class ShearStepper(Stepper):
         return self.coefficient * mean * slip  # a stuck cell's slip is what the solver left
 
     def _outcome(
-        self, problem: SlipProblem, found: Round, carry: ShearCarry, sunk: Array, strain: dict[str, Array]
+        self,
+        problem: SlipProblem,
+        found: Round,
+        carry: ShearCarry,
+        normal_shift: Array,
+        strain: dict[str, Array],
     ) -> Outcome:
-        """Return the outcome; sunk: the normal displacement left by earlier traction, (nx, ny)."""
+        """Return the outcome; normal_shift: the normal displacement left by earlier traction, (nx, ny)."""
         pressed, sheared = found.normal, found.tangential
-        under, earlier = problem.under(found.sunk), sunk + found.sunk
-        numbers = contact_outcome(under, pressed, sunk) | strain
+        under, earlier = problem.under(found.normal_shift), normal_shift + found.normal_shift
+        numbers = contact_outcome(under, pressed, normal_shift) | strain
         fields = {
             "pressure": numbers.pop("pressure"),
             "displacement": earlier + pressed.displacement,

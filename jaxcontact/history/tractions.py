@@ -47,8 +47,8 @@ class TractionMemory(Memory):
         eta = decay[:, None, None, None] * fields.traction + jnp.tensordot(dt * old, traction, 0)
         mixed = jnp.tensordot(k.mix, eta, 1)
         operator = k.family.combined(jnp.append(1.0, k.mix @ (dt * new)))
-        normal = pressed.earlier + k.family.sunk_by(mixed)
-        earlier = jnp.concatenate([k.family.drawn_by(mixed), normal[None]])
+        normal = pressed.earlier + k.family.normal_from_earlier(mixed)
+        earlier = jnp.concatenate([k.family.tangential_from_earlier(mixed), normal[None]])
         return Prediction(Coupled(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta))
 
     def update(self, fields: TractionFields, traction: Array, dt: Array) -> TractionFields:

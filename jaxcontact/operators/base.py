@@ -40,7 +40,7 @@ class Operator(abc.ABC):
         """A cheap approximate inverse, made once for many uses; symmetric and positive where K is."""
 
     @abc.abstractmethod
-    def held_compliance(self) -> Array:
+    def confined_compliance(self) -> Array:
         """Displacement over its own pressure of a cell whose neighbours all stay where they are, ()."""
 
     @abc.abstractmethod
@@ -91,33 +91,35 @@ class TractionOperator(abc.ABC):
     normal: Operator  # p -> displacement into the body under it
 
     @abc.abstractmethod
-    def along(self, q: Array) -> Array:
+    def tangential_from_tangential(self, q: Array) -> Array:
         """Tangential displacement under a tangential traction, (2, nx, ny); symmetric and positive."""
 
     @abc.abstractmethod
-    def drawn(self, p: Array) -> Array:
+    def tangential_from_normal(self, p: Array) -> Array:
         """Tangential displacement under a pressure, (2, nx, ny)."""
 
     @abc.abstractmethod
-    def sunk(self, q: Array) -> Array:
-        """Normal displacement under a tangential traction, (nx, ny): the transpose of ``drawn``."""
+    def normal_from_tangential(self, q: Array) -> Array:
+        """Normal displacement under a tangential traction, (nx, ny): the transpose of ``tangential_from_normal``."""
 
     @abc.abstractmethod
     def displaced(self, q: Array) -> tuple[Array, Array]:
-        """Return ``along`` and ``sunk`` of a tangential traction."""
+        """Return ``tangential_from_tangential`` and ``normal_from_tangential`` of a traction."""
 
     @abc.abstractmethod
     def preconditioner(self, added: Array) -> Linear:
-        """Return a cheap approximate inverse of ``along`` plus constants (m,), each on fields of its own (m, 2, nx, ny);
-        symmetric and positive."""
+        """Return a cheap approximate inverse of ``tangential_from_tangential`` plus constants (m,); symmetric, positive.
+
+        Each acts on fields of its own, (m, 2, nx, ny).
+        """
 
     @abc.abstractmethod
     def local(self) -> Array:
-        """The mean eigenvalue of ``along``, ()."""
+        """The mean eigenvalue of ``tangential_from_tangential``, ()."""
 
     @abc.abstractmethod
     def largest(self) -> Array:
-        """Return roughly the largest eigenvalue of ``along``, ()."""
+        """Return roughly the largest eigenvalue of ``tangential_from_tangential``, ()."""
 
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:

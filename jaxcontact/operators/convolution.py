@@ -44,8 +44,8 @@ class Convolution(InvertibleOperator):
         inverse = 1.0 / jnp.maximum(self.circulant, floor)
         return lambda r: spectral.apply_circulant(inverse, r)
 
-    def held_compliance(self) -> Array:
-        return held_compliance(self.circulant)
+    def confined_compliance(self) -> Array:
+        return confined_compliance(self.circulant)
 
     def cell_compliance(self) -> Array:
         """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
@@ -136,8 +136,8 @@ class Convolutions(Family):
         return spectral.inverse(sum(terms), shape, periodic) if terms else jnp.zeros(shape)
 
 
-def held_compliance(circulant: Array) -> Array:
-    """Return ``Operator.held_compliance`` from the real circulant: its harmonic mean over all waves."""
+def confined_compliance(circulant: Array) -> Array:
+    """Return ``Operator.confined_compliance`` from the real circulant: its harmonic mean over all waves."""
     floor = FLOOR * _mean_over_waves(circulant)
     return 1.0 / _mean_over_waves(1.0 / jnp.maximum(circulant, floor))
 

@@ -92,34 +92,40 @@ class Coupled(TractionOperator):
     normal: Convolution
     tangential: Tangential
 
-    def along(self, q: Array) -> Array:
-        return self.tangential.inverse(self._along(self.tangential.transform(q)), q.shape[-2:])
+    def tangential_from_tangential(self, q: Array) -> Array:
+        return self.tangential.inverse(
+            self._tangential_from_tangential(self.tangential.transform(q)), q.shape[-2:]
+        )
 
-    def drawn(self, p: Array) -> Array:
+    def tangential_from_normal(self, p: Array) -> Array:
         if self.tangential.coupling is None:
             return jnp.zeros((2, *p.shape))
         return self.tangential.inverse(1j * self.tangential.coupling * self.tangential.transform(p), p.shape)
 
-    def sunk(self, q: Array) -> Array:
+    def normal_from_tangential(self, q: Array) -> Array:
         if self.tangential.coupling is None:
             return jnp.zeros(q.shape[-2:])
-        return self.tangential.inverse(self._sunk(self.tangential.transform(q)), q.shape[-2:])
+        return self.tangential.inverse(
+            self._normal_from_tangential(self.tangential.transform(q)), q.shape[-2:]
+        )
 
     def displaced(self, q: Array) -> tuple[Array, Array]:
         if self.tangential.coupling is None:
-            return self.along(q), self.sunk(q)
+            return self.tangential_from_tangential(q), self.normal_from_tangential(q)
         spectra = self.tangential.transform(q)
-        spectra = jnp.concatenate([self._along(spectra), self._sunk(spectra)[None]])
+        spectra = jnp.concatenate(
+            [self._tangential_from_tangential(spectra), self._normal_from_tangential(spectra)[None]]
+        )
         x, y, z = self.tangential.inverse(spectra, q.shape[-2:])
         return jnp.stack([x, y]), z
 
-    def _along(self, spectra: Array) -> Array:
-        """``along`` of spectra of a traction, (2, ...)."""
+    def _tangential_from_tangential(self, spectra: Array) -> Array:
+        """``tangential_from_tangential`` of spectra of a traction, (2, ...)."""
         (xx, yy, xy), (x, y) = self.tangential.plane, spectra
         return jnp.stack([xx * x + xy * y, xy * x + yy * y])
 
-    def _sunk(self, spectra: Array) -> Array:
-        """``sunk`` of spectra of a traction, (...)."""
+    def _normal_from_tangential(self, spectra: Array) -> Array:
+        """``normal_from_tangential`` of spectra of a traction, (...)."""
         assert self.tangential.coupling is not None
         return jnp.sum(-1j * self.tangential.coupling * spectra, 0)
 
@@ -153,7 +159,7 @@ class CoupledFamily:
         """sum_m weights_m K_m, one weight for each."""
         return jax.tree.map(lambda a: jnp.tensordot(weights, a, 1), self.members)
 
-    def drawn_by(self, fields: Array) -> Array:
+    def tangential_from_earlier(self, fields: Array) -> Array:
         """Tangential displacement under all but the first member's fields, (M, 3, nx, ny) of q_x, q_y and p."""
         total = jnp.zeros((2, *fields.shape[-2:]))
         if not fields.shape[0]:
@@ -165,7 +171,7 @@ class CoupledFamily:
             moved = moved + jnp.sum(1j * self.members.coupling[1:] * p[:, None], 0)
         return self.members.inverse(moved, fields.shape[-2:])
 
-    def sunk_by(self, fields: Array) -> Array:
+    def normal_from_earlier(self, fields: Array) -> Array:
         """Normal displacement under the tangential ones of those fields, (nx, ny)."""
         if not fields.shape[0] or self.members.coupling is None:
             return jnp.zeros(fields.shape[-2:])

@@ -118,8 +118,8 @@ class Rubbed(Operator):
     def preconditioner(self) -> Linear:
         return self.moving.preconditioner()
 
-    def held_compliance(self) -> Array:
-        return self.moving.held_compliance()
+    def confined_compliance(self) -> Array:
+        return self.moving.confined_compliance()
 
     def window_shape(self, shape: tuple[int, ...]) -> None:
         """None, as of ``Moving``."""

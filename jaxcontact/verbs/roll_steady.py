@@ -207,7 +207,7 @@ def _numbers(
     """All that is shown, scaled, by the names of the result."""
     pressed, sheared = rolled.pressed, rolled.sheared
     return contact_outcome(contact.pressed(sheared.traction), pressed) | {
-        "displacement": pressed.displacement + contact.surface.sunk(sheared.traction),
+        "displacement": pressed.displacement + contact.surface.normal_from_tangential(sheared.traction),
         "traction": sheared.traction,
         "slip_ratio": sheared.slip / way,
         "stick": sheared.stick,

@@ -125,16 +125,16 @@ def rub(
         '200.0 um3'
     """
     experiment = functools.partial(
-        Rubs.of, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path, friction=friction,
-        wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
-        checkpoint=checkpoint,
+        RubExperiment.of, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path,
+        friction=friction, wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance,
+        max_iterations=max_iterations, save=save, checkpoint=checkpoint,
     )  # fmt: skip
     history = _refined(experiment) if substeps == "auto" else marched(experiment(substeps=substeps))
     announce(history, stacklevel=2)
     return history
 
 
-def _refined(experiment: Callable[..., Rubs]) -> RubbingHistory:
+def _refined(experiment: Callable[..., RubExperiment]) -> RubbingHistory:
     """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last; without warnings."""
     for substeps in REFINED:
         rubs = experiment(substeps=substeps)
@@ -150,7 +150,7 @@ def _refined(experiment: Callable[..., Rubs]) -> RubbingHistory:
 
 
 @pytree
-class Rubs(TimedExperiment):
+class RubExperiment(TimedExperiment):
     """A rubbing, by the arguments of ``rub``; thickest is a number; one of velocity and path is None, path (nt, 2)."""
 
     velocity: Array | None

@@ -16,7 +16,9 @@ from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
 
 N = 5
-solve = jax.jit(lambda p, start: friction.solve(p, start, p.operator.along(start), 1e-10, 300))
+solve = jax.jit(
+    lambda p, start: friction.solve(p, start, p.operator.tangential_from_tangential(start), 1e-10, 300)
+)
 
 
 @functools.cache

@@ -59,13 +59,17 @@ def test_the_operator_is_the_sum_over_cells():
     xx, yy, xy = at(kernels.xx, 0, 0), at(kernels.yy, 0, 0), at(kernels.xy, 1, 1)
     x, y = at(kernels.x, 1, 0), at(kernels.y, 0, 1)
     along = [sum_of(xx, q[0]) + sum_of(xy, q[1]), sum_of(xy, q[0]) + sum_of(yy, q[1])]
-    np.testing.assert_allclose(operator.along(jnp.asarray(q)), along, rtol=ROUND_OFF, atol=ROUND_OFF)
-    np.testing.assert_allclose(operator.drawn(jnp.asarray(p)), [sum_of(x, p), sum_of(y, p)], atol=ROUND_OFF)
     np.testing.assert_allclose(
-        operator.sunk(jnp.asarray(q)), -sum_of(x, q[0]) - sum_of(y, q[1]), atol=ROUND_OFF
+        operator.tangential_from_tangential(jnp.asarray(q)), along, rtol=ROUND_OFF, atol=ROUND_OFF
     )
-    assert np.sum(operator.drawn(jnp.asarray(p)) * q) == pytest.approx(
-        float(np.sum(operator.sunk(jnp.asarray(q)) * p)), rel=ROUND_OFF
+    np.testing.assert_allclose(
+        operator.tangential_from_normal(jnp.asarray(p)), [sum_of(x, p), sum_of(y, p)], atol=ROUND_OFF
+    )
+    np.testing.assert_allclose(
+        operator.normal_from_tangential(jnp.asarray(q)), -sum_of(x, q[0]) - sum_of(y, q[1]), atol=ROUND_OFF
+    )
+    assert np.sum(operator.tangential_from_normal(jnp.asarray(p)) * q) == pytest.approx(
+        float(np.sum(operator.normal_from_tangential(jnp.asarray(q)) * p)), rel=ROUND_OFF
     )
 
 

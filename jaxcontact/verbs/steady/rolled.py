@@ -55,7 +55,7 @@ class RolledSurface:
             spectra = spectra + self.coupling * tangential.transform(p)
         return tangential.inverse(spectra, p.shape)
 
-    def sunk(self, q: Array) -> Array:
+    def normal_from_tangential(self, q: Array) -> Array:
         """Normal displacement under a tangential traction, (nx, ny)."""
         if self.coupling is None:
             return jnp.zeros(q.shape[-2:])

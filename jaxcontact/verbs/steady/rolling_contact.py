@@ -74,13 +74,13 @@ class RollingContact:
 
     def pressed(self, traction: Array) -> Problem:
         """The normal problem under a traction."""
-        gap = self.profile + self.surface.sunk(traction)
+        gap = self.profile + self.surface.normal_from_tangential(traction)
         return Problem(self.surface.normal, gap, self.target, jnp.min(self.profile), self.load_controlled)
 
     def sheared(self, traction: Array, pressure: Array) -> tuple[TangentialProblem, Array]:
         """Return the tangential problem of the next step, after a traction, and the relaxed displacement under that."""
         moved, relaxed = self.surface.moved(traction, pressure), self.surface.relaxed
-        displacement = relaxed.along(traction)
+        displacement = relaxed.tangential_from_tangential(traction)
         drift = moved - ahead(moved, self.way) - displacement
         bound, target = self.coefficient * pressure, self.tangential_target
         problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
