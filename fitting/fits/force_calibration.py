@@ -15,8 +15,8 @@ from collections.abc import Callable
 from typing import Any
 
 from fitting.fits.force_search import ApproachCurve
-from fitting.inference import evidence, student
-from fitting.inference.conclusion import FitProblem
+from fitting.inference import student
+from fitting.inference.conclusion import FitProblem, with_intervals
 
 STEP = 0.02  # relative change of the sensitivity in the difference quotient
 KINDS = ("spring_constant", "sensitivity")
@@ -64,8 +64,7 @@ def widened(
         " the modulus"
     )
     return {
-        "intervals": intervals,
-        "identified": evidence.identified(intervals, problem.sought.table, problem.level, fields["refused"]),
+        **with_intervals(problem, intervals, fields["refused"]),
         "sd_log": {"G": math.hypot(fields["sd_log"]["G"], total)},
         "notes": (*fields["notes"], note),
     }

@@ -117,6 +117,12 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     return Conclusion(_fields(problem, solved, quality, found, assessment.slopes), ends, assessment)
 
 
+def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
+    """Return the fields of a fit that depend on its intervals, for intervals that were changed after ``conclude``."""
+    found = evidence.identified(intervals, problem.sought.table, problem.level, refused)
+    return {"intervals": intervals, "identified": found}
+
+
 def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
     """Undo the scaling; ends (m, 2): of the intervals; slopes (n, k): whitened Jacobian of the free coordinates
     (``evidence.Assessment``)."""

@@ -149,42 +149,43 @@ def _rounds(
         limit = jnp.where(needed, max_iterations, 0)
         return _uncoupled(problem, pressure, traction, tolerance, limit)
 
-    def further(s: _RoundSearch) -> _RoundSearch:
-        y, goal = _next(s), jnp.clip(TIGHTER * s.share * s.unsettled, FINAL * tolerance, LOOSE)
-        left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
-        pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
-        same = again & jnp.all(pressed.pressure == before.normal.pressure)
-        tangential_shift = jax.lax.cond(
-            same,
-            lambda: before.tangential_shift,
-            lambda: problem.operator.tangential_from_normal(pressed.pressure),
-        )
-        tangential, start = problem.sheared(pressed.pressure, tangential_shift), before.tangential
-        left = left - pressed.iterations
-        sheared = friction.solve(tangential, start.traction, start.displacement, goal, left)
-        same = jnp.all(sheared.traction == start.traction)
-        normal_shift = jax.lax.cond(
-            same,
-            lambda: before.normal_shift,
-            lambda: problem.operator.normal_from_tangential(sheared.traction),
-        )
-        pressed = _under_new_traction(problem, pressed, normal_shift)
-        error = jnp.where(friction.held(tangential), sheared.error, 0.0)
-        error = jnp.maximum(pressed.error, error)
-        taken = before.taken + pressed.iterations + sheared.iterations
-        found = Round(
-            pressed, sheared, tangential_shift, normal_shift, taken, before.rounds + 1, error <= tolerance
-        )
-        slow = (error > SLOW * s.error) & again
-        share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
-        given, changes = _pushed(s.given, y), _pushed(s.change, normal_shift - y)
-        return _RoundSearch(found, given, changes, share, error, pressed.error)
-
     def going(s: _RoundSearch) -> Array:
         more = ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
         return needed & (more | (s.round.rounds == 0))
 
+    further = lambda s: _further_round(problem, s, tolerance, max_iterations)
     return jax.lax.while_loop(going, further, _begin(problem, pressure, traction)).round
+
+
+def _further_round(
+    problem: SlipProblem, s: _RoundSearch, tolerance: Array, max_iterations: Array
+) -> _RoundSearch:
+    """Solve the normal problem under the extrapolated normal displacement, then the tangential one under its pressure."""
+    y, goal = _next(s), jnp.clip(TIGHTER * s.share * s.unsettled, FINAL * tolerance, LOOSE)
+    left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
+    pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
+    tangential_shift = jax.lax.cond(
+        again & jnp.all(pressed.pressure == before.normal.pressure),
+        lambda: before.tangential_shift,
+        lambda: problem.operator.tangential_from_normal(pressed.pressure),
+    )
+    tangential, start = problem.sheared(pressed.pressure, tangential_shift), before.tangential
+    left = left - pressed.iterations
+    sheared = friction.solve(tangential, start.traction, start.displacement, goal, left)
+    normal_shift = jax.lax.cond(
+        jnp.all(sheared.traction == start.traction),
+        lambda: before.normal_shift,
+        lambda: problem.operator.normal_from_tangential(sheared.traction),
+    )
+    pressed = _under_new_traction(problem, pressed, normal_shift)
+    error = jnp.maximum(pressed.error, jnp.where(friction.held(tangential), sheared.error, 0.0))
+    taken = before.taken + pressed.iterations + sheared.iterations
+    settled = error <= tolerance
+    found = Round(pressed, sheared, tangential_shift, normal_shift, taken, before.rounds + 1, settled)
+    slow = (error > SLOW * s.error) & again
+    share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
+    given, changes = _pushed(s.given, y), _pushed(s.change, normal_shift - y)
+    return _RoundSearch(found, given, changes, share, error, pressed.error)
 
 
 def _uncoupled(

@@ -30,7 +30,7 @@ def operator():
     zero = jnp.zeros((N, N))
     made = Coupled(None, Tangential.of(SurfaceKernels(**kernels, x=zero, y=zero), coupled=False))
     units = jnp.eye(2 * N * N).reshape(-1, 2, N, N)
-    return made, np.asarray(jax.vmap(made.along)(units)).reshape(2 * N * N, -1)
+    return made, np.asarray(jax.vmap(made.tangential_from_tangential)(units)).reshape(2 * N * N, -1)
 
 
 def drawn_problem(seed, load_controlled):
