@@ -80,7 +80,7 @@ def layers() -> Figure:
         radii, shares = np.array(ours).T
         compare(ax, a / h, exact, radii / h, shares)
         ax.annotate(
-            f"layer {ratio:g} times\nas stiff", (a[8] / h, exact[8]), xytext=(0, 10 if ratio < 1 else -30),
+            f"layer {ratio:g} times\nas stiff", (a[0] / h, exact[0]), xytext=(0, 10 if ratio < 1 else -30),
             textcoords="offset points", fontsize=8,
         )  # fmt: skip
     ax.set(xscale="log", yscale="log")

@@ -36,8 +36,8 @@ from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, produ
 
 DEFAULT_TERMS = 6  # where the thickness is not known yet, within jit and grad
 FEWER, MOST_TERMS = (3, 4, 5, 6), 8  # the first of these whose error is below ENOUGH, or the last
-ENOUGH = 1e-4
-THINNEST = 1e-7  # cells: stands for a film of no thickness
+ENOUGH = 1e-5
+THINNEST = 1e-9  # cells: stands for a film of no thickness
 SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
 WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 
