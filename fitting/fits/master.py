@@ -9,9 +9,9 @@ import numpy as np
 
 from fitting.data.curves import CreepData
 from fitting.data.moduli import OscillationData
-from fitting.fits.master_data import checked, sweeps_of
+from fitting.fits.master_data import SAME, checked, sweeps_of
 from fitting.fits.master_search import LAWS, Shifting, initial_shifts
-from fitting.fits.master_verdict import MasterSample, apart, deviation, off_law
+from fitting.fits.master_verdict import STRAYED, MasterSample, apart, deviation, exceeds, off_law, strayed
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
@@ -23,6 +23,12 @@ from fitting.search.uncertainty import linear_sd
 from fitting.views import master_picture
 
 LABEL = "equal errors relative to the modulus"
+ERRANT = (
+    "the shift factors deviate from the law by {:.2g} K (rms), more than chance: the intervals include errors of the"
+    " temperatures of this size"
+)
+COLD = 230.0  # K, below which a set of temperatures is more often one in degrees Celsius
+ROUNDED = 0.01  # deviation from a law [K] below which the temperatures are taken as exact
 AVOGADRO = 6.02214076e23  # 1/mol, exact
 
 
@@ -50,6 +56,7 @@ class MasterFit(Fit):
     shifting: Shifting = dataclasses.field(repr=False)
     theta: np.ndarray = dataclasses.field(repr=False)
     slopes: np.ndarray = dataclasses.field(repr=False)
+    strayed: np.ndarray = dataclasses.field(repr=False)
 
     @property
     def oscillation(self) -> bool:
@@ -73,6 +80,11 @@ class MasterFit(Fit):
         """The symbol and the unit of the abscissa of the master curve."""
         return "ln(omega a_T)", "rad/s"
 
+    def covariance(self) -> np.ndarray:
+        """Return the covariance of the parameters (k, k), errors of the temperatures included where they are seen."""
+        errors = self.estimate.best[:, None] * self.strayed
+        return super().covariance() + errors @ errors.T
+
     def factor(self, temperature: float) -> tuple[float, float, float]:
         """Return a_T by the law at a temperature [K], and the limits of its interval."""
         found = log_factors(self.model, list(self.values.values()), self.reference, np.array([temperature]))
@@ -80,12 +92,15 @@ class MasterFit(Fit):
         gradient[0, : len(self.values)] = np.asarray(found[1])[0]
         free = self.shifting.space().free
         sd = linear_sd(self.slopes, gradient[:, free], np.ones(free.size, dtype=bool))[0]
-        wide = student.two_sided(self.level) * float(sd)
+        own = float(np.linalg.norm(gradient[0, : len(self.values)] @ self.strayed))
+        wide = student.two_sided(self.level) * math.hypot(float(sd), own)
         with np.errstate(over="ignore"):
             return math.exp(log), float(np.exp(log - wide)), float(np.exp(log + wide))
 
     def predict(self, at: Any, temperature: float | None = None) -> np.ndarray:
         """Return the modulus of the master curve at a temperature [K], by default the reference; nan outside the data.
+
+        Where vertical factors were fitted, that of the temperature is interpolated; it is nan outside the temperatures.
 
         at (k,): angular frequencies [rad/s], for G' + i G'' [Pa]; or times [s], for G(t) [Pa] or J(t) [1/Pa].
         """
@@ -93,6 +108,9 @@ class MasterFit(Fit):
         at = np.asarray(at, dtype=float)
         log = math.log(self.factor(T)[0])
         values = self._master((np.log(at) if self.oscillation else -np.log(at)) + log)
+        if self.shifting.vertical:
+            lift = np.interp(T, self.temperatures, np.log(self.vertical), left=np.nan, right=np.nan)
+            values = values - lift * (np.arange(len(values)) == 0)[:, None]  # nan in every part
         return self._moduli(values)
 
     def _moduli(self, values: np.ndarray) -> np.ndarray:
@@ -111,6 +129,9 @@ class MasterFit(Fit):
         """Return the data of one of ``temperatures``, shifted by the law: reduced frequencies [rad/s] or times [s] (k,), and
         moduli or compliances (k,), G' and G'' for an oscillation."""
         k = int(np.argmin(np.abs(self.temperatures - temperature)))
+        if not abs(self.temperatures[k] - temperature) <= SAME:
+            shown = ", ".join(f"{T:.5g}" for T in self.temperatures)
+            raise ValueError(f"temperature: expected one of {shown} K, got {temperature:g}")
         s = self.shifting.sweeps
         on = (s.which == k) & (s.part == 0)
         x = s.x[on] + math.log(self.law_factors[k])
@@ -225,12 +246,13 @@ def fit_master(
 
 
 class Superposed(NamedTuple):
-    """A finished superposition: the search, its optimum theta and ln a_T (m,), and the conclusion."""
+    """A finished superposition: the search, its optimum theta and ln a_T (m,), the conclusion, and ``_strayed``."""
 
     shifting: Shifting
     theta: np.ndarray
     shifts: np.ndarray
     found: Conclusion
+    strayed: np.ndarray
 
 
 def _superposed(
@@ -250,12 +272,55 @@ def _superposed(
     solved = least_squares(problem, shifting.objective, [shifting.first()])
     best, objective = solved.whole
     traced = np.arange(best.theta.size) < shifting.count[0]
-    profile = lambda assessment: profiles.profile(objective, best, assessment.levels(), traced)
     shifts = shifting.shifts(best.theta)[0]
+    own = (
+        np.zeros((shifting.count[0], shifts.size)) if free is None else _strayed(free, shifting, best, level)
+    )
+    profile = lambda assessment: _widened(
+        profiles.profile(objective, best, assessment.levels(), traced), best.theta, own, problem
+    )
     against, notes = apart(shifting, best.theta) if free is None else _off(free, shifting, best, shifts)
-    notes = (*(note for one in curves for note in one.notes), *notes)
+    if free is not None and np.any(own):
+        notes = (*notes, ERRANT.format(deviation(sweeps.temperature, shifts, free.shifts)))
+    notes = (*(note for one in curves for note in one.notes), *_cold(sweeps.temperature), *notes)
     found = conclude(problem, solved._replace(profile=profile, against=against, notes=notes))
-    return Superposed(shifting, best.theta, shifts, found)
+    return Superposed(shifting, best.theta, shifts, found, own)
+
+
+def _cold(temperature: np.ndarray) -> tuple[str, ...]:
+    """Return a note on temperatures (m,) that may be in degrees Celsius."""
+    if temperature[-1] >= COLD:
+        return ()
+    ends = f"{temperature[0]:.5g} to {temperature[-1]:.5g} K"
+    return (f"the temperatures are {ends}: if they are in °C, add 273.15, or law and reference are wrong",)
+
+
+def _strayed(free: Superposed, lawful: Shifting, best: Best, level: float) -> np.ndarray:
+    """Return the changes (k, m) of the coordinates of a law by errors of the temperatures, for the normal quantile; zero
+    where the deviation from the law is chance."""
+    shifts, inner = lawful.shifts(best.theta)
+    some = np.flatnonzero(lawful.space().free < lawful.count[0])
+    q, found = shifts.size - 1 - some.size, np.zeros(inner.T.shape)
+    own, T, place = free.found.assessment.evidence, lawful.sweeps.temperature, lawful.sweeps.reference
+    dof = best.residual.size - own.p
+    away, slopes = deviation(T, shifts, free.shifts), free.found.assessment.slopes
+    if not (q > 0 and some.size and away > ROUNDED):
+        return found
+    if not exceeds(best.rss - own.rss, q, own.rss, dof, STRAYED):
+        return found
+    rows = lawful.space().free[some]
+    found[rows] = strayed(T, place, shifts, inner[:, rows], slopes, away)
+    return found * student.two_sided(level, q) / student.two_sided(level)
+
+
+def _widened(ends: np.ndarray, theta: np.ndarray, own: np.ndarray, problem: FitProblem) -> np.ndarray:
+    """Return interval ends (k, 2) that include the changes ``own`` (k, m) of the coordinates."""
+    k = len(own)
+    extra = student.two_sided(problem.level) * np.linalg.norm(own, axis=1)
+    low, high = theta[:k] - ends[:k, 0], ends[:k, 1] - theta[:k]
+    wide = np.stack([theta[:k] - np.hypot(low, extra), theta[:k] + np.hypot(high, extra)], -1)
+    bounds = problem.space
+    return np.concatenate([np.clip(wide, bounds.lower[:k, None], bounds.upper[:k, None]), ends[k:]])
 
 
 def _off(
@@ -276,8 +341,11 @@ def _finished(lawful: Superposed, free: Superposed) -> MasterFit:
     own, T, place = free.found.fields, lawful.shifting.sweeps.temperature, lawful.shifting.sweeps.reference
     ends = np.array([own["intervals"][name] for name in own["values"]])
     factors = np.insert(np.column_stack([list(own["values"].values()), ends]), place, 1.0, axis=0)
+    sd = lawful.found.fields["sd_log"]
+    errors = zip(sd.items(), np.linalg.norm(lawful.strayed, axis=1).tolist(), strict=True)
     return lawful.found.fit(
         MasterFit, temperatures=T, factors=factors, vertical=np.exp(lawful.shifting.verticals(lawful.theta)),
         reference=float(T[place]), deviation=deviation(T, lawful.shifts, free.shifts), shifting=lawful.shifting,
-        theta=lawful.theta, slopes=lawful.found.assessment.slopes,
+        theta=lawful.theta, slopes=lawful.found.assessment.slopes, strayed=lawful.strayed,
+        sd_log={name: math.hypot(own, one) for (name, own), one in errors},
     )  # fmt: skip

@@ -14,6 +14,7 @@ SIMILAR = (
     0.03  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
 )
 NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
+STRAYED = 0.05  # probability above which a deviation from a law counts as chance in the intervals
 WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
 
 
@@ -68,9 +69,9 @@ def _parabolas(sweeps: Sweeps) -> np.ndarray:
     return np.stack(columns, -1)
 
 
-def exceeds(rise: float, q: int, rss: float, dof: int) -> bool:
+def exceeds(rise: float, q: int, rss: float, dof: int, chance: float = CHANCE) -> bool:
     """Return whether q further parameters lower the RSS by more than chance (F test); rss: with them, of dof."""
-    return bool(dof > 0 and special.fdtrc(q, dof, rise / q * dof / max(rss, 1e-300)) < CHANCE)
+    return bool(dof > 0 and special.fdtrc(q, dof, max(rise, 0.0) / q * dof / max(rss, 1e-300)) < chance)
 
 
 def deviation(temperature: np.ndarray, law: np.ndarray, free: np.ndarray) -> float:
@@ -80,6 +81,24 @@ def deviation(temperature: np.ndarray, law: np.ndarray, free: np.ndarray) -> flo
     """
     off = free - law - np.mean(free - law)
     return float(np.sqrt(np.mean((off / np.gradient(law, temperature)) ** 2)))
+
+
+def strayed(
+    temperature: np.ndarray, place: int, law: np.ndarray, rise: np.ndarray, slopes: np.ndarray, away: float
+) -> np.ndarray:
+    """Return how errors of every temperature (m,), of the size that the deviation from a law shows, change its coordinates
+    (k, m).
+
+    law (m,): ln a_T; rise (m, k): its derivatives; place: of the reference temperature; slopes (n, c): derivatives of the
+    residuals with free shift factors, which come first; away: deviation [K]. The squares of a row add up to the variance.
+    """
+    m, k = rise.shape
+    others = np.delete(np.arange(m), place)
+    Q = np.linalg.qr(slopes[:, m - 1 :])[0]
+    root = slopes[:, : m - 1] - Q @ (Q.T @ slopes[:, : m - 1])
+    moved = np.eye(m)[others] - np.eye(m)[place]  # an error of the reference moves all others
+    size = away * np.sqrt(m / (m - 1.0 - k)) * np.abs(np.gradient(law, temperature))
+    return np.linalg.lstsq(root @ rise[others], root @ moved, rcond=None)[0] * size
 
 
 def off_law(name: str, away: float, rise: float, q: int, rss: float, dof: int) -> tuple[str, ...]:

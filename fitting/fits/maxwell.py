@@ -18,6 +18,10 @@ from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Sought
 
+UNRELAXED = (
+    "Ge is the modulus that has not relaxed within the data ({:.3g} s): whether it relaxes later the data do not show,"
+    " and its interval does not include"
+)
 BEYOND = 10.0**0.5  # factor by which the range of chosen times exceeds that of the data at either end
 
 
@@ -58,7 +62,8 @@ def fit_maxwell(
             half a decade beyond, in the number with the lowest BIC (at most three per decade), and records them in a note.
         weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("relative" by default); or
         sigma: the known standard deviation [Pa], a number or (n,).
-        equilibrium: whether the equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows.
+        equilibrium: whether the equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows. With chosen times
+            Ge includes whatever relaxes later than the data, and its interval does not allow for that.
         nu: Poisson's ratio that the returned material is given.
         level: confidence level of the intervals.
 
@@ -93,6 +98,8 @@ def fit_maxwell(
     problem = FitProblem(data, sought, space, sample, duration, level)
     of = lambda weights: objective(weights[:, None] * A * space.unit, weights * sample.measured, space)
     solved = least_squares(problem, of, [np.zeros(space.unit.size)])
+    if notes and equilibrium and solved.theta[0] > 0.0:
+        notes.insert(0, UNRELAXED.format(_span(relaxed, at)[1] / BEYOND))
     kept = landscape(space, solved, A, sample.measured)
     found = conclude(problem, solved._replace(notes=notes, landscape=kept))
     return found.fit(MaxwellFit, starts=(1, 1))

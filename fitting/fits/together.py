@@ -5,6 +5,7 @@ The intervals are profile likelihoods in which the error scale of each test is h
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,12 +18,16 @@ from fitting.fits import joint_search, modulus
 from fitting.fits.creep import creep_sample
 from fitting.fits.joint_search import Part, Tests
 from fitting.inference.conclusion import FitProblem, conclude
+from fitting.inference.correlation import within
+from fitting.inference.evidence import Solved
 from fitting.inference.result import Fit
 from fitting.models.history import Step, merge
 from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import padding
 from fitting.views import fit_picture
 
+OFFSET = 2.0  # mean residual of a test over the scatter of its points, above which the tests disagree
+LEAST = 1e-3  # relative offset below which tests agree
 SHARES = (0.1, 0.5, 0.9)
 
 
@@ -119,12 +124,32 @@ def fit_together(
     solved = solved._replace(
         landscape=space.landscape(best.theta, objective.residual),
         notes=[note for one in data for note in one.notes],
+        against=_offsets(tests, solved),
     )
     found = conclude(dataclasses.replace(problem, sample=tests), solved)
     return found.fit(
         JointFit, starts=(best.starts, best.agreed), curves=tests.curves(solved),
         errors=tuple(tests.errors.tolist()),
     )  # fmt: skip
+
+
+def _offsets(tests: Tests, solved: Solved) -> tuple[str, ...]:
+    """Return the tests whose residuals have one sign and are large compared with the scatter of neighbours.
+
+    The error scale of such a test grows until it hardly counts, as where an area or a gap is wrong.
+    """
+    found = []
+    for sample, own in tests.each(solved):
+        jumps = np.diff(own.residual)[within(sample.blocks)]
+        scatter = math.sqrt(float(jumps @ jumps) / (2.0 * jumps.size)) if jumps.size else math.inf
+        mean = float(np.mean(own.residual))
+        share = float(np.mean(own.residual / sample.weights) / np.mean(np.abs(sample.measured)))
+        if abs(mean) > OFFSET * scatter and abs(share) > LEAST:
+            found.append(
+                f"the tests disagree: {sample.name} is off by {100 * abs(share):.2g} % on average, {abs(mean) / scatter:.2g}"
+                " times the scatter of its points"
+            )
+    return tuple(found)
 
 
 def _check(data: tuple, structure: Structure) -> None:

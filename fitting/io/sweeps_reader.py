@@ -26,6 +26,7 @@ from fitting.io.table import Block, Table, read_table
 TEMPERATURE = Wanted("temperature", ("temperature",))
 ZERO = 273.15  # K, of the Celsius scale
 STEP = 1.5  # change [K] between neighbouring rows that begins a test at another temperature
+DRIFT = 5.0  # largest range of the temperatures [K] of a curve
 LEAST = 5  # fewest points of a curve
 DEGREES = "|".join(map(re.escape, sorted((*CELSIUS, "K"), key=len, reverse=True)))
 STATED = (
@@ -61,7 +62,8 @@ def read_sweeps(
         A list of curves in SI, each with its ``temperature``.
 
     Raises:
-        ValueError: a file that cannot be read, or that states no temperature, in a message of one line.
+        ValueError: a file that cannot be read, that states no temperature, or whose temperature changes by more than 5 K
+            within a curve, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -138,6 +140,11 @@ def _held(path: str, part: Series, units: dict) -> float:
         raise ValueError(
             f"{path}: column {column.label!r}: expected a temperature in °C or K, got neither: give"
             " units={'temperature': 'C'} or 'K'"
+        )
+    if np.nanmax(T) - np.nanmin(T) > DRIFT:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected one temperature within a curve, got {np.nanmin(T):g} to"
+            f" {np.nanmax(T):g}: a ramp cannot be superposed"
         )
     zero = 0.0 if unit.strip("[]() ").casefold() == "k" else ZERO
     return round(float(np.nanmedian(T)) + zero, 6)

@@ -1,5 +1,6 @@
 """Time-temperature superposition: simulated polymers with known shift factors, written here again in closed form."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -224,3 +225,57 @@ def test_the_shell_chooses_the_law_and_writes_the_factors(tmp_path, capsys):
         main(one)
     with pytest.raises(ValueError, match="--fix, --bound: expected a --law"):
         main(["master", file, "--fix", "c1=8", "-o", str(tmp_path / "third")])
+
+
+def strayed(law, error, seed):
+    """Curves whose temperatures differ from those stated by random errors [K]."""
+    rng, found = np.random.default_rng(seed), []
+    for T in TEMPERATURES:
+        s = 1j * OMEGA[:, None] * shift(law, T + error * rng.standard_normal()) * TAU
+        noise = 1.0 + 0.01 * (rng.standard_normal(OMEGA.size) + 1j * rng.standard_normal(OMEGA.size))
+        whole = (s / (1.0 + s)) @ G * noise
+        found.append(fitting.OscillationData(OMEGA, whole.real, whole.imag, temperature=T))
+    return found
+
+
+@pytest.mark.parametrize("law, name", [("Arrhenius", "activation_energy"), ("WLF", "c1")])
+def test_errors_of_the_temperatures_enter_the_intervals(law, name):
+    """Errors of 0.2 K, which temperature control leaves, shift a law by more than the noise of the moduli does."""
+    fits = [fitting.fit_master(strayed(law, 0.2, seed), law, reference=REFERENCE) for seed in range(8)]
+    assert all(fit.verdict == "accepted" for fit in fits)
+    inside = [fit.intervals[name][0] < TRUTH[law][name] < fit.intervals[name][1] for fit in fits]
+    at = [fit.factor(425.0) for fit in fits]
+    shifted = [low < shift(law, 425.0) < high for _, low, high in at]
+    assert sum(inside) >= 7 and sum(shifted) >= 7
+    assert any("include errors of the temperatures" in note for note in fits[0].notes)
+    band = fitting.propagate(fits[0], lambda found: found.log_factor(425.0))
+    assert (band.low, band.high) == pytest.approx(tuple(np.log(at[0][1:])), rel=1e-3)
+
+
+def test_temperatures_in_degrees_celsius_are_noted():
+    """The same rise of 20 degrees means another activation energy at 150 K than at 150 degrees Celsius."""
+    noisy = curves("Arrhenius", noise=0.01)[:3]
+    cold = [dataclasses.replace(one, temperature=one.temperature - 273.15) for one in noisy]
+    notes = fitting.fit_master(cold, "Arrhenius").notes
+    assert any("if they are in °C, add 273.15" in note for note in notes)
+    assert not any("°C" in note for note in fitting.fit_master(noisy, "Arrhenius").notes)
+
+
+def test_the_prediction_at_a_temperature_includes_its_vertical_factor():
+    lifted = curves(noise=0.003, lift=lambda T: (REFERENCE / T) ** 2)
+    fit = fitting.fit_master(lifted, reference=REFERENCE, vertical=True)
+    T = float(TEMPERATURES[-1])
+    s = 1j * OMEGA[5:10, None] * shift("WLF", T) * TAU
+    expected = (REFERENCE / T) ** 2 * (s / (1.0 + s)) @ G
+    assert np.abs(fit.predict(OMEGA[5:10], T) / expected - 1.0).max() < 0.02
+    assert np.isnan(fit.predict(OMEGA[5:10], T + 5.0)).all()
+    with pytest.raises(ValueError, match=r"temperature: expected one of 380, .* 440 K, got 500"):
+        fit.shifted(500.0)
+
+
+def test_a_temperature_ramp_is_no_curve(tmp_path):
+    path = tmp_path / "ramp.csv"
+    rows = "".join(f"{w},{w},{w},{130.0 + w}\n" for w in range(1, 12))
+    path.write_text("omega [rad/s],G' [Pa],G'' [Pa],T [°C]\n" + rows)
+    with pytest.raises(ValueError, match="expected one temperature within a curve, got 131 to 141"):
+        fitting.read_sweeps(path)

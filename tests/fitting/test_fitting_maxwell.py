@@ -138,3 +138,14 @@ def test_the_shell(tmp_path, capsys, kind):
         main([*words[:-1], str(tmp_path / "other"), "--fix", "G1=1"])
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["verdict"] == "accepted" and "Ge_Pa" in summary["parameters"]
+
+
+def test_a_plateau_that_relaxes_after_the_data_is_noted():
+    """A liquid of 1e5 Pa with 100 s, measured to 1 s, looks like a solid; the data cannot show which it is."""
+    t = np.geomspace(0.01, 1.0, 40)
+    modulus = 1e5 * (np.exp(-t / 100.0) + np.exp(-t / 0.1))
+    noise = 1.0 + 0.01 * np.random.default_rng(2).standard_normal(t.size)
+    fit = fitting.fit_maxwell(fitting.RelaxationData(t, modulus * noise, start=0.0))
+    assert fit.intervals["Ge"][0] > 0.0 and "not relaxed within the data (1 s)" in " ".join(fit.notes)
+    fluid = fitting.fit_maxwell(fitting.RelaxationData(t, 1e5 * np.exp(-t / 0.1) * noise, start=0.0), [0.1])
+    assert not any("not relaxed" in note for note in fluid.notes)

@@ -136,3 +136,12 @@ def test_a_point_that_would_determine_a_parameter_alone_is_no_outlier():
     leverage is taken over by the creep test. With its leverage in the relaxation 9 of 10 of these fits were rejected."""
     found = coverage.covered(coverage.Row("StandardLinearSolid", 21, "relative", "even", "together"), 10)
     assert found.refused <= 0.1
+
+
+def test_tests_that_differ_by_a_factor_are_rejected():
+    """A wrong area of one test: neither modulus may pass as that of both."""
+    creep, sweep = two_tests(0, of_sweep=0.01)
+    stiff = fitting.OscillationData(sweep.omega, 1.1 * sweep.storage, 1.1 * sweep.loss)
+    fit = fitting.fit_together([creep, stiff], "Burgers")
+    assert fit.verdict == "rejected" and "the tests disagree" in " ".join(fit.refused)
+    assert fitting.fit_together([creep, sweep], "Burgers").verdict == "accepted"
