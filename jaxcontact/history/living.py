@@ -72,7 +72,8 @@ class RubStep(NamedTuple):
 
 class RubCarry(NamedTuple):
     """The carry: that of the contact; the state after the last step; work of friction per area [J/m2], (nx, ny); error: sum
-    of the estimates of all steps so far [m], (); shift: as ``Heated.shifted`` gives it, (3,); slopes: as ``_slopes`` over the last step, and last: its length [s].
+    of the estimates of all steps so far [m], (); shift: as ``Heated.shifted`` gives it, (3,); slopes: as
+    ``_slopes`` over the last step, and last: its length [s].
     """
 
     contact: PressCarry
