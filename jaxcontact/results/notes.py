@@ -56,8 +56,8 @@ class Diagnostics:
     whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
     the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
     grown beyond all its neighbours, relative to the largest growth; relative_step_error: of a film or an indenter
-    that is rubbed in place, the error by the time steps relative to the largest change of its thickness; ball_radius [m]: of a ``Sphere``, inf
-    for any other indenter.
+    that is rubbed in place, the error by the time steps relative to the largest change of its thickness; ball_radius
+    [m]: of a ``Sphere``, inf for any other indenter.
     """
 
     separation_error: Any = np.float64(0.0)
