@@ -1,7 +1,8 @@
 """Temperature of a surface that friction heats, and the reduced time in which a body creeps at it.
 
 With a shift factor a_T the body creeps in reduced time, d xi = dt/a_T, at the mean temperature of the contact: that in the
-middle of a step is extrapolated from the two steps before.
+middle of a step is extrapolated from the two steps before. A step much longer than the one before it has the temperature at
+its start: after a load that rises quickly and then stays, the temperature does not go on rising.
 """
 
 from __future__ import annotations
@@ -42,14 +43,18 @@ class Heated:
         return self.shift.log_factor(self.ambient + rise)
 
     def shifted(self, before: Array, temperature: Array | None, pressure: Array, dt: Array) -> Array:
-        """Return the log of the shift factor at the end of a step, and its rate of change over the step, (2,)."""
+        """Return the log of the shift factor at the end of a step, its rate of change over the step, and dt, (3,)."""
         if self.shift is None or temperature is None:
             return before
         now = self.log_shift(temperature, pressure)
         rate = (now - before[0]) / jnp.where(dt > 0.0, dt, jnp.inf)
-        return jnp.stack([now, rate])
+        return jnp.stack([now, rate, dt])
 
 
 def reduced(dt: Array, shift: Array) -> Array:
-    """Return the reduced time of a step, from the log of the shift factor and its rate of change over the step before."""
-    return dt * jnp.exp(-shift[0] - shift[1] * dt / 2.0)
+    """Return the reduced time of a step, from the log of the shift factor and its rate of change over the step before, and
+    the length of that step. In a step that is longer the extrapolation is less by the square of the ratio.
+    """
+    before, rate, last = shift
+    extrapolated = jnp.minimum(dt, last**2 / jnp.where(dt > 0.0, dt, jnp.inf))
+    return dt * jnp.exp(-before - rate * extrapolated / 2.0)

@@ -72,8 +72,8 @@ class RubStep(NamedTuple):
 
 class RubCarry(NamedTuple):
     """The carry: that of the contact; the state after the last step; work of friction per area [J/m2], (nx, ny); error: sum
-    of the estimates of all steps so far [m], (); shift: log of the shift factor of the body's times and its rate of change
-    [1/s], (2,); slopes: as ``_slopes`` over the last step, and last: its length [s].
+    of the estimates of all steps so far [m], (); shift: as ``Heated.shifted`` gives it, (3,); slopes: as
+    ``_slopes`` over the last step, and last: its length [s].
     """
 
     contact: PressCarry
@@ -142,7 +142,7 @@ class RubStepper(PressStepper):
         zero, none = jnp.zeros_like(self.profile), jnp.zeros(())
         temperature = None if self.heated is None else zero + self.heated.ambient
         state = RubbingState(zero, zero, self.at_first, zero, none, temperature, none)
-        return RubCarry(super().start(), state, zero, none, jnp.zeros(2), jnp.stack([zero, zero]), none)
+        return RubCarry(super().start(), state, zero, none, jnp.zeros(3), jnp.stack([zero, zero]), none)
 
     def advance(  # type: ignore[override]
         self, carry: RubCarry, step: Steps
@@ -166,7 +166,7 @@ class RubStepper(PressStepper):
             shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
-        outcome = self._outcome(carry, predicted, first, second, estimate, step)
+        outcome = self._outcome(carry, predicted, contact, first, second, estimate, step)
         return carry, self._at_the_speed(outcome, second.state, step.more.share)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
@@ -259,6 +259,7 @@ class RubStepper(PressStepper):
         self,
         carry: RubCarry,
         predicted: PredictedStep,
+        before: PressCarry,
         first: SolvedRub,
         second: SolvedRub,
         estimate: Array,
@@ -268,7 +269,7 @@ class RubStepper(PressStepper):
         numbers = contact_outcome(second.problem, solution, predicted.earlier)
         numbers |= {
             "iterations": first.solution.iterations + solution.iterations,
-            "status": self._status(second, estimate, step),
+            "status": self._status(second, before.pressure, estimate, step),
             "step_error": carry.error / self.scale.length,
         }
         numbers |= self.memory.observe(carry.contact.memory, solution.pressure, predicted.driven)
@@ -279,7 +280,7 @@ class RubStepper(PressStepper):
             shown["moved_profile"] = predicted.profile
         return Outcome(shown, numbers)
 
-    def _status(self, found: SolvedRub, estimate: Array, step: Steps) -> Array:
+    def _status(self, found: SolvedRub, before: Array, estimate: Array, step: Steps) -> Array:
         """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
         own = status_of(found.problem, found.solution, self.tolerance, self.edges)
         thickness = found.state.thickness
@@ -287,8 +288,8 @@ class RubStepper(PressStepper):
         largest = LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(thickness)), surface)
         leaps = jnp.zeros((), bool)
         if self.track is not None:
-            area = jnp.sum(found.solution.pressure > 0.0)
-            leaps = (area > 0) & self.track.leaps(step.more.move, area)
+            after = found.solution.pressure
+            leaps = self.track.leaps(step.more.move, jnp.where(jnp.any(after > 0.0), after, before) > 0.0)
         kinetic = first_of(
             ((estimate > largest) | leaps, Status.STEP_TOO_LONG),
             (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),

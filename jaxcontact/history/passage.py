@@ -43,11 +43,15 @@ class Track:
         cells = jnp.round(jax.lax.stop_gradient(move / jnp.stack(self.grid.spacing))).astype(int)
         return jnp.roll(pressure, (cells[0], cells[1]), (0, 1))
 
-    def leaps(self, move: Array, area: Array) -> Array:
-        """Return whether a move is more than ``LONGEST`` of the half-width of a contact of an area [cells]."""
+    def leaps(self, move: Array, touching: Array) -> Array:
+        """Return whether a move is more than ``LONGEST`` of the half-width of the contact in its direction.
+
+        The half-widths along x and y are those of the cells ``touching``, (nx, ny); along y there is none in plane strain.
+        """
         dx, dy = self.grid.spacing
-        squared = (area * dx / 2.0) ** 2 if self.grid.plane_strain else area * dx * dy / jnp.pi
-        return jnp.sum(move**2) > LONGEST**2 * squared
+        half = jnp.stack([jnp.sum(jnp.any(touching, 1)) * dx, jnp.sum(jnp.any(touching, 0)) * dy]) / 2.0
+        share = move / jnp.where(half > 0.0, half, jnp.inf)
+        return jnp.sum((share[:1] if self.grid.plane_strain else share) ** 2) > LONGEST**2
 
 
 def check_path(path: Any, times: Any, indenter: Any, grid: Grid) -> Verdict:

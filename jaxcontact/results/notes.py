@@ -20,6 +20,7 @@ SEPARATION_LIMIT = 1e-3
 IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
 SERIES_LIMIT = 1e-3
+STEPS = 0.1  # of the largest change of the thickness: its error by the time steps
 NARROW = 0.3  # of the growth that a cell may have above all its neighbours
 STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
 FEW_COHESIVE = 3  # cells across the zone of attraction
@@ -54,8 +55,9 @@ class Diagnostics:
     deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film
     whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
     the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
-    grown beyond all its neighbours, relative to the largest growth; ball_radius [m]: of a ``Sphere``, inf for any other
-    indenter.
+    grown beyond all its neighbours, relative to the largest growth; relative_step_error: of a film or an indenter
+    that is rubbed in place, the error by the time steps relative to the largest change of its thickness; ball_radius
+    [m]: of a ``Sphere``, inf for any other indenter.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -66,6 +68,7 @@ class Diagnostics:
     thickness_slope: Any = np.float64(0.0)
     stiff_film: Any = np.bool_(False)
     narrow_growth: Any = np.float64(0.0)
+    relative_step_error: Any = np.float64(0.0)
     ball_radius: Any = np.float64(np.inf)
 
 
@@ -90,6 +93,7 @@ class _Run(NamedTuple):
     thickness_slope: np.ndarray
     stiff_film: np.ndarray
     narrow_growth: np.ndarray
+    relative_step_error: np.ndarray
     ball_radius: np.ndarray
 
 
@@ -219,8 +223,15 @@ def _of_errors(run: _Run) -> Iterator[Note]:
 
 
 def _of_thickness(run: _Run) -> Iterator[Note]:
-    """A film whose thickness varies in the plane."""
+    """A film whose thickness varies in the plane or in time."""
     error, slope = float(run.thickness_error), float(run.thickness_slope)
+    if run.relative_step_error > STEPS and not np.any(run.status == Status.STEP_TOO_LONG):
+        yield Note(
+            f"the time steps have an estimated error of {100.0 * float(run.relative_step_error):.0f} % of the largest change"
+            ' of the thickness: use more substeps, or substeps="auto"',
+            f"estimated error of the thickness by the time steps above {100.0 * STEPS:.0f} %",
+            float(run.relative_step_error),
+        )
     limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
     if slope > limit:
         yield Note(

@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -129,16 +130,27 @@ def rub(
         friction=friction, wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance,
         max_iterations=max_iterations, save=save, checkpoint=checkpoint,
     )  # fmt: skip
-    history = _refined(experiment) if substeps == "auto" else marched(experiment(substeps=substeps))
+    history = _refined(experiment) if substeps == "auto" else _noted(experiment(substeps=substeps))
     announce(history, stacklevel=2)
     return history
+
+
+def _noted(rubs: RubExperiment) -> RubbingHistory:
+    """Return the finished history, in place with its error relative to the largest change of the thickness."""
+    history: RubbingHistory = marched(rubs)
+    if rubs.path is not None:  # the sum of the largest errors of places far apart
+        return history
+    change = jnp.max(jnp.abs(history.thickness - rubs.at_first))
+    share = jnp.where(change > 0.0, history.step_error[-1] / jnp.where(change > 0.0, change, 1.0), 0.0)
+    told = replace(history.diagnostics, relative_step_error=jax.lax.stop_gradient(share))
+    return replace(history, diagnostics=told)
 
 
 def _refined(experiment: Callable[..., RubExperiment]) -> RubbingHistory:
     """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last; without warnings."""
     for substeps in REFINED:
         rubs = experiment(substeps=substeps)
-        history: RubbingHistory = marched(rubs)
+        history = _noted(rubs)
         checks.require(
             is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
         )

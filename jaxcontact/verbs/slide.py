@@ -220,8 +220,8 @@ class Heating:
 
 
 class SlideCarry(NamedTuple):
-    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; shift: log of the
-    shift factor of the body's times and its rate of change [1/s], (2,)."""
+    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; shift: as
+    ``Heated.shifted`` gives it, (3,)."""
 
     contact: PressCarry
     depth: Array
@@ -238,7 +238,7 @@ class SlideStepper(PressStepper):
     heating: Heating | None = field(kw_only=True)
 
     def start(self) -> SlideCarry:  # type: ignore[override]
-        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool), jnp.zeros(2))
+        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool), jnp.zeros(3))
 
     def advance(  # type: ignore[override]
         self, carry: SlideCarry, step: Steps

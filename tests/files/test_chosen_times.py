@@ -55,6 +55,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         "thickness_error",
         "thickness_slope",
         "narrow_growth",
+        "relative_step_error",
         "ball_radius",
     }
     summary = json.loads((out / "summary.json").read_text())

@@ -39,3 +39,20 @@ def test_at_one_temperature_the_film_has_the_times_of_the_shifted_material():
     np.testing.assert_allclose(warm.hysteresis_force[1:], plain.hysteresis_force[1:], rtol=1e-6)
     cold = slid(FILM, None)
     assert np.abs(warm.pressure - cold.pressure).max() > 0.05 * cold.pressure.max()
+
+
+def test_a_long_step_after_a_quick_rise_of_the_load_is_at_the_temperature_of_its_start():
+    """Against steps of a twentieth: a rise of the temperature that ends with that of the load is not carried on."""
+    shift = jc.ArrheniusShift(activation_energy=1.2e-19, reference=350.0)
+    thermal = jc.Thermal(350.0, 1.0, shift=shift, diffusivity=1.2e-6)
+    film = jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=2e7, nu=0.3)
+    body = jc.LayeredHalfSpace([jc.Layer(film, 2e-6)], jc.Elastic(80e9, 0.3))
+    given = {"velocity": SPEED, "friction": 0.3, "thermal": thermal, "grid": GRID}
+    long, short = np.array([0.0, 5e-5, 1e-4, 1e-3, 1.9e-3]), np.linspace(0.0, 1.9e-3, 39)
+    coarse, fine = (
+        jc.slide(body, jc.Sphere(2e-3), jc.Load(np.minimum(times / 1e-4, 1.0) * 0.5), times, **given)
+        for times in (long, short)
+    )
+    np.testing.assert_allclose(
+        np.asarray(coarse.approach)[[3, 4]], np.asarray(fine.approach)[[20, 38]], rtol=0.02
+    )

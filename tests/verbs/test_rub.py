@@ -282,6 +282,7 @@ def test_a_contact_that_warms_creeps_in_reduced_time():
     assert off(expected) < 1e-2 * off(unshifted)
 
 
+@pytest.mark.filterwarnings("ignore:the time steps")
 @pytest.mark.parametrize(
     "velocity, path",
     [
@@ -311,3 +312,25 @@ def test_the_slope_in_the_notes_is_that_of_the_film_that_has_formed():
     run = on_a_line(jc.StressActivated(5e-9, 0.0, 0.0, 373.0), thickness=1e-7, thickest=2e-6)
     slope = np.abs(np.diff(run.thickness, axis=1)).max() / 4e-6
     assert slope > 0.02 and float(run.diagnostics.thickness_slope) == pytest.approx(slope, rel=1e-12)
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Passivation:
+    speed: float
+
+    def rate(self, step):
+        return self.speed * jnp.exp(-step.thickness / 1e-9)
+
+
+@pytest.mark.parametrize(("count", "noted"), [(6, True), (161, False)])
+@pytest.mark.filterwarnings("ignore:the time steps")
+def test_long_steps_on_a_film_thinner_than_the_approach_are_noted(count, noted):
+    """Against h = l log(e^(h0/l) + speed t/l): the error of the thickness is far below the approach, and status 0."""
+    times, steel = np.linspace(0.0, 1000.0, count), jc.Elastic(80e9, 0.3)
+    body, grid = jc.LayeredHalfSpace([jc.Layer(steel, 1e-9)], steel), jc.Grid.square(24, 300e-6)
+    given = {"velocity": 0.1, "law": Passivation(1e-10), "grid": grid, "thickest": 2e-8}
+    run = jc.rub(body, jc.Sphere(5e-3), jc.Load(3.0), times, **given)
+    error = np.asarray(run.thickness)[:, 0, 0] / 1e-9 - np.log(np.e + 0.1 * times)
+    found = [note for note in run.notes if note.startswith("the time steps")]
+    assert np.all(run.converged) and (np.abs(error).max() > 0.3) == bool(found) == noted

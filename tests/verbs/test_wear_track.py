@@ -143,3 +143,21 @@ def test_derivatives_of_a_track():
 def test_a_step_that_leaps_says_so():
     run = passed(jc.Archard(1e-20), np.array([0.0, 0.3, 0.6]) * HALF_WIDTH)
     assert run.status.tolist() == [0, jc.Status.STEP_TOO_LONG, jc.Status.STEP_TOO_LONG]
+
+
+@pytest.mark.filterwarnings("ignore:.*steps, the first")
+def test_a_leap_while_the_load_is_lifted_says_so():
+    load, path = jc.Load(np.array([LOAD, LOAD, 0.0, 0.0])), np.array([0.0, 0.1, 1.0, 2.0]) * HALF_WIDTH
+    run = jc.rub(HOMOGENEOUS, ROLLER, load, np.arange(4.0), path=path, law=jc.Archard(1e-20), grid=LINE)
+    assert run.status.tolist() == [0, 0, jc.Status.STEP_TOO_LONG, jc.Status.INHERITED]
+
+
+@pytest.mark.filterwarnings("ignore:.*steps, the first")
+def test_a_leap_across_a_long_roller_is_measured_by_its_half_width():
+    """On a grid in two dimensions as in plane strain; along the roller the contact is long."""
+    grid = jc.Grid((32, 4), (4e-6, LENGTH / 4), periodic=(False, True))
+    path = np.array([[0.0, 0.0], [0.1, 0.0], [0.6, 0.0], [0.6, 1.0]]) * HALF_WIDTH
+    run = jc.rub(
+        HOMOGENEOUS, ROLLER, jc.Load(LOAD), np.arange(4.0), path=path, law=jc.Archard(1e-20), grid=grid
+    )
+    assert run.status.tolist() == [0, 0, jc.Status.STEP_TOO_LONG, jc.Status.INHERITED]
