@@ -367,14 +367,20 @@ def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
     found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
     if hasattr(result, "thickness"):
         last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
-        found["narrow_growth"] = _narrowest(last - experiment.film_map.at_first, along)
+        found["narrow_growth"] = _narrowest(last - experiment.film_map.at_first, along, grid.periodic)
     return found
 
 
-def _narrowest(grown: Array, axes: list[int]) -> Array:
-    """Return how far a cell has grown beyond all its neighbours along some axes, relative to the largest growth, ()."""
-    neighbours = jnp.stack([jnp.roll(grown, step, axis) for axis in axes for step in (-1, 1)])
-    beyond, largest = jnp.max(grown - jnp.max(neighbours, 0)), jnp.max(grown)
+def _narrowest(grown: Array, axes: list[int], periodic: tuple[bool, bool]) -> Array:
+    """Return how far a cell has grown beyond all its neighbours along some axes, relative to the largest change, ()."""
+    highest = jnp.full_like(grown, -jnp.inf)
+    for axis in axes:
+        ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
+        padded = jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
+        for start in (0, 2):
+            beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
+            highest = jnp.maximum(highest, beside)
+    beyond, largest = jnp.max(grown - highest), jnp.max(jnp.abs(grown))
     return jnp.where(largest > 0.0, beyond / jnp.where(largest > 0.0, largest, 1.0), 0.0)
 
 

@@ -26,7 +26,7 @@ def agrees(film, h, control, times):
     assert 1.0 / FORETOLD_STRAIN < factor < FORETOLD_STRAIN, (film, h, factor)
 
 
-@pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
+@pytest.mark.filterwarnings("ignore:film strain", "ignore:only", "ignore:the contact radius reaches")
 @pytest.mark.parametrize("name", [pytest.param("load"), pytest.param("approach", marks=pytest.mark.slow)])
 def test_an_elastic_film_from_a_thousandth_to_ten_times_as_thick_as_its_contact_is_wide(name):
     for nu, G, h in FILMS:
@@ -34,7 +34,7 @@ def test_an_elastic_film_from_a_thousandth_to_ten_times_as_thick_as_its_contact_
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
+@pytest.mark.filterwarnings("ignore:film strain", "ignore:only", "ignore:the contact radius reaches")
 @pytest.mark.parametrize("name", CONTROLS)
 def test_a_film_that_creeps_fourfold(name):
     times = np.array([0.0, 1.0, 5.0, 20.0, 50.0, 100.0, 200.0])
