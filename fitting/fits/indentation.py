@@ -9,7 +9,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, check_fitted, fit_adhesive, is_fitted
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
@@ -249,7 +249,8 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
     press, best, objective = found.press, found.best, found.objective
     problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
-        notes=found.notes, moves=found.moves, left=found.medium.left, against=found.against,
+        notes=(*found.notes, *_curvature(press, best.theta)), moves=found.moves, left=found.medium.left,
+        against=found.against,
         landscape=found.residual and press.space.landscape(best.theta, found.residual),
     )  # fmt: skip
     concluded, pressing = conclude(problem, solved), press.pressing
@@ -267,6 +268,13 @@ def _sample(press: IndentationProblem) -> Sample:
     series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
     curve = (*press.pressing.response, press.data.t, press.measured * unit)
     return Sample.of(curve, press.weights / unit, press.label, series)
+
+
+def _curvature(press: IndentationProblem, theta: np.ndarray) -> tuple[str, ...]:
+    """Return a note on a ball that is not a paraboloid; with adhesion there is one by the contact radius."""
+    place = press.space.names.index("contact_point")
+    deepest = float(press.data.depth[press.kept].max() - press.space.to_si(theta)[place])
+    return () if press.pressing.adhesion else paraboloid_note(press.pressing.indenter, deepest)
 
 
 def _response_unit(press: IndentationProblem) -> float:
