@@ -137,6 +137,8 @@ def _add_indentation(press: Any) -> None:
     press.add_argument(
         "--layer", type=float, metavar="H", help="thickness of a film [m]; by default a half-space"
     )
+    thin = "thickness of a sample bonded to a rigid base [m], such as a gel in a dish; in place of --layer"
+    press.add_argument("--thickness", type=float, metavar="H", help=thin)
     press.add_argument(
         "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
     )
@@ -244,7 +246,7 @@ def _indentation(options: argparse.Namespace) -> int:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     output.check_directory(options)
     data = flags.resampled(options, options.file, _indented(options, indenter))
-    extra: dict[str, Any] = {"adhesion": _adhesion(options)}
+    extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
@@ -293,8 +295,9 @@ def _indented(options: argparse.Namespace, indenter: Any) -> Any:
     window, options.window = options.window, None
     data = flags.read(read_indentation, options.file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
+    stiffened = options.layer is not None or options.thickness is not None
     with flags.about(options.file):
-        data = data.in_contact(depth, indenter, options.layer is not None).only(*(options.segment or ()))
+        data = data.in_contact(depth, indenter, stiffened).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.data.pull_off import read_pull_off, zeroed
 from fitting.fits.adhesion_verdict import AdhesiveSample, deviation
 from fitting.inference import student
@@ -207,7 +207,12 @@ def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, s
     z, seen = student.two_sided(choices.level), test.seen
     rows = np.stack([space.to_si(v) for v in (best.theta, *found.concluded.ends.T)], -1)
     nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    notes = (*found.concluded.fields["notes"], *_range_note(test, found, law))
+    deepest = float(test.data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
+    notes = (
+        *found.concluded.fields["notes"],
+        *_range_note(test, found, law),
+        *paraboloid_note(body.ball, deepest),
+    )
     return found.concluded.fit(
         AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
         pull_off=_interval(seen.force, z * seen.force_sd), separation_work=_interval(seen.work, z * seen.work_sd),

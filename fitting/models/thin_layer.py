@@ -83,11 +83,19 @@ class ThinLayer(NamedTuple):
         positive = depth > 0.0
         return jnp.where(positive, self.scale * jnp.where(positive, depth, 1.0) ** self.power, 0.0)
 
+    def log_factor(self, depth: Any) -> Array:
+        """Return log f at depths >= 0 [m] of any shape, that of ``LARGEST`` where chi is larger."""
+        chi = jnp.minimum(self.chi(depth), LARGEST)
+        return _clenshaw(self.series, 2.0 * jnp.log1p(chi) / math.log1p(LARGEST) - 1.0)
+
     def factor(self, depth: Any) -> Array:
         """Return f at depths >= 0 [m] of any shape; nan where chi exceeds ``LARGEST``."""
-        chi = self.chi(depth)
-        log = _clenshaw(self.series, 2.0 * jnp.log1p(chi) / math.log1p(LARGEST) - 1.0)
-        return jnp.where(chi <= LARGEST, jnp.exp(log), jnp.nan)
+        return jnp.where(self.chi(depth) <= LARGEST, jnp.exp(self.log_factor(depth)), jnp.nan)
+
+    def scaled(self, depth: float) -> "ThinLayer":
+        """Return the factor over depths in units of ``depth``, divided by its value there."""
+        own = self._replace(scale=self.scale * depth**self.power)
+        return own._replace(series=own.series.at[0].add(-own.log_factor(1.0)))
 
 
 def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any) -> Array:

@@ -279,3 +279,18 @@ def test_a_temperature_ramp_is_no_curve(tmp_path):
     path.write_text("omega [rad/s],G' [Pa],G'' [Pa],T [°C]\n" + rows)
     with pytest.raises(ValueError, match="expected one temperature within a curve, got 131 to 141"):
         fitting.read_sweeps(path)
+
+
+def test_a_clock_that_runs_on_over_several_relaxations_is_refused(tmp_path):
+    """G is a function of the time since its own strain step, and the second test is not one of 200 to 300 s."""
+    t, rows = np.geomspace(0.1, 100.0, 12), []
+    for k, T in enumerate((60, 80, 100)):
+        rows += [f"{200 * k + one:.6g},{1e6 * (1.0 + one) ** -0.3:.6g},{T}" for one in t]
+    file, again = tmp_path / "on.csv", tmp_path / "again.csv"
+    file.write_text("t [s],G(t) [Pa],T [°C]\n" + "\n".join(rows))
+    with pytest.raises(ValueError, match="times that go on at 200"):
+        fitting.read_sweeps(file)
+    own = [f"{float(row.split(',')[0]) % 200:.6g}," + row.split(",", 1)[1] for row in rows]
+    again.write_text("t [s],G(t) [Pa],T [°C]\n" + "\n".join(own))
+    for one in fitting.read_sweeps(again):
+        np.testing.assert_allclose(one.t, t, atol=1e-3)
