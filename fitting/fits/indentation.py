@@ -155,7 +155,9 @@ def fit_indentation(
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
             for an attraction of short range. ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is
-            an ``AdhesiveFit``.
+            an ``AdhesiveFit``. Where the residuals have a trend, its intervals include the changes of modulus and work
+            with half the contact and, for "JKR", with a range of the attraction; the fit is rejected where one of these
+            exceeds 49 %, or the trend 5 % of the largest force.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
