@@ -3,10 +3,10 @@
 python -m tests.benchmarks.adhesion [speeds] [fast] [layers] [iterations] [zone]
 
 speeds: pull-off load over six decades of retraction speed after a long dwell on a standard linear solid with E0/Einf = 3.
-    Published theory: a Dugdale zone at the edge of a receding contact as that of a crack that runs at the speed v (R. A.
-    Schapery, Int. J. Fract. 11 (1975) 141 and 369; J. A. Greenwood, J. Phys. D 37 (2004) 2557), and a contact that is
-    relaxed elsewhere (J. A. Greenwood, K. L. Johnson, Philos. Mag. A 43 (1981) 697). It holds for v tau much smaller than the
-    contact. Limit of high speeds: a peeling Abel density (docs/theory.md).
+    Published theory: a Dugdale zone at the edge of a receding contact is that of a crack that runs at the speed v (R. A.
+    Schapery, Int. J. Fract. 11 (1975) 141 and 369; J. A. Greenwood, J. Phys. D 37 (2004) 2557), in a contact that is
+    relaxed elsewhere (J. A. Greenwood, K. L. Johnson, Philos. Mag. A 43 (1981) 697). It holds where v tau is much smaller
+    than the contact. Limit of high speeds: a peeling Abel density (docs/theory.md).
 fast: the limit of high speeds for E0/Einf = 10.
 layers: pull-off load on films against the theory of Johnson, Kendall and Roberts on layers, at three Tabor numbers.
 iterations: iterations of a step with adhesion over those of the same step without.
