@@ -2,10 +2,10 @@
 
 python -m tests.benchmarks.adhesive_curve FILE ...
 
-The files are those of the public repository github.com/Tour712/Nanoindentation_Analysis (folder data/PDMS and data/PDMS_10-1),
-in which a table of position of the piezo [um], displacement of the force sensor [nm] and time [ms] follows a line "eoh". Its
-scripts give the radius of the ball and the stiffness of the sensor, 3.01 N/m. The files have no licence and are not part of
-this project.
+The files are those of the public repository github.com/Tour712/Nanoindentation_Analysis (folders data/PDMS and
+data/PDMS_10-1), in which a table of position of the piezo [um], displacement of the force sensor [nm] and time [ms]
+follows a line "eoh". Its scripts give the radius of the ball and the stiffness of the sensor, 3.01 N/m. The files have no
+licence and are not part of this project.
 """
 
 import sys

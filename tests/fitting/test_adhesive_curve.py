@@ -75,6 +75,13 @@ def test_a_range_that_the_curve_does_not_tell_is_named_and_the_work_allows_for_i
     assert "strength not determined" in free.summary()
 
 
+@pytest.mark.parametrize("shift", [-20e-6, 20e-6])
+def test_the_zero_of_the_measured_depth_is_arbitrary(shift):
+    fit = fitted(force_curve(None, noise=1e-5, shift=shift))
+    assert fit.values["work"] == pytest.approx(WORK, rel=1e-4) and fit.verdict == "accepted"
+    assert fit.nuisances["contact_point"][0] == pytest.approx(shift, abs=1e-10)
+
+
 def test_pull_off_and_work_of_separation_are_those_of_the_curve():
     """Without noise against the closed form; with noise within three of the stated standard deviations."""
     approach, load = branch(None)
