@@ -162,6 +162,18 @@ PRESSING = {
         lambda: rub(law=jc.StressActivated(1.0, 1e-19, np.inf, 300.0)),
         r"StressActivated activation_volume \[m3\]: expected finite",
     ),
+    "an activation energy in eV": (
+        lambda: rub(law=jc.StressActivated(1.0, 0.8, 1e-30, 300.0)),
+        r"StressActivated activation_energy \[J\]: expected <= 1e-17 \(in J per molecule: .*, got 0.8",
+    ),
+    "an activation volume in nm3": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 0.13, 300.0)),
+        r"StressActivated activation_volume \[m3\]: expected <= 1e-24 \(in m3 per molecule: .*, got 0.13",
+    ),
+    "a shift by an energy per mole": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.ArrheniusShift(8e4, 300.0))),
+        r"ArrheniusShift activation_energy \[J\]: expected <= 1e-17 \(in J per molecule",
+    ),
     "growth by another stress": (
         lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 300.0, stress="tension")),
         r'StressActivated stress: expected "pressure" or "shear", got \'tension\'',
