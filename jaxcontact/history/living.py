@@ -232,7 +232,9 @@ class RubStepper(PressStepper):
 
     def _temperature(self, warming: Array | None, speed: Array) -> Array | None:
         """Return the temperature at a speed [K], (nx, ny), None without heat: its rise is proportional to the speed."""
-        return None if self.heated is None else self.heated.ambient + warming * speed
+        if self.heated is None or warming is None:
+            return None
+        return self.heated.ambient + warming * speed
 
     def _warmed(self, outcome: Outcome, found: SolvedRub, step: Steps) -> Outcome:
         """Return an outcome with the temperature at the speed at the end of the step."""

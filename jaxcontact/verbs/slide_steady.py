@@ -24,7 +24,9 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Approach, Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, separate_map
+from jaxcontact.operators.base import Operator
 from jaxcontact.operators.kernels import Errors, Kernels
+from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.thickness_kernels import VaryingKernels
 from jaxcontact.operators.traction_kernels import joint_errors
@@ -185,8 +187,8 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     profile = experiment.profile / scale.length
     lowest, target = jnp.min(profile), experiment.target(scale)
     rubbed = _rubbed(experiment, wake, friction)
-    operator = wake.operator(symbols)
-    if rubbed is not None:
+    operator: Operator = wake.operator(symbols)
+    if isinstance(operator, Moving) and rubbed is not None:
         operator = rubbed.added_to(operator)
     problem = Problem(operator, profile, target, lowest, experiment.load_controlled)
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
