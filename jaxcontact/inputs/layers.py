@@ -227,8 +227,8 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     checks.require(
         len(shape) < 2,
         f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
-        " indent, rub and, where it varies across the track alone, slide_steady. Otherwise it would move through the frame"
-        " of the indenter: rub with path= computes it. Tangential traction and fields below the surface need one thickness",
+        " indent, rub and, where it varies across the track alone, slide_steady. A film that moves past the indenter is for"
+        " rub with path=; tangential traction and fields below the surface need one thickness",
     )
     checks.require(
         shape == (),
