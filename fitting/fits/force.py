@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.fits import force_calibration
 from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
 from fitting.fits.force_verdict import deviation
@@ -231,6 +231,7 @@ def _notes(force: ForceProblem, theta: np.ndarray) -> tuple[str, ...]:
     if approach.each > 1:
         notes.append(f"{approach.t.size} points are means of {approach.each} samples each")
     thickness, depth = force.setup.thickness, float((1.0 - theta[2]) * force.units[1])
+    notes += paraboloid_note(force.setup.indenter, depth)
     if thickness is not None and depth > STRAIN * thickness:
         notes.append(
             f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"

@@ -9,7 +9,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, check_fitted, fit_adhesive, is_fitted
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
@@ -155,7 +155,9 @@ def fit_indentation(
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
             for an attraction of short range. ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is
-            an ``AdhesiveFit``.
+            an ``AdhesiveFit``. Where the residuals have a trend, its intervals include the changes of modulus and work
+            with half the contact and, for "JKR", with a range of the attraction; the fit is rejected where one of these
+            exceeds 49 %, or the trend 5 % of the largest force.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -249,7 +251,8 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
     press, best, objective = found.press, found.best, found.objective
     problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
-        notes=found.notes, moves=found.moves, left=found.medium.left, against=found.against,
+        notes=(*found.notes, *_curvature(press, best.theta)), moves=found.moves, left=found.medium.left,
+        against=found.against,
         landscape=found.residual and press.space.landscape(best.theta, found.residual),
     )  # fmt: skip
     concluded, pressing = conclude(problem, solved), press.pressing
@@ -267,6 +270,13 @@ def _sample(press: IndentationProblem) -> Sample:
     series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
     curve = (*press.pressing.response, press.data.t, press.measured * unit)
     return Sample.of(curve, press.weights / unit, press.label, series)
+
+
+def _curvature(press: IndentationProblem, theta: np.ndarray) -> tuple[str, ...]:
+    """Return a note on a ball that is not a paraboloid; with adhesion there is one by the contact radius."""
+    place = press.space.names.index("contact_point")
+    deepest = float(press.data.depth[press.kept].max() - press.space.to_si(theta)[place])
+    return () if press.pressing.adhesion else paraboloid_note(press.pressing.indenter, deepest)
 
 
 def _response_unit(press: IndentationProblem) -> float:

@@ -3,6 +3,7 @@
 import functools
 import json
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -285,3 +286,17 @@ def test_bad_errors_of_the_calibration():
     ):
         with pytest.raises(ValueError, match=words):
             fitting.fit_force(data, indenter=BALL, errors=errors)
+
+
+@pytest.mark.parametrize("trend", [False, True])
+def test_a_propagated_result_has_the_systematic_errors_of_the_interval(trend):
+    """A curve whose noise alone allows 0.1 %: an error of 10 % of the spring constant, and a trend of the residuals."""
+    load = noisy(hertz(Z * DEEP) * (1.0 + 0.05 * trend * np.maximum(Z, 0.0)), seed=3)
+    errors = {} if trend else {"spring_constant": 0.1}
+    fit = fitting.fit_force(curve(load), indenter=BALL, errors=errors)
+    band = fitting.propagate(fit, lambda material: jnp.log(material.G))
+    low, high = np.log(fit.intervals["G"])
+    assert high - low > (0.02 if trend else 0.3)
+    assert float(band.high - band.low) == pytest.approx(high - low, rel=0.02)
+    low, high = fit.band(np.array([1.0]))  # of 1/G
+    assert float(np.log(high / low)[0]) == pytest.approx(float(band.high - band.low), rel=0.02)
