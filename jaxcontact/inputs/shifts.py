@@ -49,7 +49,7 @@ class ArrheniusShift:
 class WLFShift:
     """The shift factor of Williams, Landel and Ferry: log10 a_T = -c1 (T - reference)/(c2 + T - reference).
 
-    It holds above T = reference - c2, where the times become infinite.
+    It holds above T = reference - c2, where the times become infinite; there and below ln a_T is inf.
 
     Args:
         c1: > 0.
@@ -69,7 +69,10 @@ class WLFShift:
     def log_factor(self, temperature: Array | float) -> Array:
         """Return ln a_T at a temperature [K] of any shape."""
         above = jnp.asarray(temperature, float) - self.reference
-        return -jnp.log(10.0) * self.c1 * above / (self.c2 + above)
+        flows = self.c2 + above > 0.0
+        return jnp.where(
+            flows, -jnp.log(10.0) * self.c1 * above / jnp.where(flows, self.c2 + above, 1.0), jnp.inf
+        )
 
     def check(self) -> Verdict:
         """Return whether the values are in range; ValueError where known ones are not."""

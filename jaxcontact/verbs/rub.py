@@ -333,9 +333,12 @@ def _motion(velocity: Any, path: Any, count: int) -> tuple[Any, Any, Verdict]:
         shape in ((count,), (count, 2)),
         f"path [m]: expected shape ({count},) or ({count}, 2) as times, got {shape}",
     )
-    along_x = jnp.asarray(path, float)
-    both = jnp.stack([along_x, jnp.zeros(count)], -1) if along_x.ndim == 1 else along_x
-    return None, both if not is_concrete(path) else np.asarray(both), checks.finite("path [m]", path)
+    numbers: Any = (
+        np if is_concrete(path) else jnp
+    )  # known values stay so inside jit, where operations of jax trace them
+    along_x = numbers.asarray(path, float)
+    both = numbers.stack([along_x, numbers.zeros(count)], -1) if along_x.ndim == 1 else along_x
+    return None, both, checks.finite("path [m]", path)
 
 
 def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:

@@ -158,6 +158,10 @@ PRESSING = {
         lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.WLFShift(1.0, 50.0, 0.0))),
         r"WLFShift reference \[K\]: expected > 0",
     ),
+    "a shift with infinite times": (
+        lambda: rub(thermal=jc.Thermal(293.0, 46.0, shift=jc.WLFShift(17.44, 51.6, 378.0))),
+        r"ln a_T of Thermal shift at ambient, inf where the body has infinite times: expected finite",
+    ),
     "heat without friction": (
         lambda: rub(thermal=jc.Thermal(300.0, 46.0), friction=0.0),
         r"friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",

@@ -364,3 +364,10 @@ def test_long_steps_on_a_film_thinner_than_the_approach_are_noted(count, noted):
     error = np.asarray(run.thickness)[:, 0, 0] / 1e-9 - np.log(np.e + 0.1 * times)
     found = [note for note in run.notes if note.startswith("the time steps")]
     assert np.all(run.converged) and (np.abs(error).max() > 0.3) == bool(found) == noted
+
+
+def test_a_known_path_along_x_may_be_given_inside_jit():
+    film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.3), 1e-6)], jc.Elastic.from_young(70e9))
+    given = {"path": [-1e-6, 0.0, 1e-6], "law": jc.Archard(1e-17), "grid": jc.Grid.square(16, 12e-6)}
+    run = lambda load: jc.rub(film, jc.Sphere(1e-4), jc.Load(load), [0.0, 0.5, 1.0], **given).position
+    assert jax.eval_shape(run, 1e-3).shape == (3, 2)
