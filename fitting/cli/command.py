@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, master, growth, prony,
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, stiffness, relaxation, oscillation, master, growth, prony,
 compare, batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
@@ -11,7 +11,15 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, force_command, further_commands, growth_command, master_command
+from fitting.cli import (
+    batch_command,
+    flags,
+    force_command,
+    further_commands,
+    growth_command,
+    master_command,
+    stiffness_command,
+)
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.maxwell import fit_maxwell
@@ -60,6 +68,8 @@ def add_parser(kinds: Any) -> None:
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
+    over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
+    stiffness_command.add_stiffness(_add(kinds, "stiffness", over_depth))
     _add_moduli(kinds)
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
 

@@ -209,6 +209,17 @@ def test_bad_choices():
         fitting.fit_master(curves(), reference=20.0)
     with pytest.raises(ValueError, match="temperature: expected a number > 0 K, got -20"):
         fitting.OscillationData(OMEGA, OMEGA, OMEGA, temperature=-20)
+    with pytest.raises(ValueError, match="c2: expected more than 20 K"):
+        fitting.fit_master(curves(), reference=400.0, fixed={"c2": 15.0})
+
+
+def test_times_are_infinite_where_the_law_of_williams_landel_and_ferry_ends():
+    """ln a_T rises to infinity towards reference - c2 = 326.4 K, and does not come back from minus infinity below."""
+    law = jc.WLFShift(17.44, 51.6, 378.0)
+    above = np.asarray(law.log_factor(np.array([326.41, 350.0, 378.0])))
+    expected = [np.log(10.0) * 17.44 * d / (51.6 - d) for d in (51.59, 28.0, 0.0)]
+    np.testing.assert_allclose(above, expected, rtol=1e-9, atol=1e-12)
+    assert np.all(np.isposinf(law.log_factor(np.array([326.4, 293.0]))))
 
 
 def test_the_shell_chooses_the_law_and_writes_the_factors(tmp_path, capsys):

@@ -59,6 +59,25 @@ def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
         assert high - low < 0.02 * depth.max()
 
 
+def test_a_sample_on_an_elastic_base_is_recovered():
+    """A layer a third as stiff as its base, up to a contact as wide as the thickness, by the other solution."""
+    nu, h, G = 0.4, 1e-6, E / 2.8
+    body = abel.Layered(1.0, nu, 1.0, 3.0, 0.2)
+    found = [abel.solve_radius(a, body, 1.0, modes=16) for a in np.geomspace(0.05, 1.5, 20)]
+    deep, known = np.array([(one.approach, one.load) for one in found]).T
+    depth = Z * 0.9 * h**2 / RADIUS
+    scaled = np.maximum(depth, 0.0) * RADIUS / h**2
+    ratio = np.exp(CubicSpline(np.log(deep), np.log(known / deep**1.5))(np.log(np.maximum(scaled, deep[0]))))
+    load = noisy(G * h**3 / RADIUS * ratio * scaled**1.5, 0)
+    base = jc.Elastic(3.0 * G, 0.2)
+    fit = fitting.fit_force(curve(load, depth), indenter=BALL, nu=nu, thickness=h, substrate=base)
+    low, high = fit.intervals["G"]
+    assert not fit.refused and low < G < high and high / low < 1.02
+    assert "in shear" in fit.summary()
+    rigid = fitting.fit_force(curve(load, depth), indenter=BALL, nu=nu, thickness=h)
+    assert rigid.values["G"] < 0.9 * G
+
+
 @pytest.mark.parametrize("tip", [BALL, jc.Cone(0.6), jc.FlatPunch(2e-6)], ids=["ball", "cone", "punch"])
 def test_the_laws_of_a_half_space(tip):
     """Hertz, Love and Boussinesq as printed in K. L. Johnson, Contact Mechanics, 1985, for E/(1 - nu^2)."""
