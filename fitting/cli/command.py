@@ -1,4 +1,4 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, master, growth, prony,
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, stiffness, relaxation, oscillation, master, growth, prony,
 compare, batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
@@ -11,7 +11,15 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, force_command, further_commands, growth_command, master_command
+from fitting.cli import (
+    batch_command,
+    flags,
+    force_command,
+    further_commands,
+    growth_command,
+    master_command,
+    stiffness_command,
+)
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.maxwell import fit_maxwell
@@ -60,6 +68,8 @@ def add_parser(kinds: Any) -> None:
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
+    over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
+    stiffness_command.add_stiffness(_add(kinds, "stiffness", over_depth))
     _add_moduli(kinds)
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
 
@@ -137,6 +147,8 @@ def _add_indentation(press: Any) -> None:
     press.add_argument(
         "--layer", type=float, metavar="H", help="thickness of a film [m]; by default a half-space"
     )
+    thin = "thickness of a sample bonded to a rigid base [m], such as a gel in a dish; in place of --layer"
+    press.add_argument("--thickness", type=float, metavar="H", help=thin)
     press.add_argument(
         "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
     )
@@ -244,7 +256,7 @@ def _indentation(options: argparse.Namespace) -> int:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     output.check_directory(options)
     data = flags.resampled(options, options.file, _indented(options, indenter))
-    extra: dict[str, Any] = {"adhesion": _adhesion(options)}
+    extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
@@ -293,8 +305,9 @@ def _indented(options: argparse.Namespace, indenter: Any) -> Any:
     window, options.window = options.window, None
     data = flags.read(read_indentation, options.file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
+    stiffened = options.layer is not None or options.thickness is not None
     with flags.about(options.file):
-        data = data.in_contact(depth, indenter, options.layer is not None).only(*(options.segment or ()))
+        data = data.in_contact(depth, indenter, stiffened).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 
 

@@ -30,6 +30,10 @@ def add_force(parser: Any) -> None:
     parser.add_argument("--nu", type=float, default=0.5, help="Poisson's ratio of the sample (0.5)")
     thin = "thickness of a sample bonded to glass or another rigid base [m]; else a half-space"
     parser.add_argument("--thickness", type=float, metavar="H", help=thin)
+    base = "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass; rigid by default"
+    parser.add_argument("--substrate-modulus", type=float, metavar="E", help=base)
+    nu = "Poisson's ratio of that base (0.22)"
+    parser.add_argument("--substrate-nu", type=float, default=0.22, metavar="NU", help=nu)
     common = "also fit the polynomials in common use for thin samples, and print their error"
     parser.add_argument("--polynomials", action="store_true", help=common)
     parser.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
@@ -63,12 +67,19 @@ def run(options: argparse.Namespace) -> int:
     }
     with flags.about(options.file):
         found = fit_force(
-            data, indenter=indenter, nu=options.nu, thickness=options.thickness, polynomials=options.polynomials,
+            data, indenter=indenter, nu=options.nu, thickness=options.thickness, substrate=_base(options),
+            polynomials=options.polynomials,
             bounds=flags.bounds(options), errors=calibration, spring_constant=options.spring_constant, **chosen,
         )  # fmt: skip
     if assumed:
         print(assumed)
     return output.finish(options, found, {"assumed": assumed} if assumed else None)
+
+
+def _base(options: argparse.Namespace) -> Any:
+    """Return the base of a thin sample, None for a rigid one."""
+    E = options.substrate_modulus
+    return None if E is None else jc.Elastic.from_young(E, options.substrate_nu)
 
 
 def _tip(options: argparse.Namespace) -> tuple[Any, str]:

@@ -162,7 +162,8 @@ def fit_oscillation(
             too.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "relative" (errors of both in proportion to |G*|) or "absolute".
-        sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number or (n,).
+        sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number, or (n,) for data whose
+            frequencies ascend.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
         nu: Poisson's ratio that the returned material is given.
@@ -208,6 +209,11 @@ def weighted_sample(
         weight, label = choose_weights(data.t, data.shear, weights, sigma)
         sample = Sample.of(("G", "Pa", data.t, data.shear), weight, label)
         return "relaxation", sample, float(data.t[-1])
+    if np.ndim(sigma) > 0 and data.reordered:  # values for the points as they were given, or as they are now?
+        raise ValueError(
+            "sigma: expected a number, or frequencies in ascending order, got values for points that were sorted by"
+            " frequency"
+        )
     sigma = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
     both = np.append(data.omega, data.omega)
     weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)

@@ -252,3 +252,21 @@ def test_a_frequency_sweep_from_the_shell(tmp_path):
     assert (out / "curve.csv").read_text().startswith("omega [rad/s]")
     with pytest.raises(ValueError, match="read_oscillation"):
         fitting.read_creep(path)
+
+
+def test_standard_deviations_of_a_descending_sweep_are_refused_with_the_order_that_they_would_get():
+    """An array follows the points as they were given, and the data sort them."""
+    omega, sigma = OMEGA[::-1], np.where(OMEGA[::-1] > 1.0, 3e4, 300.0)
+    G = dynamic(omega, **TRUTH)
+    data = fitting.OscillationData(omega, G.real, G.imag)
+    for fit in (fitting.fit_oscillation, lambda data, **given: fitting.fit_maxwell(data, [1.0], **given)):
+        with pytest.raises(ValueError, match="frequencies in ascending order"):
+            fit(data, weights=None, sigma=sigma)
+    ascending = fitting.OscillationData(omega[::-1], G.real[::-1], G.imag[::-1])
+    assert data.reordered and not ascending.reordered
+    assert fitting.fit_maxwell(ascending, [1.0], sigma=sigma[::-1]).weights == "sigma"
+
+
+def test_moduli_at_one_frequency_are_refused():
+    with pytest.raises(ValueError, match="expected several frequencies, got 2 rad/s throughout"):
+        fitting.OscillationData([2.0] * 6, [1.0] * 6, [1.0] * 6)
