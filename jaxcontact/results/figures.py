@@ -182,7 +182,7 @@ def interior_figure(inside: Any) -> Figure:
     return figure
 
 
-FIGURES = {  # by the attribute ``view`` of a result
+FIGURES: dict[str, Callable[..., Figure]] = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
     "adhesion": adhesive_figure,
     "shear": shear_figure,
