@@ -88,7 +88,7 @@ def rubbed(n: int, steps: int) -> Problem:
 
 
 def rubbed_rough(n: int, steps: int) -> Problem:
-    """A rough steel surface, waves of 8 cells and more, on a film in patches that grow by shear stress and are removed; 12 s a
+    """A rough steel surface, waves of 8 cells and more, on a film in patches that grow by shear stress and are removed; 2 s a
     step."""
     grid = jc.Grid((n, n), (4e-6, 4e-6), periodic=True)
     given = {"hurst": 0.8, "shortest": 32e-6, "longest": n * 2e-6}
@@ -96,7 +96,7 @@ def rubbed_rough(n: int, steps: int) -> Problem:
     patches = jnp.clip(50.0 * jc.self_affine(grid, rms_slope=1e-5, seed=2, **given), 0.0, 150e-9)
     body = jc.LayeredHalfSpace([jc.Layer(FILM, patches)], STEEL)
     law = jc.StressActivated(1e-4, 8e-20, 4e-29, 373.0, stress="shear") + jc.ProportionalRemoval(2e-3)
-    times, load = 12.0 * jnp.arange(steps + 1), 12.0 * (n / 128) ** 2
+    times, load = 2.0 * jnp.arange(steps + 1), 12.0 * (n / 128) ** 2
     return Problem(
         lambda: jc.rub(
             body, jc.HeightField(heights, STEEL), jc.Load(load), times, velocity=0.1, friction=0.1, law=law, grid=grid,
