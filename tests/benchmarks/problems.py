@@ -88,8 +88,7 @@ def rubbed(n: int, steps: int) -> Problem:
 
 
 def rubbed_rough(n: int, steps: int) -> Problem:
-    """A rough steel surface, waves of 8 cells and more, on a film in patches that grow by shear stress and are removed; 2 s a
-    step."""
+    """A rough steel surface, waves of 8 cells and more, on patches that grow by shear stress and are removed; 2 s a step."""
     grid = jc.Grid((n, n), (4e-6, 4e-6), periodic=True)
     given = {"hurst": 0.8, "shortest": 32e-6, "longest": n * 2e-6}
     heights = jc.self_affine(grid, rms_slope=0.005, seed=1, **given)
