@@ -180,8 +180,8 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Ar
 def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     """Return the weighted residuals (n,), and status, contact radius [m] and strain of the top layer at the march times
     (m,)."""
-    found, *others = respond(point, film)
-    return film.weights * (found + film.correction - film.response), *others
+    found, status, radius, strain = respond(point, film)
+    return film.weights * (found + film.correction - film.response), status, radius, strain
 
 
 @Program

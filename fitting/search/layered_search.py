@@ -74,19 +74,21 @@ def search(press: IndentationProblem, coating: Coating, grid: Any) -> Found:
     medium = Medium(
         coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
     )
-    few = int(np.sum(fitted & ~press.kept))
-    notes = (
-        [f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across"]
-        if few
-        else []
-    )
+    press = press._replace(notes=(*press.notes, *_notes(press, film, best, fitted)))
+    return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
+
+
+def _notes(press: IndentationProblem, film: FilmTest, best: Best, fitted: np.ndarray) -> list[str]:
+    """Return the notes on points (n,) bool that could not be fitted, and on the strain of the film."""
+    notes, few = [], int(np.sum(fitted & ~press.kept))
+    if few:
+        notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
     strain = float(np.max(layered.evaluate(press.space.point(best.theta), film)[3]))
     if strain > STRAIN:
         notes.append(
             f"the strain of the top layer reaches {strain:.2g}: beyond {STRAIN:g} linear theory is doubtful"
         )
-    press = press._replace(notes=(*press.notes, *notes))
-    return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
+    return notes
 
 
 def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, float]:

@@ -14,7 +14,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree
-from jaxcontact.inputs.laws import BOLTZMANN
+from jaxcontact.inputs.laws import BOLTZMANN, check_activation
 
 
 @pytree
@@ -22,7 +22,7 @@ class ArrheniusShift:
     """The shift factor of a thermally activated viscosity: ln a_T = activation_energy/k (1/T - 1/reference).
 
     Args:
-        activation_energy: [J] >= 0.
+        activation_energy: of one molecule [J] >= 0, at most 1e-17 (62 eV).
         reference: temperature at which the material has its own times [K] > 0.
 
     Example:
@@ -41,7 +41,7 @@ class ArrheniusShift:
 
     def check(self) -> Verdict:
         """Return whether the values are in range; ValueError where known ones are not."""
-        valid = checks.non_negative("ArrheniusShift activation_energy [J]", self.activation_energy)
+        valid = check_activation("ArrheniusShift", self.activation_energy)
         return valid & checks.positive("ArrheniusShift reference [K]", self.reference)
 
 

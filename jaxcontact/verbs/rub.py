@@ -26,7 +26,7 @@ from jaxcontact.history.track import as_array, at_fine_times, mean_speed, over_t
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control, check_friction
 from jaxcontact.inputs.grid import Grid, MovedGrid
-from jaxcontact.inputs.laws import SumOfLaws, check_law, is_sheared
+from jaxcontact.inputs.laws import SumOfLaws, check_law, is_sheared, temperatures_of
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
 from jaxcontact.inputs.thermal import Thermal, check_thermal
 from jaxcontact.operators import spectral
@@ -244,6 +244,10 @@ class RubExperiment(TimedExperiment):
     def at_first(self) -> Array:
         """The thickness at the first time [m], (nx, ny); of an indenter that wears zero."""
         return jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values
+
+    @property
+    def temperatures(self) -> list[Any]:
+        return temperatures_of(self.kinetics) + ([] if self.thermal is None else [self.thermal.ambient])
 
     @property
     def profile(self) -> Array:

@@ -60,7 +60,7 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
-    jc.AdhesiveHistory: "jumps jump_energy cohesive_cells tabor_number",
+    jc.AdhesiveHistory: "jumps jump_energy viscous_energy cohesive_cells tabor_number",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",
