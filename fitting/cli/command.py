@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, stiffness, relaxation, oscillation, master, growth, prony,
-compare, batch, propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, map, stiffness, relaxation, oscillation, master, growth,
+prony, compare, batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags.
@@ -17,6 +17,7 @@ from fitting.cli import (
     force_command,
     further_commands,
     growth_command,
+    map_command,
     master_command,
     stiffness_command,
 )
@@ -68,6 +69,8 @@ def add_parser(kinds: Any) -> None:
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
+    several = "Young's modulus from the force curves of a map or a folder: one table and one figure"
+    map_command.add_map(_add(kinds, "map", several))
     over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
     stiffness_command.add_stiffness(_add(kinds, "stiffness", over_depth))
     _add_moduli(kinds)
