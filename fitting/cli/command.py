@@ -26,6 +26,7 @@ from fitting.fits.indentation import fit_indentation
 from fitting.fits.maxwell import fit_maxwell
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.fits.prony import fit_prony
+from fitting.fits.spectrum import fit_spectrum
 from fitting.io.modulus_reader import read_oscillation, read_relaxation
 from fitting.io.readers import read_indentation
 from fitting.views import output
@@ -122,6 +123,8 @@ def _add_moduli(kinds: Any) -> None:
     series = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
     for parser in (relaxation, oscillation):
         parser.add_argument("--tau", metavar="T,T,...", help=series)
+        smooth = "a continuous relaxation spectrum with what the data resolve of it, in place of --model"
+        parser.add_argument("--spectrum", action="store_true", help=smooth)
     several = "time-temperature superposition: curves at several temperatures"
     master_command.add_master(_add(kinds, "master", several))
 
@@ -225,10 +228,14 @@ def _oscillation(options: argparse.Namespace) -> int:
 def _fit_modulus(options: argparse.Namespace, fit: Callable[..., Any], data: Any, nu: float) -> int:
     """Fit a model, or a series of relaxation times, and write the results."""
     given, held = flags.weighting(options, False), flags.known(options)
+    if options.spectrum and (options.tau is not None or any(held.values())):
+        raise ValueError("--spectrum: expected no --tau, no --fix and no --bound beside it, got some")
     if options.tau is not None and any(held.values()):
         raise ValueError("--tau: expected no --fix and no --bound beside it, got some")
     with flags.about(options.file):
-        if options.tau is None:
+        if options.spectrum:
+            found: Any = fit_spectrum(data, nu=nu, **given)
+        elif options.tau is None:
             found = fit(data, options.model, nu=nu, **given, **held)
         else:
             found = fit_maxwell(data, _times(options.tau), nu=nu, **given)
