@@ -39,6 +39,8 @@ from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
 from fitting.fits.prony import PronyFit as PronyFit
 from fitting.fits.prony import fit_prony as fit_prony
+from fitting.fits.spectrum import SpectrumFit as SpectrumFit
+from fitting.fits.spectrum import fit_spectrum as fit_spectrum
 from fitting.fits.stiffness import StiffnessFit as StiffnessFit
 from fitting.fits.stiffness import fit_stiffness as fit_stiffness
 from fitting.fits.together import JointFit as JointFit
@@ -84,6 +86,7 @@ __all__ = [
     "Propagated",
     "RelaxationData",
     "RubbedContact",
+    "SpectrumFit",
     "StiffnessData",
     "StiffnessFit",
     "compare",
@@ -100,6 +103,7 @@ __all__ = [
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
+    "fit_spectrum",
     "fit_stiffness",
     "fit_together",
     "minimise",

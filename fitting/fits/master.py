@@ -234,6 +234,7 @@ def fit_master(
         >>> print(f"c1 = {fit.values['c1']:.1f}, c2 = {fit.values['c2']:.0f} K")
         c1 = 8.0, c2 = 100 K
     """
+    law = {name.casefold(): name for name in LAWS}.get(str(law).casefold(), law)
     if law not in LAWS:
         raise ValueError(f"law: expected one of {', '.join(LAWS)}, got {law!r}")
     curves = checked(data)

@@ -200,7 +200,8 @@ class ProportionalRemoval(KineticLaw):
 class Archard(KineticLaw):
     """Wear in proportion to pressure and path: dh/dt = -coefficient pressure |velocity|.
 
-    The volume worn is coefficient x load x path. Source: J. F. Archard, J. Appl. Phys. 24 (1953) 981.
+    The volume worn is coefficient x load x path. Removal in proportion to the work of friction is this law with the volume
+    per work times the coefficient of friction, if that is one number. Source: J. F. Archard, J. Appl. Phys. 24 (1953) 981.
 
     Args:
         coefficient: wear volume per load and path [1/Pa] >= 0.

@@ -37,6 +37,7 @@ from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
 LOOSEST = 1e-2  # tolerance
+ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 
 @dataclass(frozen=True)
@@ -379,7 +380,10 @@ def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
     found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
     if hasattr(result, "thickness"):
         last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
-        found["narrow_growth"] = _narrowest(last - experiment.film_map.at_first, along, grid.periodic)
+        grown, least = last - experiment.film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
+        found["narrow_growth"] = _narrowest(
+            jnp.where(jnp.abs(grown) > least, grown, 0.0), along, grid.periodic
+        )
     return found
 
 

@@ -42,6 +42,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.Design,
         fitting.ForceFit,
         fitting.StiffnessFit,
+        fitting.SpectrumFit,
         fitting.GrowthFit,
         fitting.IndentationFit,
         fitting.MasterFit,

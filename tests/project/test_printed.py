@@ -176,6 +176,7 @@ OF_FITS = {
     "MaxwellFit": lambda: fitting.fit_maxwell(relaxation()),
     "MasterFit": lambda: fitting.fit_master(melts()),
     "StiffnessData": stiffness,
+    "SpectrumFit": lambda: fitting.fit_spectrum(oscillation()),
     "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "AdhesiveFit": lambda: fitting.fit_indentation(

@@ -371,3 +371,13 @@ def test_a_known_path_along_x_may_be_given_inside_jit():
     given = {"path": [-1e-6, 0.0, 1e-6], "law": jc.Archard(1e-17), "grid": jc.Grid.square(16, 12e-6)}
     run = lambda load: jc.rub(film, jc.Sphere(1e-4), jc.Load(load), [0.0, 0.5, 1.0], **given).position
     assert jax.eval_shape(run, 1e-3).shape == (3, 2)
+
+
+def test_a_film_without_growth_has_no_peaks_by_rounding():
+    grid = jc.Grid(shape=(24, 20), spacing=(1e-6, 1.5e-6))
+    x, y = (np.asarray(axis) for axis in grid.coordinates())
+    thickness = 2e-6 + 0.3e-6 * np.sin(2 * np.pi * y / 30e-6) + 0.1e-6 * np.cos(2 * np.pi * x / 24e-6)
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.4), thickness)], BASE)
+    still = jc.rub(body, jc.Sphere(1e-4), jc.Load(5e-4), [0.0, 1.0], velocity=0.1, law=None, grid=grid)
+    np.testing.assert_allclose(still.thickness[-1], thickness, rtol=1e-12)
+    assert not any("grown peaks" in note for note in still.notes)
