@@ -16,7 +16,7 @@ from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
 from fitting.models.adhesive_curve import JKR, MaugisDugdale
-from fitting.models.adhesive_film import Film
+from fitting.models.adhesive_film import FilmOnBase
 from fitting.models.coordinates import NUISANCES
 from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
@@ -54,7 +54,7 @@ class AdhesiveFit(Fit):
     separation_work: Interval
     nu: float
     indenter: Any
-    film: Film | None
+    film: FilmOnBase | None
     nuisances: dict[str, Interval]
     kept: np.ndarray
     runs: tuple[int, int]
@@ -148,7 +148,7 @@ def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) ->
     return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
 
 
-def _film_of(layer: Any, substrate: Any) -> Film:
+def _film_of(layer: Any, substrate: Any) -> FilmOnBase:
     """Return a film with a thickness [m] on an elastic base; ValueError for anything else."""
     if not isinstance(layer, int | float | np.number) or not 0.0 < float(layer) < math.inf:
         raise ValueError(
@@ -158,7 +158,7 @@ def _film_of(layer: Any, substrate: Any) -> Film:
         raise ValueError(
             f"substrate: expected Elastic with nu beside a fit of the work of adhesion, got {substrate!r}"
         )
-    return Film(float(layer), float(substrate.G), float(substrate.nu))
+    return FilmOnBase(float(layer), float(substrate.G), float(substrate.nu))
 
 
 def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: AdhesiveChoices) -> AdhesiveFit:

@@ -30,7 +30,7 @@ SPACING = 0.125  # of log G, between which the series are cubic
 STEP = 1e-30  # of log G, imaginary
 
 
-class Film(NamedTuple):
+class FilmOnBase(NamedTuple):
     """An elastic film: thickness [m]; modulus G [Pa] and Poisson's ratio of the base."""
 
     thickness: float
@@ -52,7 +52,7 @@ class FilmSeries(NamedTuple):
     slopes: np.ndarray
 
 
-def series_of(log_G: float, nu: float, own: float, film: Film, extent: Extent) -> FilmSeries:
+def series_of(log_G: float, nu: float, own: float, film: FilmOnBase, extent: Extent) -> FilmSeries:
     """Return the series for the logarithm of the film's shear modulus [Pa]; own: (1 - nu)/G [1/Pa] of the ball.
 
     They are cubic in log G between multiples of ``SPACING``, with values and derivatives there.
@@ -66,7 +66,7 @@ def series_of(log_G: float, nu: float, own: float, film: Film, extent: Extent) -
 
 
 @functools.lru_cache(maxsize=512)
-def _solved(k: int, nu: float, own: float, film: Film, extent: Extent) -> FilmSeries:
+def _solved(k: int, nu: float, own: float, film: FilmOnBase, extent: Extent) -> FilmSeries:
     """Return the series for log G = k ``SPACING``."""
     G, moved = math.exp(k * SPACING), 1.0 + 1j * STEP
     base = Base(G / film.base * moved, film.base_nu, own * G / (1.0 - nu) * moved)

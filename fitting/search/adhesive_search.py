@@ -18,7 +18,7 @@ from jax import Array
 from fitting.data.indentation import IndentationData
 from fitting.data.pull_off import PullOff
 from fitting.models.adhesive_curve import MaugisDugdale, load_at
-from fitting.models.adhesive_film import Extent, Film, FilmSeries, series_of
+from fitting.models.adhesive_film import Extent, FilmOnBase, FilmSeries, series_of
 from fitting.models.adhesive_film import load_at as film_load
 from fitting.models.coordinates import NUISANCES
 from fitting.models.search_space import ParameterSpace
@@ -51,7 +51,7 @@ class Body(NamedTuple):
 
     nu: float
     ball: Any
-    film: Film | None = None
+    film: FilmOnBase | None = None
 
     def modulus(self, G: Any) -> Any:
         """Return E* [Pa] of the contact of the ball with a half-space of shear modulus G [Pa]."""
@@ -177,7 +177,7 @@ class AdhesiveTest(NamedTuple):
             lambda theta, *given: _film_slopes(theta, *at(theta), *given),
         )
 
-    def _extent(self, film: Film) -> Extent:
+    def _extent(self, film: FilmOnBase) -> Extent:
         """Return a range beyond the contact radius of the deepest point for any base, equal for similar curves."""
         radius, values = float(self.body.ball.radius), self.start()
         depth = float(np.ptp(self.data.depth[self.seen.contact]))

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 import fitting
 import jaxcontact as jc
-from fitting.models.adhesive_film import Extent, Film, load_at, series_of
+from fitting.models.adhesive_film import Extent, FilmOnBase, load_at, series_of
 from jaxcontact.reference import abel
 
 BODY = (1.0 - NU) / G, WORK, RADIUS
@@ -35,7 +35,7 @@ def branch(ratio, thickness):
 
 
 def film_of(ratio, thickness):
-    return Film(thickness * UNITS.radius, G / ratio, 0.3)
+    return FilmOnBase(thickness * UNITS.radius, G / ratio, 0.3)
 
 
 @pytest.mark.parametrize(
