@@ -376,7 +376,9 @@ def _narrowest(grown: Array, axes: list[int], periodic: tuple[bool, bool]) -> Ar
     highest = jnp.full_like(grown, -jnp.inf)
     for axis in axes:
         ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
-        padded = jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
+        padded = (
+            jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
+        )
         for start in (0, 2):
             beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
             highest = jnp.maximum(highest, beside)

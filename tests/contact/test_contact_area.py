@@ -112,14 +112,14 @@ HELD = 0.86001  # displacement of a cell of 1 under unit pressure for E* = 1, it
 @pytest.mark.parametrize(("a", "b"), [(0, 1), (1, 1), (1, 2), (1, 3), (2, 3)])
 def test_the_edge_of_a_line_contact_in_any_direction(a, b):
     """Solved row by row, for eight places of the edge among the cells: the half-width to 0.004 of a cell, in the mean to
-    0.001, and its slope to 4 %. Before, with constants for Hertz contacts alone, they were 0.03, 0.025 and 23 %."""
+    0.002, and its slope to 4 %. Before, with constants for Hertz contacts alone, they were 0.03, 0.025 and 23 %."""
     length, period, places = np.hypot(a, b), int(60 * np.hypot(a, b)), 8
     kernel, widths = rows(a, b, period), 25.0 + np.arange(places) / (np.hypot(a, b) * places)
     fields = [[on_grid(f, a, b) for f in line_contact(width, kernel, length, period)] for width in widths]
     area = jax.jit(lambda p, g: contact_cells(p, g, jnp.asarray(HELD), PERIODIC))
     errors = np.array([float(area(*f)) for f in fields]) / (2.0 * period * length) - widths
     slopes = np.diff(np.append(errors, errors[0])) / (widths[1] - widths[0])
-    assert abs(np.mean(errors)) < 0.001 and np.max(np.abs(errors)) < 0.004
+    assert abs(np.mean(errors)) < 0.002 and np.max(np.abs(errors)) < 0.004
     assert np.max(np.abs(slopes)) < 0.04
 
 

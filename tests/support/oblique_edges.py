@@ -16,7 +16,10 @@ def squares(x, y):
     """Displacements (n,) at places in cells from the centre of a square under unit pressure; E* = 1, cells of 1."""
     corner = lambda a, b: a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b))
     return (
-        corner(x + 0.5, y + 0.5) - corner(x - 0.5, y + 0.5) - corner(x + 0.5, y - 0.5) + corner(x - 0.5, y - 0.5)
+        corner(x + 0.5, y + 0.5)
+        - corner(x - 0.5, y + 0.5)
+        - corner(x + 0.5, y - 0.5)
+        + corner(x - 0.5, y - 0.5)
     ) / np.pi
 
 
