@@ -20,18 +20,10 @@ import numpy as np
 import fitting
 import jaxcontact as jc
 
-WAVES, CELLS, SIDE, TOP = (
-    8,
-    64,
-    1e-3,
-    0.3,
-)  # unknowns and cells along a side, width [m], largest share in contact
-LOW, HIGH, DESIGNED, CHECKED = (
-    0.3,
-    0.3 * 10**1.5,
-    {"half-space": 11, "coating": 9},
-    21,
-)  # [N], numbers of loads
+WAVES, CELLS = 8, 64  # unknowns and cells along a side
+SIDE, TOP = 1e-3, 0.3  # width [m], largest share in contact
+LOW, HIGH = 0.3, 0.3 * 10**1.5  # loads [N]
+DESIGNED, CHECKED = {"half-space": 21, "coating": 9}, 41  # numbers of loads
 HEIGHT, ALLOWED = 0.5e-6, 0.05  # of the random start [m]; deviation from the law
 POLYMER, STEEL = jc.Elastic.from_young(2e9, nu=0.4), jc.Elastic.from_young(210e9, nu=0.3)
 HALF = POLYMER.G, 600.0  # moduli [Pa] and retardation time [s] of the coating
