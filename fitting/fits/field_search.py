@@ -182,7 +182,7 @@ class FieldSearch:
     def solve(self) -> tuple[Best, np.ndarray]:
         """Return the optimum and weights (n,) that agree with its residuals."""
         if not np.all(np.isfinite(self.vector(self.images(self.start)))):
-            status = jc.Status(self.pressing.history(tuple(self.start[: self.k].tolist()))[1])
+            status = self.pressing.status(tuple(self.start[: self.k].tolist()))
             raise ValueError(f"parameters: expected a start that can be computed, got: {status.message}")
         first = self.weights(self.start, True)
         found = self.several(first, [self.start, *self.scanned(first)])
@@ -293,13 +293,14 @@ class FieldSearch:
         return Sample.of(curve, weights, "sigma", np.concatenate(lines))
 
     def notes(self, theta: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
-        """Return remarks on blocks of pixels and the error of the grid."""
+        """Return remarks on blocks of pixels and the error of the grid, and those of the solver."""
         sizes = ", ".join(f"{blocks.size} x {blocks.size} of {name}" for name, blocks in self.blocks.items())
         worst = 100.0 * float(np.max(left[: self.k]))
         return (
             f"the values that were fitted are means over blocks of pixels: {sizes}",
             "standard deviations were estimated from the residuals of each field",
             f"the intervals include the estimated error of the grid, up to {worst:.2g} % of a parameter",
+            *self.pressing.notes(tuple(theta[: self.k].tolist())),
         )
 
 

@@ -189,8 +189,10 @@ class AdhesiveHistory(ContactHistory):
     its integral; contact_area and smooth_area are those of the cells whose gap is zero.
 
     jumps (nt,): number of jumps into or out of contact since times[0], at which the solution left its branch of
-    equilibria; jump_energy (nt,) [J]: energy dissipated in these jumps (in a cycle of approach and retraction, the
-    energy lost by adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the
+    equilibria; jump_energy (nt,) [J]: energy lost by adhesion, in these jumps, since times[0]; viscous_energy (nt,) [J]:
+    energy dissipated in the body since times[0], by the trapezoidal rule over the steps (nan for a thickness that changes
+    in time and for the quasi-elastic correspondence). Both have zero derivatives; in a cycle that ends without contact
+    and relaxed, their sum is the area of the curve of load over approach. cohesive_cells (nt,): number of cells across the
     zone of attraction at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell, or over
     which the gap grows by the range z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer. Below three the pull-off
     load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
@@ -204,6 +206,7 @@ class AdhesiveHistory(ContactHistory):
     view: ClassVar[str] = "adhesion"
     jumps: Array
     jump_energy: Array
+    viscous_energy: Array
     cohesive_cells: Array
     tabor_number: Array
 

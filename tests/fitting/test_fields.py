@@ -290,3 +290,17 @@ def test_wrong_input_of_a_fit_is_named(case):
     }
     with pytest.raises(ValueError, match=words):
         fitting.fit_fields(**(right | changed))
+
+
+def test_notes_of_the_solver_are_those_of_the_fit():
+    """The contact radius, (3 W R/(8 G/(1 - nu)))^(1/3)/R = 0.4, exceeds a third of the radius of the ball."""
+    load, image = 0.4**3 * 5e-3**2 * 8.0 * TRUE / (3.0 * 0.7), jc.Grid.square(16, 8e-3)
+    data = fitting.ContactData([0.0], jc.Load(load), {"pressure": np.ones((16, 16))}, image)
+    sought = Sought(structure := BodyParameters.of(plate, {"G": "Pa"}), limits(structure, None, None), None)
+    model = (BALL, jc.Grid.square(16, 8e-3), 1e-8)
+    search = FieldSearch.of(data, sought, {"G": TRUE}, model, ALIGN["none"], 0.0, "constant")
+    notes = " ".join(search.notes(np.log([TRUE]), np.zeros(1)))
+    assert (
+        "of the ball's radius: above a third a paraboloid" in notes
+        and "cells across the smallest contact" in notes
+    )
