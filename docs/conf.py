@@ -47,6 +47,7 @@ pygments_dark_style = "a11y-high-contrast-dark"
 # Notebooks as they were committed: tests/project/test_notebooks.py runs them.
 nb_execution_mode = "off"
 nb_merge_streams = True
+suppress_warnings = ["ref.python"]  # fields of one name in several results, such as notes
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
