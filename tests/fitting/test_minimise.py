@@ -122,6 +122,7 @@ def test_the_radius_of_a_ball_is_found_from_its_approach():
         ({"start": 3.0, "bounds": (0.0, 1.0)}, "inside the bounds"),
         ({"start": 0.0}, "expected a scale or bounds"),
         ({"start": {}}, "without any"),
+        ({"start": {"a": 1.0, "b": "steel"}}, r"start\['b'\]: expected a number"),
         ({"start": 1.0, "bounds": (2.0, 1.0)}, "low < high"),
         ({"start": {"b": 1.0}, "bounds": {"a": (0.0, 1.0)}}, "a tree like start"),
         ({"start": 1.0, "scale": -1.0}, "expected > 0"),

@@ -297,3 +297,18 @@ def test_models_of_a_modulus_are_ranked(kind, tmp_path, capsys):
     flags = ["--of", kind, "--models", "Maxwell,StandardLinearSolid", "-o", str(tmp_path / "out")]
     main(["fit", "compare", str(path), *flags, *(["--start", "0"] if kind == "relaxation" else [])])
     assert capsys.readouterr().out.splitlines()[1].startswith("StandardLinearSolid")
+
+
+@pytest.mark.parametrize(("phase", "common"), [(0.0, True), (0.01, False)])
+def test_common_errors_of_both_moduli_have_a_note(phase, common):
+    """An error of the amplitude multiplies G' and G'' by one factor: of 80 sweeps 82 % of the intervals held G1."""
+    rng = np.random.default_rng(4)
+    own = 1.0 + 0.01 * rng.standard_normal(30) + 1j * phase * rng.standard_normal(30)
+    G = dynamic(OMEGA, **TRUTH) * own
+    data = fitting.OscillationData(OMEGA, G.real, G.imag)
+    G1, G2, eta1, eta2 = TRUTH.values()
+    tau = -1.0 / np.roots([eta2 / G1, G2 / G1 + eta2 / eta1 + 1.0, G2 / eta1]).real
+    for fit in (fitting.fit_oscillation(data, "Burgers"), fitting.fit_maxwell(data, tau, equilibrium=False)):
+        told = [note for note in fit.notes if "have common errors" in note]
+        assert len(told) == common
+        assert not told or "up to 1.4 times" in told[0]
