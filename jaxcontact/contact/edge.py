@@ -32,6 +32,8 @@ from collections.abc import Iterator
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support.reductions import total
+
 # Of edges along an axis of the grid, and of oblique ones; from Hertz contacts of 1.5 to 40 cells radius at random places
 # on the grid. On films between a twentieth of a cell and three cells thick the edge lies up to 0.07 of a cell elsewhere.
 BEND = 0.53, 0.2
@@ -57,7 +59,7 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
         level = _padded(level, axis, wraps)[(slice(None),) * axis + (slice(1 if wraps else None, None),)]
     weights = jnp.outer(*(_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True)))
     shares, rims = zip(*(_share_and_rim(*corners) for corners in _triangles(level)), strict=True)
-    return jnp.maximum(jnp.sum(weights * (sum(shares) / 4.0 - sum(rims) / 2.0)), 0.0)
+    return jnp.maximum(total(weights * (sum(shares) / 4.0 - sum(rims) / 2.0)), 0.0)
 
 
 def _widths(n: int, wraps: bool) -> Array:
@@ -79,16 +81,22 @@ def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, boo
 
 
 def _laplacian(field: Array, periodic: tuple[bool, bool]) -> Array:
-    padded = [_padded(field, axis, wraps) for axis, wraps in enumerate(periodic)]
-    along_x, along_y = padded[0], padded[1]
-    return along_x[2:] + along_x[:-2] + along_y[:, 2:] + along_y[:, :-2] - 4.0 * field
+    f = _surrounded(field, periodic)
+    return f[2:, 1:-1] + f[:-2, 1:-1] + f[1:-1, 2:] + f[1:-1, :-2] - 4.0 * field
 
 
 def _box_sum(field: Array, periodic: tuple[bool, bool]) -> Array:
     """Return the sum over 3 x 3 cells around each."""
-    x = _padded(field, 0, periodic[0])
-    y = _padded(x[:-2] + x[1:-1] + x[2:], 1, periodic[1])
-    return y[:, :-2] + y[:, 1:-1] + y[:, 2:]
+    f = _surrounded(field, periodic)
+    rows = f[:-2] + f[1:-1] + f[2:]
+    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+
+
+def _surrounded(field: Array, periodic: tuple[bool, bool]) -> Array:
+    """Return the field with one more cell at both ends of both axes."""
+    for axis, wraps in enumerate(periodic):
+        field = _padded(field, axis, wraps)
+    return field
 
 
 def _padded(field: Array, axis: int, wraps: bool) -> Array:
