@@ -9,17 +9,17 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.data.pull_off import read_pull_off, zeroed
+from fitting.fits.adhesion_verdict import AdhesiveSample, deviation
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit, plain
 from fitting.models.adhesive_curve import JKR, MaugisDugdale
 from fitting.models.coordinates import NUISANCES
 from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
-from fitting.search.nonlinear import moved
+from fitting.search.nonlinear import minimise_from, moved
 from fitting.search.press import Instrument, indentation_weights
 from fitting.views import adhesion_picture, report
 
@@ -167,15 +167,27 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     space = test.space(table, choices.instrument)
     sought = Sought(space.structure, table, Volume.of(test.body.nu, None))
     blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
-    sample = Sample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
+    sample = AdhesiveSample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.whole
     off = np.abs(
         moved(best, objective.free, solved.weights * test.zero)
     )  # what an error of the zero of the load changes
-    solved = solved._replace(kept=test.seen.contact, left=off if test.zero > 0.0 else solved.left)
+    solved = solved._replace(kept=test.seen.contact)
+    other = None if test.model is MaugisDugdale else lambda: _with_range(test, solved.weights, choices)
+    found = deviation(test, problem, solved, other)
+    left = found.left + (off if test.zero > 0.0 else 0.0)
+    solved = solved._replace(left=left, against=found.against, notes=(*solved.notes, *found.notes))
     return _Searched(problem, solved, conclude(problem, solved))
+
+
+def _with_range(test: AdhesiveTest, weights: np.ndarray, choices: AdhesiveChoices) -> np.ndarray:
+    """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
+    other = test._replace(model=MaugisDugdale)
+    space = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
+    best = minimise_from(other.objective(space, weights), other.starts(space))
+    return np.delete(best.theta, MaugisDugdale._fields.index("strength"))
 
 
 def _tabor(body: Body, G: float, work: float, largest: float) -> float:
@@ -195,7 +207,12 @@ def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, s
     z, seen = student.two_sided(choices.level), test.seen
     rows = np.stack([space.to_si(v) for v in (best.theta, *found.concluded.ends.T)], -1)
     nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    notes = (*found.concluded.fields["notes"], *_range_note(test, found, law))
+    deepest = float(test.data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
+    notes = (
+        *found.concluded.fields["notes"],
+        *_range_note(test, found, law),
+        *paraboloid_note(body.ball, deepest),
+    )
     return found.concluded.fit(
         AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
         pull_off=_interval(seen.force, z * seen.force_sd), separation_work=_interval(seen.work, z * seen.work_sd),

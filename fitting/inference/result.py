@@ -22,8 +22,9 @@ class Estimate(NamedTuple):
     """Result of a search in SI units, in the order of the structure's list of compliances.
 
     best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): interval ends; covariance (m, m), zero
-    for what was held; log: covariance of the log parameters; moves(name) (m,): derivative of the compliances with
-    respect to a quantity that was held; landscape: None where the residuals require the contact solver.
+    for what was held, with the systematic errors that the intervals include; log: covariance of the log parameters by
+    noise alone; moves(name) (m,): derivative of the compliances with respect to a quantity that was held; landscape: None
+    where the residuals require the contact solver.
     """
 
     best: np.ndarray

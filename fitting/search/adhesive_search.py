@@ -111,6 +111,8 @@ class AdhesiveTest(NamedTuple):
         depth, load = float(np.ptp(self.data.depth)), float(np.ptp(self.data.load))
         sizes = depth / np.array([1.0, float(np.ptp(self.data.t)), load])
         box = np.concatenate([np.array(rows), instrument.box(sizes)])
+        if isinstance(instrument.contact_point, str):  # about the measured depths, whose zero is arbitrary
+            box[structure.size] += float(self.data.depth.min()) / depth + np.array([0.0, 1.0])
         own = np.arange(len(box)) < structure.size
         return ParameterSpace(
             structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,

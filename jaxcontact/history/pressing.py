@@ -70,6 +70,9 @@ class PressStepper(Stepper):
         numbers = contact_outcome(problem, solution, earlier) | {
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
+        if adhering is not None:
+            stored = self.memory.stored_energy(*jax.lax.stop_gradient((fields, pressure)))
+            told["viscous_energy"] = adhering.work - stored
         numbers |= self.memory.observe(fields, pressure, step.more) | told
         shown = {
             "pressure": numbers.pop("pressure"),
