@@ -63,7 +63,7 @@ def _words(test: AdhesiveTest, trend: float, left: np.ndarray) -> str:
     """Return the size of a trend and of the changes of modulus and work in words."""
     force = trend * _largest(test)
     G, work = (100.0 * math.expm1(change) for change in left[:2])
-    other = " or a range of the attraction" if test.model is JKR else ""
+    other = " or a range of the attraction" if test.model is JKR and test.body.film is None else ""
     return (
         f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({force:.3g} N); with half the contact"
         f"{other} G changes by {G:.1f} % and work by {work:.1f} %"

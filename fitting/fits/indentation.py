@@ -154,10 +154,11 @@ def fit_indentation(
             compliance; ``slow_edge`` holds the parameters for the opposite limit. "fit": the work of adhesion and the
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
-            for an attraction of short range. ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is
-            an ``AdhesiveFit``. Where the residuals have a trend, its intervals include the changes of modulus and work
-            with half the contact and, for "JKR", with a range of the attraction; the fit is rejected where one of these
-            exceeds 49 %, or the trend 5 % of the largest force.
+            for an attraction of short range, also on an elastic film (``layer=`` a thickness, ``substrate=`` an
+            ``Elastic``; ``fitting/models/adhesive_film.py``). ``fixed`` and ``bounds`` take "work" and "strength" too,
+            and the result is an ``AdhesiveFit``. Where the residuals have a trend, its intervals include the changes of
+            modulus and work with half the contact and, for "JKR" on a half-space, with a range of the attraction; the fit
+            is rejected where one of these exceeds 49 %, or the trend 5 % of the largest force.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -187,13 +188,14 @@ def fit_indentation(
     """
     started = time.perf_counter()
     if is_fitted(adhesion):
-        film = any(given is not None for given in (layer, substrate, grid, thickness))
+        film = layer is not None or substrate is not None
         others = {"tau": tau is not None, "rise": rise is not None, "layers": layers is not None}
+        others |= {"grid": grid is not None, "thickness": thickness is not None}
         others |= {"bulk_modulus": bulk_modulus is not None}
         check_fitted(adhesion, model, film, control, others)
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        return fit_adhesive(data, adhesion, body_of(indenter, nu), choices)
+        return fit_adhesive(data, adhesion, body_of(indenter, nu, layer, substrate), choices)
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control

@@ -59,6 +59,24 @@ def compliance(x: np.ndarray, nu: complex, base: Base = RIGID) -> np.ndarray:
 def contact_factors(ratio: float, nu: complex, base: Base = RIGID) -> dict[str, tuple[complex, complex]]:
     """Return {kind: (chi, f)} for a contact radius over the thickness: chi of ``thin_layer.py``, and the force over that
     on a half-space of the layer, with the same tip, at the same depth."""
+    (flat, ball, cone), force = _edges_and_forces(ratio, nu, base)
+    d, e = ball / flat, cone / flat
+    return {
+        "ball": (ratio * d**0.5, 1.5 * (d * force[0] - force[1]) / d**1.5),
+        "cone": (ratio * e, np.pi * (e * force[0] - force[2]) / e**2),
+        "punch": (ratio, force[0]),
+    }
+
+
+def paraboloid_terms(ratio: float, nu: complex, base: Base = RIGID) -> np.ndarray:
+    """Return g(1) and int_0^1 g for right sides 1 and tau^2, (4,), for a contact radius over the thickness; on a half-space
+    1, 1, 1 and 1/3."""
+    edges, force = _edges_and_forces(ratio, nu, base)
+    return np.array([edges[0], edges[1], force[0], force[1]])
+
+
+def _edges_and_forces(ratio: float, nu: complex, base: Base) -> tuple[np.ndarray, np.ndarray]:
+    """Return g(1) and int_0^1 g for right sides 1, tau^2 and (pi/2) tau, (3,) each."""
     count = min(NODES[0] + int(NODES[1] * ratio), NODES[2])
     tau, weights = panels(np.array([0.0, 1.0]), count)
     edges = np.linspace(0.0, 1.0, max(int(DECAY * ratio / 7.0), LEAST_PANELS) + 1)
@@ -70,13 +88,7 @@ def contact_factors(ratio: float, nu: complex, base: Base = RIGID) -> dict[str, 
     kernel = (2.0 / np.pi) * (cosines.T * strength) @ (cosines[:, :-1] * weights)
     sides = np.stack([np.ones(count), tau**2, 0.5 * np.pi * tau], -1)
     g = np.linalg.solve(np.eye(count) + kernel[:-1], sides)
-    flat, ball, cone = np.array([1.0, 1.0, 0.5 * np.pi]) - kernel[-1] @ g
-    force, d, e = weights @ g, ball / flat, cone / flat
-    return {
-        "ball": (ratio * d**0.5, 1.5 * (d * force[0] - force[1]) / d**1.5),
-        "cone": (ratio * e, np.pi * (e * force[0] - force[2]) / e**2),
-        "punch": (ratio, force[0]),
-    }
+    return np.array([1.0, 1.0, 0.5 * np.pi]) - kernel[-1] @ g, weights @ g
 
 
 _gauss = functools.lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)

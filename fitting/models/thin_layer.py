@@ -73,7 +73,7 @@ class ThinLayer(NamedTuple):
     def log_factor(self, depth: Any) -> Array:
         """Return log f at depths >= 0 [m] of any shape, that of ``LARGEST`` where chi is larger."""
         chi = jnp.minimum(self.chi(depth), LARGEST)
-        return _clenshaw(self.series, 2.0 * jnp.log1p(chi) / math.log1p(LARGEST) - 1.0)
+        return clenshaw(self.series, 2.0 * jnp.log1p(chi) / math.log1p(LARGEST) - 1.0)
 
     def factor(self, depth: Any) -> Array:
         """Return f at depths >= 0 [m] of any shape; nan where chi exceeds ``LARGEST``."""
@@ -156,7 +156,7 @@ def _series(chi: np.ndarray, factor: np.ndarray) -> np.ndarray:
     return np.stack([value.coef, fit(place.real, change).coef])
 
 
-def _clenshaw(series: Array, x: Array) -> Array:
+def clenshaw(series: Array, x: Array) -> Array:
     """Return the sum of a Chebyshev series (m,) at x of any shape."""
 
     def step(carry: tuple[Array, Array], c: Array) -> tuple[tuple[Array, Array], None]:

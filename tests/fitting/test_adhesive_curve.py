@@ -133,8 +133,6 @@ def test_a_curve_without_pull_off_or_of_another_kind_is_refused():
         fitted(plain, indenter=jc.Cone(1.2))
     with pytest.raises(ValueError, match='adhesion: expected "fit", "JKR" or a work of adhesion'):
         fitted(plain, jc.ExponentialAdhesion(WORK, 1e-9))
-    with pytest.raises(ValueError, match="adhesion: expected a half-space, without a layer"):
-        fitted(plain, layer=1e-6, substrate=jc.Elastic(1e9))
 
 
 @pytest.mark.slow
