@@ -134,6 +134,7 @@ INSIDE: dict[str, Field] = {  # fields below the surface
     ),
     "displacement": Field(("depth", "component", *PLANE), "m", "displacement (x, y, z), z into the body"),
     "von_mises": Field(("depth", *PLANE), "Pa", "von Mises stress"),
+    "interfaces": Field(("interface",), "m", "depth of the lower faces of the layers"),
     "response_error": Field(("depth",), "1", "largest relative error of the response over all wavelengths"),
     "status": Field(("depth",), "1", "status of the fields at a depth, 0 if they are resolved"),
 }

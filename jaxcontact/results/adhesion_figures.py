@@ -1,32 +1,15 @@
-"""Figures of a contact with adhesion: pressure with tension, and load against approach with its hysteresis and jumps."""
+"""The picture of a contact with adhesion: load against approach, with its hysteresis and jumps."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from jaxcontact._support.prefixes import prefixed
-from jaxcontact.results.picture_style import COLOURS
-from jaxcontact.results.plotting import pressure_profiles, scale_of
+from jaxcontact.results.picture_style import COLOURS, scale_of
 
 SAME = 0.02  # of its range: a difference between the ends of a closed path
-PANEL_WIDTH, PANEL_HEIGHT = 5.0, 4.0  # [inches]
-
-
-def adhesion_figure(history: Any) -> Figure:
-    """Return pressure profiles (with ``save="last"`` only the last) beside load against approach."""
-    figure = Figure(figsize=(2.0 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
-    if pressure.ndim == 2:
-        pressure, times = pressure[None], times[-1:]
-    middle = pressure.shape[2] // 2
-    pressure_profiles(left, history.grid.axes()[0], pressure[:, :, middle], times)
-    left.axhline(0.0, color="0.7", lw=0.8, zorder=0)
-    load_against_approach(right, history)
-    return figure
 
 
 def load_against_approach(ax: Axes, history: Any) -> Axes:

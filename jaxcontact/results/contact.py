@@ -7,9 +7,11 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support import checks
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact._support.status import Status
 from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
@@ -86,17 +88,32 @@ class ContactResult:
         attributes = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
         return dataset(arrays_of(self) | derived_of(self), attributes)
 
-    def plot(self) -> Any:
-        """Return a figure of the result.
+    def plot(self, body: LayeredHalfSpace | None = None, inside: Any = None) -> Any:
+        """Return a figure of the result: one sheet with the contact in cross-section, its dimensions, and its quantities.
 
-        An axisymmetric contact is shown by pressure profiles, and approach, load and contact radius over time, with
-        adhesion by load against approach with its jumps; a rough contact by maps of pressure, gap and contact, contact area
-        against load, and the pressure distribution; sheared and rolling contacts by stick and slip zones and tractions;
-        steady sliding by its pressure.
+        An axisymmetric contact is shown by pressure profiles, and approach, load, contact radius and peak pressure over
+        time where they vary, with adhesion by load against approach with its jumps; a rough contact by maps of pressure,
+        gap and contact, contact area against load, and the pressure distribution; sheared and rolling contacts by stick
+        and slip zones and tractions; a film that forms by its thickness; steady sliding by its pressure.
+
+        Args:
+            body: the ``LayeredHalfSpace`` of the call, whose layers and materials the cross-section then names.
+            inside: what ``subsurface`` returned for this result: the sheet then shows the von Mises stress as well.
+
+        Raises:
+            ValueError: body or inside is of another type.
         """
         from jaxcontact.results import figures
 
-        return figures.figure_of(self)
+        checks.require(
+            body is None or isinstance(body, LayeredHalfSpace),
+            f"body: expected a LayeredHalfSpace or None, got {type(body).__name__}",
+        )
+        checks.require(
+            inside is None or getattr(inside, "view", "") == "interior",
+            f"inside: expected the result of subsurface or None, got {type(inside).__name__}",
+        )
+        return figures.figure_of(self, body, inside)
 
 
 def _check_one(result: Any) -> None:
