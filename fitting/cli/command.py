@@ -50,7 +50,7 @@ def add_parser(kinds: Any) -> None:
     for name, command, what in (
         ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
         ("prony", _prony, "a creep curve: series of retardation times"),
-        ("compare", _compare, "a creep curve: comparison of several models"),
+        ("compare", _compare, "a creep curve or a modulus: comparison of several models"),
         (
             "batch",
             batch_command.run,
@@ -88,6 +88,7 @@ def _add_own(parser: Any, command: Callable[..., int]) -> None:
     if command is _compare:
         what = f"models to compare ({MODELS})"
         parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=what)
+        batch_command.add_kind(parser)
         flags.add_known(parser)
         return
     flags.add_model(parser, laws=True)
@@ -252,7 +253,14 @@ def _times(text: str | None) -> list[float] | None:
 def _compare(options: argparse.Namespace) -> int:
     """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
     output.check_directory(options)
-    data, given = flags.crept(options, options.file)
+    if options.of == "creep":
+        data, given = flags.crept(options, options.file)
+    else:
+        reader = batch_command.MODULI[options.of][0]
+        start = {"start": options.start} if options.of == "relaxation" else {}
+        data, nu = flags.moduli(options, options.file, reader, **start)
+        default = options.weights.lower() == "estimated"
+        given = flags.weighting(options, False) | {"nu": nu} | ({"weights": "relative"} if default else {})
     with flags.about(options.file):
         table = compare(data, options.models.split(","), **flags.known(options), **given)
     print(table)

@@ -148,6 +148,18 @@ def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) ->
     return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
 
 
+def check_softer(body: Body, choices: AdhesiveChoices) -> None:
+    """Raise ValueError for a film that may be stiffer than its base: a softer one can have the same curve."""
+    if body.film is None or "G" in (choices.fixed or {}):
+        return
+    most = ((choices.bounds or {}).get("G") or (None, None))[1]
+    if most is None or not most <= body.film.base:
+        raise ValueError(
+            f"bounds: expected an upper bound of G up to that of the base, {body.film.base:.4g} Pa, with a fit of the work"
+            f" of adhesion on a film, got {most!r}: a film softer and one stiffer than the base can have the same curve"
+        )
+
+
 def _film_of(layer: Any, substrate: Any) -> FilmOnBase:
     """Return a film with a thickness [m] on an elastic base; ValueError for anything else."""
     if not isinstance(layer, int | float | np.number) or not 0.0 < float(layer) < math.inf:

@@ -10,7 +10,15 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import paraboloid_note, probe_of
-from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, check_fitted, fit_adhesive, is_fitted
+from fitting.fits.adhesion import (
+    AdhesiveChoices,
+    AdhesiveFit,
+    body_of,
+    check_fitted,
+    check_softer,
+    fit_adhesive,
+    is_fitted,
+)
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
@@ -155,10 +163,11 @@ def fit_indentation(
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
             for an attraction of short range, also on an elastic film (``layer=`` a thickness, ``substrate=`` an
-            ``Elastic``; ``fitting/models/adhesive_film.py``). ``fixed`` and ``bounds`` take "work" and "strength" too,
-            and the result is an ``AdhesiveFit``. Where the residuals have a trend, its intervals include the changes of
-            modulus and work with half the contact and, for "JKR" on a half-space, with a range of the attraction; the fit
-            is rejected where one of these exceeds 49 %, or the trend 5 % of the largest force.
+            ``Elastic``; ``fitting/models/adhesive_film.py``) that is softer than its base, as ``bounds`` must say.
+            ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is an ``AdhesiveFit``. Where the
+            residuals have a trend, its intervals include the changes of modulus and work with half the contact and, for
+            "JKR" on a half-space, with a range of the attraction; the fit is rejected where one of these exceeds 49 %, or
+            the trend 5 % of the largest force.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -195,7 +204,9 @@ def fit_indentation(
         check_fitted(adhesion, model, film, control, others)
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        return fit_adhesive(data, adhesion, body_of(indenter, nu, layer, substrate), choices)
+        body = body_of(indenter, nu, layer, substrate)
+        check_softer(body, choices)
+        return fit_adhesive(data, adhesion, body, choices)
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control

@@ -94,8 +94,9 @@ class Fit(Evidence, Parameters):
 
     @property
     def t_over_tau(self) -> float:
-        """Ratio of the duration to the longest retardation time, nan where there is none."""
-        return self.duration / float(np.max(self.tau))
+        """Ratio of the duration to the longest retardation time, nan where there is none, inf if it is 0."""
+        longest = float(np.max(self.tau))
+        return self.duration / longest if longest != 0.0 else math.inf
 
     @property
     def verdict(self) -> str:

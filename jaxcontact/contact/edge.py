@@ -40,6 +40,8 @@ from collections.abc import Iterator
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support.reductions import total
+
 # Coefficients of polynomials of ``_aligned``, which is 1 for edges along an axis of the grid and 0 for those at 45 degrees.
 BEND = 0.5135, 0.1671
 SKEW = 0.0164, 0.2213
@@ -69,7 +71,7 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
     parts = zip(*(_share_rim_length(*corners) for corners in _triangles(level)), strict=True)
     share, rim, length = (scale * sum(part) for scale, part in zip((0.25, 0.5, 0.5), parts, strict=True))
     missing = 0.5 + (share - 0.5) / 3.0 - _box_sum(share, periodic) / 9.0
-    return jnp.maximum(jnp.sum(weights * (share - rim + ROUND * length * missing)), 0.0)
+    return jnp.maximum(total(weights * (share - rim + ROUND * length * missing)), 0.0)
 
 
 def _widths(n: int, wraps: bool) -> Array:
@@ -91,16 +93,22 @@ def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, boo
 
 
 def _laplacian(field: Array, periodic: tuple[bool, bool]) -> Array:
-    padded = [_padded(field, axis, wraps) for axis, wraps in enumerate(periodic)]
-    along_x, along_y = padded[0], padded[1]
-    return along_x[2:] + along_x[:-2] + along_y[:, 2:] + along_y[:, :-2] - 4.0 * field
+    f = _surrounded(field, periodic)
+    return f[2:, 1:-1] + f[:-2, 1:-1] + f[1:-1, 2:] + f[1:-1, :-2] - 4.0 * field
 
 
 def _box_sum(field: Array, periodic: tuple[bool, bool]) -> Array:
     """Return the sum over 3 x 3 cells around each."""
-    x = _padded(field, 0, periodic[0])
-    y = _padded(x[:-2] + x[1:-1] + x[2:], 1, periodic[1])
-    return y[:, :-2] + y[:, 1:-1] + y[:, 2:]
+    f = _surrounded(field, periodic)
+    rows = f[:-2] + f[1:-1] + f[2:]
+    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+
+
+def _surrounded(field: Array, periodic: tuple[bool, bool]) -> Array:
+    """Return the field with one more cell at both ends of both axes."""
+    for axis, wraps in enumerate(periodic):
+        field = _padded(field, axis, wraps)
+    return field
 
 
 def _padded(field: Array, axis: int, wraps: bool) -> Array:

@@ -41,8 +41,9 @@ class RecursiveMemory(Memory):
         k = self.kernels
         decay, old, new = ramps(k.rates * dt)
         eta = decay[:, None, None] * eta + jnp.tensordot(dt * old, pressure, 0)
-        mixed = jnp.tensordot(k.mix, eta, 1)
-        earlier = k.family.total(mixed if eta.shape[0] else mixed[:0])  # an elastic body has no history
+        count = len(k.mix) if len(eta) else 0  # an elastic body has no history
+        mixed = k.mix[:count] @ eta.reshape(len(eta), pressure.size)  # matrices: quicker to differentiate
+        earlier = k.family.total(mixed.reshape(count, *pressure.shape))
         return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, eta)
 
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:

@@ -1,5 +1,6 @@
 """Creep and relaxation of a thin bonded layer, against another axisymmetric solution, quadrature and the contact solver."""
 
+import dataclasses
 import functools
 
 import jax.numpy as jnp
@@ -66,6 +67,12 @@ def _kernel(now, slope):
     G1, G2, eta2 = TRUE.values()
     end = G1 * G2 / (G1 + G2)
     return lambda s: (end + (G1 - end) * np.exp(-(now - s) * (G1 + G2) / eta2)) * slope(s)
+
+
+def test_a_retardation_time_of_zero_is_reported():
+    load, depth = creep(T)
+    fit = dataclasses.replace(fitted(load, depth), tau=0.0)
+    assert fit.t_over_tau == np.inf and "T/tau" not in fit.summary()
 
 
 def test_relaxation_at_a_given_depth_agrees_with_quadrature():
