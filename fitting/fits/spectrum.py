@@ -55,7 +55,7 @@ class SpectrumFit(Evidence):
 
     @property
     def relaxed(self) -> bool:
-        """Whether the data are a modulus over time."""
+        """True if the data are a relaxation modulus over time."""
         return isinstance(self.data, RelaxationData)
 
     @property

@@ -13,7 +13,7 @@ from jaxcontact.files import storage
 from jaxcontact.results import labels
 
 WORDS = {"notes"}  # in the attributes, see test_notes.py
-FORMER = {"total_tangential_force"}  # names of an earlier version, which warn
+FORMER = {"total_tangential_force", "dropped"}  # names of an earlier version, which warn
 PLACES = {"peak"}  # the largest of the von Mises stresses, which are exported, and its place on the axes
 MAPS = {
     "gap",
