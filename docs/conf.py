@@ -15,8 +15,11 @@ from docutils.utils.math import latex2mathml
 HERE = Path(__file__).parent
 ROOT = HERE.parent
 sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(HERE))
 
 from jaxcontact import __version__  # noqa: E402
+
+from equations import EQUATIONS  # noqa: E402
 
 project, author, release = "jaxcontact", "The jaxcontact developers", __version__
 version = release
@@ -24,6 +27,7 @@ copyright = author  # shown at the foot of each page
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "myst_nb",
 ]
@@ -43,6 +47,7 @@ pygments_dark_style = "a11y-high-contrast-dark"
 # Notebooks as they were committed: tests/project/test_notebooks.py runs them.
 nb_execution_mode = "off"
 nb_merge_streams = True
+suppress_warnings = ["ref.python"]  # fields of one name in several results, such as notes
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
@@ -54,25 +59,78 @@ autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 napoleon_numpy_docstring = False
 napoleon_use_rtype, napoleon_use_ivar = False, True
+napoleon_use_param = False  # names that share an explanation share an entry
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 
 SECTION = re.compile(r"(Args|Attributes|Example|Raises|Returns):$")
 
 
-def _literal_formulas(lines: list[str]) -> list[str]:
-    """Indented blocks of a docstring as literal text: its formulas, which reStructuredText would take for prose."""
+def _formulas(lines: list[str]) -> list[str]:
+    """Indented blocks of a docstring, its formulas: in LaTeX those of EQUATIONS, and others as literal text.
+
+    reStructuredText would take them for prose.
+    """
     out: list[str] = []
-    inside = literal = False
-    for line in lines:
+    block: list[str] = []
+    inside = False
+    for line in [*lines, "."]:
         indented = line.startswith("    ")
+        if block and line and not indented:
+            out += _formula_or_text(block)
+            block = []
         inside = bool(SECTION.match(line)) or (inside and (indented or not line))
-        begins = indented and not inside and not literal and (not out or not out[-1])
-        if begins:
-            out += [".. code-block:: text", ""]
-        literal = begins or (literal and (indented or not line))
-        out.append(line if literal or ">>>" in line else _plain_bars(line))
-    return out
+        if block or (indented and not inside and (not out or not out[-1])):
+            block.append(line)
+        else:
+            out.append(line if ">>>" in line else _plain_bars(line))
+    return out[:-1]
+
+
+def _formula_or_text(block: list[str]) -> list[str]:
+    """The lines of a block as a directive."""
+    text = " ".join(" ".join(block).split())
+    if text not in EQUATIONS:
+        return [".. code-block:: text", "", *block, ""]
+    return [".. math::", "", f"    {EQUATIONS[text]}", ""]
+
+
+def _in_order(thing: Any, lines: list[str]) -> list[str]:
+    """The entries of the section on arguments in the order of the signature, each by its first name."""
+    if "Args:" not in lines:
+        return lines
+    first = lines.index("Args:") + 1
+    last = next(
+        (i for i in range(first, len(lines)) if lines[i] and lines[i][0] != " "),
+        len(lines),
+    )
+    entries: list[list[str]] = []
+    for line in lines[first:last]:
+        if (line.startswith("    ") and line[4:5] not in ("", " ")) or not entries:
+            entries.append([])
+        entries[-1].append(line)
+    try:
+        order = list(inspect.signature(thing).parameters)
+    except (TypeError, ValueError):
+        return lines
+    place = lambda entry: next(
+        (
+            i
+            for i, name in enumerate(order)
+            if re.match(rf"\W*{name}\b", entry[0].strip())
+        ),
+        len(order),
+    )
+    trimmed = [
+        entry[: next(i for i in range(len(entry), 0, -1) if entry[i - 1].strip())]
+        for entry in entries
+    ]
+    return [
+        *lines[:first],
+        *(line for entry in sorted(trimmed, key=place) for line in entry),
+        "",
+        *lines[last:],
+    ]
 
 
 def _plain_bars(line: str) -> str:
@@ -86,7 +144,7 @@ def _plain_bars(line: str) -> str:
 def _docstring(
     app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]
 ) -> None:
-    lines[:] = _literal_formulas(lines)
+    lines[:] = _formulas(_in_order(thing, lines))
     if (
         what == "property" and lines
     ):  # napoleon takes what stands before a colon for a type
@@ -127,7 +185,7 @@ def _copy_notebooks() -> None:
     for source in sorted(sources, key=lambda path: int(path.stem.partition("_")[0])):
         shutil.copy(source, target)
         cards.append(_card(source, target))
-    text = "`````{container} pictures\n" + "\n".join(cards) + "`````\n"
+    text = "`````{container} pictures thumbnails\n" + "\n".join(cards) + "`````\n"
     (target / "gallery.txt").write_text(text, encoding="utf-8")
 
 

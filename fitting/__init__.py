@@ -14,6 +14,7 @@ from fitting.data.growth import GrowthData as GrowthData
 from fitting.data.indentation import IndentationData as IndentationData
 from fitting.data.moduli import OscillationData as OscillationData
 from fitting.data.moduli import RelaxationData as RelaxationData
+from fitting.data.stiffness import StiffnessData as StiffnessData
 from fitting.fits.adhesion import AdhesiveFit as AdhesiveFit
 from fitting.fits.batch import BatchFit as BatchFit
 from fitting.fits.batch import fit_creep_batch as fit_creep_batch
@@ -38,6 +39,10 @@ from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
 from fitting.fits.prony import PronyFit as PronyFit
 from fitting.fits.prony import fit_prony as fit_prony
+from fitting.fits.spectrum import SpectrumFit as SpectrumFit
+from fitting.fits.spectrum import fit_spectrum as fit_spectrum
+from fitting.fits.stiffness import StiffnessFit as StiffnessFit
+from fitting.fits.stiffness import fit_stiffness as fit_stiffness
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
 from fitting.inference.resampling import resample as resample
@@ -47,6 +52,7 @@ from fitting.io.modulus_reader import read_relaxation as read_relaxation
 from fitting.io.readers import read_creep as read_creep
 from fitting.io.readers import read_force as read_force
 from fitting.io.readers import read_indentation as read_indentation
+from fitting.io.stiffness_reader import read_stiffness as read_stiffness
 from fitting.io.sweeps_reader import read_sweeps as read_sweeps
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
 from fitting.models.rubbed_contact import RubbedContact as RubbedContact
@@ -80,6 +86,9 @@ __all__ = [
     "Propagated",
     "RelaxationData",
     "RubbedContact",
+    "SpectrumFit",
+    "StiffnessData",
+    "StiffnessFit",
     "compare",
     "design",
     "exclude",
@@ -94,6 +103,8 @@ __all__ = [
     "fit_oscillation",
     "fit_prony",
     "fit_relaxation",
+    "fit_spectrum",
+    "fit_stiffness",
     "fit_together",
     "minimise",
     "posterior",
@@ -104,6 +115,7 @@ __all__ = [
     "read_indentation",
     "read_oscillation",
     "read_relaxation",
+    "read_stiffness",
     "read_sweeps",
     "resample",
     "thin_layer_factor",

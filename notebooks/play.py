@@ -147,6 +147,27 @@ def sketch(preset, shown):
 
 
 @app.function
+def film_of_pressure(history):
+    """The pressure across the contact as a drawing that runs once through all TIMES, in four seconds."""
+    middle = history.grid.shape[1] // 2
+    pressure = np.asarray(history.pressure)[:, :, middle]
+    heights = 110.0 - 100.0 * pressure / max(float(pressure.max()), np.finfo(float).tiny)
+    across = np.linspace(0.0, 320.0, pressure.shape[1])
+    curves = [
+        "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in zip(across, line, strict=True)) for line in heights
+    ]
+    ends = "".join(
+        f'<path d="{curves[i]}" stroke="#b0b0b0" stroke-dasharray="4 3" fill="none"/>' for i in (0, -1)
+    )
+    return mo.Html(f"""<figure style="margin: 0"><svg viewBox="0 0 320 120" width="320" role="img" font-size="12"
+      aria-label="pressure across the contact from the first instant to the last" style="background: white">{ends}
+      <path d="{curves[-1]}" stroke="#31688e" stroke-width="2" fill="none">
+      <animate attributeName="d" dur="4s" values="{";".join(curves)}" /></path></svg>
+      <figcaption>Pressure from the first instant to {TIMES[-1]:,.0f} s, in steps of 1, 2, 5, 10 ...; dashed: first and
+      last.</figcaption></figure>""")
+
+
+@app.function
 def validity(history):
     """Return a warning if a run failed or its film strain is large, and the film strain."""
     status, strain = int(np.max(np.asarray(history.status))), float(np.max(np.asarray(history.film_strain)))
@@ -204,7 +225,8 @@ def _(histories, preset, values):
 
 @app.cell
 def _(before, history, preset, time):
-    mo.vstack([drawn(preset.value, history, before, time.value), validity(history)])
+    now = mo.hstack([film_of_pressure(history), validity(history)], wrap=True, align="center")
+    mo.vstack([drawn(preset.value, history, before, time.value), now])
     return
 
 

@@ -63,6 +63,23 @@ def front() -> Figure:
     return figure
 
 
+def start() -> Figure:
+    """The sheet of the first example of start.md, with the stress below the surface."""
+    coating = jc.StandardLinearSolid(G1=1e9, G2=0.5e9, eta2=3e11, nu=0.4)
+    body = jc.LayeredHalfSpace([jc.Layer(coating, thickness=20e-6)], substrate=GLASS)
+    ball, load, times = (
+        jc.Sphere(5e-3, STEEL),
+        jc.Load(0.05),
+        np.linspace(0.0, 3600.0, 13),
+    )
+    grid = jc.Grid.around(body, ball, load, times, n=32)
+    history = jc.indent(body, ball, load, times, grid=grid)
+    depths = np.linspace(0.0, 60e-6, 31)
+    return history.plot(
+        body, jc.subsurface(body, grid, history.pressure, times=times, depths=depths)
+    )
+
+
 def creep() -> Figure:
     times = np.append(0.0, np.geomspace(1.0, 1e5, 24))
     figure, ax = small("Creep of coatings", "time [s]", "contact radius [µm]")
@@ -140,6 +157,9 @@ def fretting() -> Figure:
     )
     figure, ax = small("Fretting loop", "displacement [µm]", "tangential force [N]")
     ax.plot(stroke * 1e6, np.asarray(history.tangential_load)[:, 0])
+    for limit in (-5.0, 5.0):  # friction coefficient times load
+        ax.axhline(limit, color="0.6", lw=0.8, ls=":")
+    ax.text(0.4, 4.9, "limit of friction", ha="right", va="top", fontsize="small")
     return figure
 
 
@@ -182,6 +202,8 @@ def subsurface() -> Figure:
     x = np.asarray(grid.axes()[0]) * 1e6
     shown = ax.pcolormesh(x, depths * 1e6, stress, shading="gouraud")
     ax.axhline(5.0, color="white", lw=1, ls="--")
+    for depth, name in ((4.6, "coating"), (6.4, "glass")):
+        ax.text(-19.0, depth, name, color="white", fontsize="small")
     deepest, along = np.unravel_index(np.argmax(stress), stress.shape)
     ax.plot(x[along], depths[deepest] * 1e6, "w+", ms=9)
     ax.set(xlim=(-20, 20), ylim=(15, 0))
@@ -260,6 +282,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     draw.__name__: draw
     for draw in (
         front,
+        start,
         creep,
         rough,
         sliding,

@@ -18,6 +18,14 @@ function divisions(list) {
   list.replaceWith(division);
 }
 
+// The page of search results has none.
+function giveTitle() {
+  if (document.querySelector("h1")) return;
+  const title = document.createElement("h1");
+  title.textContent = document.title.split(" - ")[0];
+  document.querySelector("article")?.prepend(title);
+}
+
 function focusWhatScrolls() {
   for (const element of document.querySelectorAll("article pre, article .highlight, .table-wrapper, div.math, .cell_output *"))
     if (element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).overflowX === "auto") element.tabIndex = 0;
@@ -29,6 +37,7 @@ addEventListener("DOMContentLoaded", () => {
   name(".toc-drawer", { "aria-label": "On this page" });
   name(".content-icon-container", { role: "navigation", "aria-label": "Source and colours of this page" });
   name("label.overlay", { "aria-hidden": "true" }); // beside a drawer that is open: for the mouse only
+  giveTitle();
   document.querySelectorAll("dt.sig > dl").forEach(divisions);
   focusWhatScrolls();
   addEventListener("resize", focusWhatScrolls);

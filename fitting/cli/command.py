@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, relaxation, oscillation, master, growth, prony,
-compare, batch, propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, indentation, force, map, stiffness, relaxation, oscillation, master, growth,
+prony, compare, batch, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags.
@@ -11,12 +11,22 @@ from collections.abc import Callable
 from typing import Any
 
 import jaxcontact as jc
-from fitting.cli import batch_command, flags, force_command, further_commands, growth_command, master_command
+from fitting.cli import (
+    batch_command,
+    flags,
+    force_command,
+    further_commands,
+    growth_command,
+    map_command,
+    master_command,
+    stiffness_command,
+)
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.maxwell import fit_maxwell
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.fits.prony import fit_prony
+from fitting.fits.spectrum import fit_spectrum
 from fitting.io.modulus_reader import read_oscillation, read_relaxation
 from fitting.io.readers import read_indentation
 from fitting.views import output
@@ -40,7 +50,7 @@ def add_parser(kinds: Any) -> None:
     for name, command, what in (
         ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
         ("prony", _prony, "a creep curve: series of retardation times"),
-        ("compare", _compare, "a creep curve: comparison of several models"),
+        ("compare", _compare, "a creep curve or a modulus: comparison of several models"),
         (
             "batch",
             batch_command.run,
@@ -60,6 +70,10 @@ def add_parser(kinds: Any) -> None:
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
     _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
+    several = "Young's modulus from the force curves of a map or a folder: one table and one figure"
+    map_command.add_map(_add(kinds, "map", several))
+    over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
+    stiffness_command.add_stiffness(_add(kinds, "stiffness", over_depth))
     _add_moduli(kinds)
     growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
 
@@ -74,6 +88,7 @@ def _add_own(parser: Any, command: Callable[..., int]) -> None:
     if command is _compare:
         what = f"models to compare ({MODELS})"
         parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=what)
+        batch_command.add_kind(parser)
         flags.add_known(parser)
         return
     flags.add_model(parser, laws=True)
@@ -109,6 +124,8 @@ def _add_moduli(kinds: Any) -> None:
     series = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
     for parser in (relaxation, oscillation):
         parser.add_argument("--tau", metavar="T,T,...", help=series)
+        smooth = "a continuous relaxation spectrum with what the data resolve of it, in place of --model"
+        parser.add_argument("--spectrum", action="store_true", help=smooth)
     several = "time-temperature superposition: curves at several temperatures"
     master_command.add_master(_add(kinds, "master", several))
 
@@ -137,6 +154,8 @@ def _add_indentation(press: Any) -> None:
     press.add_argument(
         "--layer", type=float, metavar="H", help="thickness of a film [m]; by default a half-space"
     )
+    thin = "thickness of a sample bonded to a rigid base [m], such as a gel in a dish; in place of --layer"
+    press.add_argument("--thickness", type=float, metavar="H", help=thin)
     press.add_argument(
         "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
     )
@@ -210,10 +229,14 @@ def _oscillation(options: argparse.Namespace) -> int:
 def _fit_modulus(options: argparse.Namespace, fit: Callable[..., Any], data: Any, nu: float) -> int:
     """Fit a model, or a series of relaxation times, and write the results."""
     given, held = flags.weighting(options, False), flags.known(options)
+    if options.spectrum and (options.tau is not None or any(held.values())):
+        raise ValueError("--spectrum: expected no --tau, no --fix and no --bound beside it, got some")
     if options.tau is not None and any(held.values()):
         raise ValueError("--tau: expected no --fix and no --bound beside it, got some")
     with flags.about(options.file):
-        if options.tau is None:
+        if options.spectrum:
+            found: Any = fit_spectrum(data, nu=nu, **given)
+        elif options.tau is None:
             found = fit(data, options.model, nu=nu, **given, **held)
         else:
             found = fit_maxwell(data, _times(options.tau), nu=nu, **given)
@@ -230,7 +253,14 @@ def _times(text: str | None) -> list[float] | None:
 def _compare(options: argparse.Namespace) -> int:
     """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
     output.check_directory(options)
-    data, given = flags.crept(options, options.file)
+    if options.of == "creep":
+        data, given = flags.crept(options, options.file)
+    else:
+        reader = batch_command.MODULI[options.of][0]
+        start = {"start": options.start} if options.of == "relaxation" else {}
+        data, nu = flags.moduli(options, options.file, reader, **start)
+        default = options.weights.lower() == "estimated"
+        given = flags.weighting(options, False) | {"nu": nu} | ({"weights": "relative"} if default else {})
     with flags.about(options.file):
         table = compare(data, options.models.split(","), **flags.known(options), **given)
     print(table)
@@ -244,7 +274,7 @@ def _indentation(options: argparse.Namespace) -> int:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
     output.check_directory(options)
     data = flags.resampled(options, options.file, _indented(options, indenter))
-    extra: dict[str, Any] = {"adhesion": _adhesion(options)}
+    extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
@@ -293,8 +323,9 @@ def _indented(options: argparse.Namespace, indenter: Any) -> Any:
     window, options.window = options.window, None
     data = flags.read(read_indentation, options.file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
+    stiffened = options.layer is not None or options.thickness is not None
     with flags.about(options.file):
-        data = data.in_contact(depth, indenter, options.layer is not None).only(*(options.segment or ()))
+        data = data.in_contact(depth, indenter, stiffened).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import jaxcontact as jc
 from fitting.cli import flags
-from fitting.fits.force import fit_force
+from fitting.fits.force import ForceFit, fit_force
 from fitting.io.readers import read_force
 from fitting.views import output
 
@@ -19,6 +19,15 @@ def add_force(parser: Any) -> None:
     parser.add_argument("file", metavar="FILE", help="a file of JPK, Asylum, Bruker or AFM Workshop, or text")
     parser.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="where results go (NAME-fit)")
     parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    parser.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
+    common = "also fit the polynomials in common use for thin samples, and print their error"
+    parser.add_argument("--polynomials", action="store_true", help=common)
+    add_sample(parser)
+    parser.set_defaults(command=run)
+
+
+def add_sample(parser: Any) -> None:
+    """Add the flags for the tip, the sample, the calibration and the columns of force curves."""
     tip = parser.add_mutually_exclusive_group()
     tip.add_argument("--radius", type=float, metavar="R", help="a ball of this radius [m]")
     tip.add_argument("--cone", type=float, metavar="A", help="a cone of this half-angle [degrees]")
@@ -30,9 +39,10 @@ def add_force(parser: Any) -> None:
     parser.add_argument("--nu", type=float, default=0.5, help="Poisson's ratio of the sample (0.5)")
     thin = "thickness of a sample bonded to glass or another rigid base [m]; else a half-space"
     parser.add_argument("--thickness", type=float, metavar="H", help=thin)
-    common = "also fit the polynomials in common use for thin samples, and print their error"
-    parser.add_argument("--polynomials", action="store_true", help=common)
-    parser.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
+    base = "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass; rigid by default"
+    parser.add_argument("--substrate-modulus", type=float, metavar="E", help=base)
+    nu = "Poisson's ratio of that base (0.22)"
+    parser.add_argument("--substrate-nu", type=float, default=0.22, metavar="NU", help=nu)
     spring = "spring constant of the cantilever [N/m], where the file does not state it"
     parser.add_argument("--spring-constant", type=float, metavar="K", help=spring)
     volt = "sensitivity of the deflection [m/V], where the file does not state it"
@@ -43,35 +53,45 @@ def add_force(parser: Any) -> None:
     errors = "estimated, absolute, or a standard deviation in N"
     flags.add_common(parser, "estimated", errors, "t, load, depth, height")
     flags.add_bounds(parser)
-    parser.set_defaults(command=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Fit a force curve and write the results."""
     if options.directory is None:
         options.directory = Path(f"{Path(options.file).name.split('.')[0]}-fit")
-    indenter, assumed = _tip(options)
+    _, assumed = tip_of(options)
     output.check_directory(options)
-    given = {"spring_constant": options.spring_constant, "sensitivity": options.sensitivity}
     curve = None if options.curve is None else flags.place(options.curve)
-    data = flags.read(read_force, options.file, options, curve=curve, **given)
-    chosen = flags.weighting(options, False)
-    calibration = {
-        name: value
-        for name in ("spring_constant", "sensitivity")
-        if (value := getattr(options, f"{name}_error")) != 0.0
-    }
-    with flags.about(options.file):
-        found = fit_force(
-            data, indenter=indenter, nu=options.nu, thickness=options.thickness, polynomials=options.polynomials,
-            bounds=flags.bounds(options), errors=calibration, spring_constant=options.spring_constant, **chosen,
-        )  # fmt: skip
+    found = fitted(options, options.file, curve)
     if assumed:
         print(assumed)
     return output.finish(options, found, {"assumed": assumed} if assumed else None)
 
 
-def _tip(options: argparse.Namespace) -> tuple[Any, str]:
+def fitted(options: argparse.Namespace, file: str, curve: int | str | None) -> ForceFit:
+    """Return the fit of a curve of a file."""
+    given = {"spring_constant": options.spring_constant, "sensitivity": options.sensitivity}
+    data = flags.read(read_force, file, options, curve=curve, **given)
+    calibration = {
+        name: value
+        for name in ("spring_constant", "sensitivity")
+        if (value := getattr(options, f"{name}_error")) != 0.0
+    }
+    with flags.about(file):
+        return fit_force(
+            data, indenter=tip_of(options)[0], nu=options.nu, thickness=options.thickness, substrate=_base(options),
+            polynomials=getattr(options, "polynomials", False), bounds=flags.bounds(options), errors=calibration,
+            spring_constant=options.spring_constant, **flags.weighting(options, False),
+        )  # fmt: skip
+
+
+def _base(options: argparse.Namespace) -> Any:
+    """Return the base of a thin sample, None for a rigid one."""
+    E = options.substrate_modulus
+    return None if E is None else jc.Elastic.from_young(E, options.substrate_nu)
+
+
+def tip_of(options: argparse.Namespace) -> tuple[Any, str]:
     """Return the indenter, and a sentence where it is assumed."""
     if options.radius is not None:
         return jc.Sphere(options.radius), ""

@@ -10,6 +10,7 @@ from fitting.data.curves import array, deviations, times
 from fitting.views.in_words import described
 
 COLD = 200.0  # K, below which a temperature was probably given in degrees Celsius
+WEAK, THICK = 1e5, 1e-4  # Pa and m: a stress below, a thickness above are probably in other units
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -23,7 +24,8 @@ class GrowthData:
         thickness: (n,) [m], with at least one value > 0.
         stress: the stress that drives the growth [Pa] >= 0; the pressure or the shear stress, depending on the law that is
             to be fitted.
-        temperature: [K] > 0. A note is added below 200 K, since such values are usually in degrees Celsius.
+        temperature: [K] > 0. A note is added below 200 K, since such values are usually in degrees Celsius; likewise
+            for a stress below 1e5 Pa and a thickness above 1e-4 m.
         sigma: (n,) standard deviations of the thickness [m], or one value for all, if they are known.
         initial: thickness at t = 0 [m] >= 0.
         load: normal load [N] > 0, for a fit with the pressure of the contact; ``stress`` is then a nominal one, from which
@@ -65,8 +67,15 @@ class GrowthData:
         if self.sigma is not None:
             spread = np.full(self.t.size, self.sigma) if np.ndim(self.sigma) == 0 else self.sigma
             put("sigma", deviations("sigma", spread, self.t))
-        if self.temperature < COLD:
-            put("notes", (*self.notes, f"temperature {self.temperature:g} K: expected in K, not in °C"))
+        doubts = [
+            (self.temperature < COLD, f"temperature {self.temperature:g} K: expected in K, not in °C"),
+            (0.0 < self.stress < WEAK, f"stress {self.stress:g} Pa: expected in Pa, not in MPa or GPa"),
+            (
+                self.thickness.max() > THICK,
+                f"thickness up to {self.thickness.max():g} m: expected in m, not in nm",
+            ),
+        ]
+        put("notes", (*self.notes, *(words for doubtful, words in doubts if doubtful)))
 
     def __repr__(self) -> str:
         rows = [

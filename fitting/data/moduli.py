@@ -69,13 +69,16 @@ class OscillationData:
     """Storage and loss moduli over angular frequency.
 
     Args:
-        omega: (n,) angular frequency [rad/s] > 0, in any order.
+        omega: (n,) angular frequency [rad/s] > 0, in any order; the points are sorted by it. At least two are different.
         storage: (n,) G' or E' [Pa].
         loss: (n,) G'' or E'' [Pa].
         convention: "G" in shear; "E" in tension, E = 2 (1 + nu) G.
         nu: Poisson's ratio, for "E" only.
         notes: remarks on what was read and corrected.
         temperature: of the test [K], for ``fit_master``.
+
+    Attributes:
+        reordered: whether the points had another order.
 
     Raises:
         ValueError: any other input, with the expected and the received value.
@@ -93,12 +96,16 @@ class OscillationData:
     nu: float | None = None
     notes: tuple[str, ...] = ()
     temperature: float | None = None
+    reordered: bool = dataclasses.field(default=False, init=False)
 
     def __post_init__(self) -> None:
         omega = array("omega", self.omega)
         order = np.argsort(omega, kind="stable")
         if not omega[order[0]] > 0:
             raise ValueError(f"omega: expected frequencies > 0 rad/s, got {omega[order[0]]:g}")
+        if np.ptp(omega) == 0.0:
+            raise ValueError(f"omega: expected several frequencies, got {omega[0]:g} rad/s throughout")
+        object.__setattr__(self, "reordered", bool(np.any(np.diff(omega) < 0)))
         factor(self.convention, self.nu)
         for name in ("omega", "storage", "loss"):
             object.__setattr__(self, name, array(name, getattr(self, name), omega)[order])

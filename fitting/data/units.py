@@ -58,6 +58,11 @@ ANGLE = {
 CELSIUS = ("°C", "C", "degC", "deg C", "℃")
 TEMPERATURE = {"K": 1.0, **dict.fromkeys(CELSIUS, 1.0)}  # of one degree; the zero of °C is not that of K
 RATIO = {"-": 1.0, "1": 1.0, "": 1.0, "%": 1e-2}
+STIFFNESS = {
+    "N/m": 1.0,
+    **{f"{force}/{length}": FORCE[force] / LENGTH[length] for force in ("N", "mN", "uN", "nN", "pN", "kN")
+       for length in ("m", "mm", "um", "nm")},
+}  # fmt: skip
 COMPLIANCE = {
     **{f"1/{unit}": 1.0 / factor for unit, factor in STRESS.items() if "/" not in unit},
     **{f"{area}/{force}": AREA[area] / FORCE[force] for force in FORCE for area in AREA},
@@ -75,6 +80,7 @@ KINDS = {
     "angle": ANGLE,
     "ratio": RATIO,
     "temperature": TEMPERATURE,
+    "stiffness": STIFFNESS,
 }
 SHOWN = {
     "t": 5,
@@ -87,6 +93,7 @@ SHOWN = {
     "angle": 3,
     "ratio": 2,
     "temperature": 2,
+    "stiffness": 3,
 }  # canonical ones come first
 SIGNS = str.maketrans(
     {
@@ -115,11 +122,11 @@ def factor(kind: str, text: str) -> float:
 
     Args:
         kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load", "depth", "angle",
-            "ratio" or "temperature".
+            "ratio", "temperature" or "stiffness".
         text: the unit as written.
 
     Returns:
-        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad, 1 or K.
+        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad, 1, K or N/m.
 
     Raises:
         KeyError: the text is no unit of that kind.

@@ -9,17 +9,18 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.data.pull_off import read_pull_off, zeroed
+from fitting.fits.adhesion_verdict import AdhesiveSample, deviation
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit, plain
 from fitting.models.adhesive_curve import JKR, MaugisDugdale
+from fitting.models.adhesive_film import FilmOnBase
 from fitting.models.coordinates import NUISANCES
 from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
-from fitting.search.nonlinear import moved
+from fitting.search.nonlinear import minimise_from, moved
 from fitting.search.press import Instrument, indentation_weights
 from fitting.views import adhesion_picture, report
 
@@ -37,7 +38,8 @@ class AdhesiveFit(Fit):
         tabor_number: (R w^2/(E*^2 z^3))^(1/3) of the fitted law, z = w/s(0); nan without a range.
         pull_off: (value, low, high) [N]: the largest tension, read from the curve without a model.
         separation_work: (value, low, high) [J]: the work of the tension of the retraction, likewise.
-        nu, indenter: given quantities on which the parameters are conditional.
+        nu, indenter, film: given quantities on which the parameters are conditional; film: None for a half-space, else
+            thickness [m], and modulus [Pa] and Poisson's ratio of the base.
         nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)} of those that were
             fitted.
         kept: (n,) bool, the points in contact, which were fitted.
@@ -52,6 +54,7 @@ class AdhesiveFit(Fit):
     separation_work: Interval
     nu: float
     indenter: Any
+    film: FilmOnBase | None
     nuisances: dict[str, Interval]
     kept: np.ndarray
     runs: tuple[int, int]
@@ -67,7 +70,8 @@ class AdhesiveFit(Fit):
         key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
         return super().to_dict() | {
             "pull_off_N": plain(self.pull_off), "separation_work_J": plain(self.separation_work),
-            "tabor_number": plain(self.tabor_number), "poisson_ratio": self.nu, **probe_of(self.indenter).key,
+            "tabor_number": plain(self.tabor_number), "poisson_ratio": self.nu,
+            "film_thickness_m": None if self.film is None else self.film.thickness, **probe_of(self.indenter).key,
             "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
             "starts": self.starts[0], "starts_agreed": self.starts[1],
             "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
@@ -95,7 +99,10 @@ class AdhesiveFit(Fit):
 
     def _conditions(self) -> list[str]:
         runs = f"{self.runs[0]} forward and {self.runs[1]} gradient runs in {self.seconds:.3g} s"
-        return [f"  the parameters are conditional on nu = {self.nu:.4g} and a half-space; {runs}"]
+        body = "a half-space"
+        if self.film is not None:
+            body = f"a film of {self.film.thickness:.4g} m on a base of G = {self.film.base:.4g} Pa"
+        return [f"  the parameters are conditional on nu = {self.nu:.4g} and {body}; {runs}"]
 
 
 class AdhesiveChoices(NamedTuple):
@@ -127,17 +134,43 @@ def check_fitted(adhesion: Any, model: Any, film: bool, control: Any, others: di
         )
     if control != "depth":
         raise ValueError(f'control: expected "depth" with a fit of the work of adhesion, got {control!r}')
-    if film:
-        raise ValueError(f"adhesion: expected a half-space, without a layer, with adhesion={adhesion!r}")
+    if film and adhesion.lower() != "jkr":
+        raise ValueError(f'adhesion: expected "JKR" with a layer, got {adhesion!r}')
     for name in (name for name, given in others.items() if given):
         raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
 
 
-def body_of(indenter: Any, nu: Any) -> Body:
-    """Return what is pressed; ValueError for anything but a ball."""
+def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) -> Body:
+    """Return what is pressed; ValueError for anything but a ball on a half-space, or on a film on an elastic base."""
     if not isinstance(indenter, jc.Sphere):
         raise ValueError(f"adhesion: expected a Sphere, got {type(indenter).__name__}")
-    return Body(float(Volume.of(nu, None).value), indenter)
+    nu = float(Volume.of(nu, None).value)
+    return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
+
+
+def check_softer(body: Body, choices: AdhesiveChoices) -> None:
+    """Raise ValueError for a film that may be stiffer than its base: a softer one can have the same curve."""
+    if body.film is None or "G" in (choices.fixed or {}):
+        return
+    most = ((choices.bounds or {}).get("G") or (None, None))[1]
+    if most is None or not most <= body.film.base:
+        raise ValueError(
+            f"bounds: expected an upper bound of G up to that of the base, {body.film.base:.4g} Pa, with a fit of the work"
+            f" of adhesion on a film, got {most!r}: a film softer and one stiffer than the base can have the same curve"
+        )
+
+
+def _film_of(layer: Any, substrate: Any) -> FilmOnBase:
+    """Return a film with a thickness [m] on an elastic base; ValueError for anything else."""
+    if not isinstance(layer, int | float | np.number) or not 0.0 < float(layer) < math.inf:
+        raise ValueError(
+            f"layer: expected a thickness > 0 m with a fit of the work of adhesion, got {layer!r}"
+        )
+    if not isinstance(substrate, jc.Elastic) or substrate.nu is None:
+        raise ValueError(
+            f"substrate: expected Elastic with nu beside a fit of the work of adhesion, got {substrate!r}"
+        )
+    return FilmOnBase(float(layer), float(substrate.G), float(substrate.nu))
 
 
 def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: AdhesiveChoices) -> AdhesiveFit:
@@ -167,15 +200,28 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     space = test.space(table, choices.instrument)
     sought = Sought(space.structure, table, Volume.of(test.body.nu, None))
     blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
-    sample = Sample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
+    sample = AdhesiveSample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.whole
     off = np.abs(
         moved(best, objective.free, solved.weights * test.zero)
     )  # what an error of the zero of the load changes
-    solved = solved._replace(kept=test.seen.contact, left=off if test.zero > 0.0 else solved.left)
+    solved = solved._replace(kept=test.seen.contact)
+    ranged = test.model is JKR and test.body.film is None
+    other = (lambda: _with_range(test, solved.weights, choices)) if ranged else None
+    found = deviation(test, problem, solved, other)
+    left = found.left + (off if test.zero > 0.0 else 0.0)
+    solved = solved._replace(left=left, against=found.against, notes=(*solved.notes, *found.notes))
     return _Searched(problem, solved, conclude(problem, solved))
+
+
+def _with_range(test: AdhesiveTest, weights: np.ndarray, choices: AdhesiveChoices) -> np.ndarray:
+    """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
+    other = test._replace(model=MaugisDugdale)
+    space = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
+    best = minimise_from(other.objective(space, weights), other.starts(space))
+    return np.delete(best.theta, MaugisDugdale._fields.index("strength"))
 
 
 def _tabor(body: Body, G: float, work: float, largest: float) -> float:
@@ -195,11 +241,16 @@ def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, s
     z, seen = student.two_sided(choices.level), test.seen
     rows = np.stack([space.to_si(v) for v in (best.theta, *found.concluded.ends.T)], -1)
     nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    notes = (*found.concluded.fields["notes"], *_range_note(test, found, law))
+    deepest = float(test.data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
+    notes = (
+        *found.concluded.fields["notes"],
+        *_range_note(test, found, law),
+        *paraboloid_note(body.ball, deepest),
+    )
     return found.concluded.fit(
         AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
         pull_off=_interval(seen.force, z * seen.force_sd), separation_work=_interval(seen.work, z * seen.work_sd),
-        nu=body.nu, indenter=body.ball, nuisances=nuisances, kept=seen.contact,
+        nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
         seconds=time.perf_counter() - started,
     )  # fmt: skip

@@ -13,9 +13,11 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
+from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits.creep_solution import CreepSearch
 from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
+from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample, settled
 from fitting.inference.result import Fit, linear_band, plain
@@ -197,7 +199,7 @@ class Comparison(NamedTuple):
         fits: the fits, lowest BIC first.
     """
 
-    fits: tuple[CreepFit, ...]
+    fits: tuple[Any, ...]
 
     def __str__(self) -> str:
         head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
@@ -213,28 +215,29 @@ class Comparison(NamedTuple):
 
 
 def compare(
-    data: CreepData,
+    data: CreepData | RelaxationData | OscillationData,
     models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
     fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None,
     **options: Any,
 ) -> Comparison:
-    """Fit several models to one creep curve; the printed result is a table.
+    """Fit several models to one creep curve, relaxation modulus or frequency sweep; the printed result is a table.
 
-    All fits use the points and the estimated weights of the model with the most parameters.
+    All fits of a creep curve use the points and the estimated weights of the model with the most parameters. Those of a
+    modulus take "relative" weights by default, or "absolute" ones or a sigma, which are the same for all models.
 
     Args:
         data: the curve.
         models: material classes or their names.
         fixed: as in ``fit_creep``; applied to every model that has the parameter.
         bounds: as ``fixed``.
-        options: the other keywords of ``fit_creep``.
+        options: the other keywords of ``fit_creep``, ``fit_relaxation`` or ``fit_oscillation``.
 
     Returns:
         The fits, lowest BIC first.
 
     Raises:
-        ValueError: as ``fit_creep``, or a parameter that no model has.
+        ValueError: as these fits, a parameter that no model has, or estimated weights with a modulus.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -252,6 +255,8 @@ def compare(
     each = {
         model: {"fixed": mine(fixed, where), "bounds": mine(bounds, where)} for model, where in own.items()
     }
+    if isinstance(data, RelaxationData | OscillationData):
+        return Comparison(_of_modulus(data, each, options))
     richest = max(own, key=lambda model: len(own[model]))
     first = fit_creep(data, richest, **each[richest], **options)
     data, given = _points(data, first.kept), first.point_weights[first.kept]
@@ -261,6 +266,20 @@ def compare(
         if model != richest
     ]
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
+
+
+def _of_modulus(data: RelaxationData | OscillationData, each: dict[type, dict], options: dict) -> tuple:
+    """Return the fits of a modulus by several models with the same weights, lowest BIC first."""
+    given = dict(options)
+    if given.get("weights") is None and given.get("sigma") is None:
+        given["weights"] = "relative"
+    if given.get("weights") == "estimated":
+        raise ValueError(
+            'weights: expected "relative", "absolute" or a sigma to compare models of a modulus, got \'estimated\''
+        )
+    fit: Callable[..., Fit] = fit_relaxation if isinstance(data, RelaxationData) else fit_oscillation
+    found = [fit(data, model, **own, **given) for model, own in each.items()]
+    return tuple(sorted(found, key=lambda one: one.bic))
 
 
 def _points(data: CreepData, kept: np.ndarray) -> CreepData:

@@ -23,7 +23,7 @@ import jaxcontact as jc
 from fitting.data.fields import ContactData
 from fitting.inference import pixels
 from fitting.inference.evidence import Sample
-from fitting.models.imaging import View
+from fitting.models.imaging import View, sampled
 from fitting.models.pressing import PressedImages
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import Sought
@@ -42,7 +42,7 @@ WIDER = (
 COARSER = (
     1 / 2,
     3 / 4,
-)  # cells along each axis of these grids, over those of the fit, where the width is a period
+)  # cells along each axis of these grids, over those of the fit, where the width cannot differ
 TURNS = 3  # of estimating the noise
 MARGIN = 3  # cells at the edge of the model's grid that are not compared
 ALIGN = {"none": (), "shift": ("shift_x", "shift_y"), "shift and rotation": ("shift_x", "shift_y", "angle")}
@@ -89,15 +89,16 @@ class FieldSearch:
         nuisances = (*align, *(("blur",) if blur == "fitted" else ()), *contact)
         pixel = float(data.grid.spacing[0])
         units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
-        setting = indenter, data.control, jnp.asarray(data.times)
         press = lambda own: PressedImages(
-            sought.structure.model, tuple(parameters), setting, tuple(data.fields), data.grid, own, tolerance
-        )
+            sought.structure.model, tuple(parameters),
+            (_on_grid(indenter, grid, own), data.control, jnp.asarray(data.times)), tuple(data.fields), data.grid, own,
+            tolerance,
+        )  # fmt: skip
         known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         return cls(
             data, sought, press(grid),
-            tuple(press(one) for one in _coarser(grid)), nuisances, units,
+            tuple(press(one) for one in _coarser(grid, isinstance(indenter, jc.HeightField))), nuisances, units,
             0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
             {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
@@ -181,7 +182,7 @@ class FieldSearch:
     def solve(self) -> tuple[Best, np.ndarray]:
         """Return the optimum and weights (n,) that agree with its residuals."""
         if not np.all(np.isfinite(self.vector(self.images(self.start)))):
-            status = jc.Status(self.pressing.history(tuple(self.start[: self.k].tolist()))[1])
+            status = self.pressing.status(tuple(self.start[: self.k].tolist()))
             raise ValueError(f"parameters: expected a start that can be computed, got: {status.message}")
         first = self.weights(self.start, True)
         found = self.several(first, [self.start, *self.scanned(first)])
@@ -292,19 +293,32 @@ class FieldSearch:
         return Sample.of(curve, weights, "sigma", np.concatenate(lines))
 
     def notes(self, theta: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
-        """Return remarks on blocks of pixels and the error of the grid."""
+        """Return remarks on blocks of pixels and the error of the grid, and those of the solver."""
         sizes = ", ".join(f"{blocks.size} x {blocks.size} of {name}" for name, blocks in self.blocks.items())
         worst = 100.0 * float(np.max(left[: self.k]))
         return (
             f"the values that were fitted are means over blocks of pixels: {sizes}",
             "standard deviations were estimated from the residuals of each field",
             f"the intervals include the estimated error of the grid, up to {worst:.2g} % of a parameter",
+            *self.pressing.notes(tuple(theta[: self.k].tolist())),
         )
 
 
-def _coarser(grid: jc.Grid) -> list[jc.Grid]:
-    """Return coarser grids, with different places of the edge of contact among their cells."""
-    if any(grid.periodic):
+def _on_grid(indenter: Any, grid: jc.Grid, own: jc.Grid) -> Any:
+    """Return the indenter for another grid of the same width: heights between cells follow by cubic convolution."""
+    if own is grid or not isinstance(indenter, jc.HeightField):
+        return indenter
+    return dataclasses.replace(
+        indenter, heights=sampled(jnp.asarray(indenter.heights), grid, *own.coordinates())
+    )
+
+
+def _coarser(grid: jc.Grid, sampled_heights: bool) -> list[jc.Grid]:
+    """Return coarser grids, with different places of the edge of contact among their cells.
+
+    Their width is that of the grid where it is a period or where the heights of the indenter are not known beyond it.
+    """
+    if any(grid.periodic) or sampled_heights:
         return [_changed(grid, share, 1.0) for share in COARSER]
     return [_changed(grid, COARSER[0], wider) for wider in WIDER]
 

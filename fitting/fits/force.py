@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
+from fitting.data.probe import paraboloid_note, probe_of
 from fitting.fits import force_calibration
 from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
 from fitting.fits.force_verdict import deviation
@@ -18,6 +18,10 @@ from fitting.models.force_curve import indentation_force
 from fitting.search import nonlinear
 from fitting.views import force_picture
 
+TURNS, SETTLED = (
+    8,
+    1e-5,
+)  # searches at most on an elastic base, and the relative change of G at which they end
 STRAIN = 0.2  # depth over thickness beyond which linear elasticity is doubtful
 
 
@@ -29,8 +33,8 @@ class ForceFit(Fit):
         youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
         nuisances: {contact_point [m], baseline [N], tilt [N/s]: (value, low, high)}; the contact point is a depth as
             measured, the others belong to the force above the first tenth of the approach.
-        indenter, nu, thickness [m]: given quantities on which the modulus is conditional; thickness is None for a half-
-            space.
+        indenter, nu, thickness [m], substrate: given quantities on which the modulus is conditional; thickness is None for
+            a half-space, substrate for a rigid base.
         polynomials: {name: (E [Pa], deviation from ``youngs_modulus``)} of fits with the approximations in common use for
             a thin layer, where they were requested.
         depth, force, model (n,): depth below the contact point [m], force without baseline [N], and that of the model.
@@ -39,6 +43,7 @@ class ForceFit(Fit):
     indenter: Any
     nu: float
     thickness: float | None
+    substrate: Any
     youngs_modulus: tuple[float, float, float]
     nuisances: dict[str, tuple[float, float, float]]
     polynomials: dict[str, tuple[float, float]]
@@ -83,11 +88,18 @@ class ForceFit(Fit):
             for name, (value, low, high) in self.nuisances.items()
         ]
 
+    def _base(self) -> str:
+        return (
+            "a rigid base"
+            if self.substrate is None
+            else f"a base of {float(self.substrate.G):.4g} Pa in shear"
+        )
+
     def _conditions(self) -> list[str]:
         body = (
             "a half-space"
             if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m bonded to a rigid base"
+            else f"a layer of {self.thickness:.4g} m bonded to {self._base()}"
         )
         return [
             f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m"
@@ -96,8 +108,9 @@ class ForceFit(Fit):
 
 def fit_force(
     data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
-    polynomials: bool = False, weights: str | None = None, sigma: Any = None, bounds: dict[str, tuple] | None = None,
-    errors: dict[str, float] | None = None, spring_constant: float | None = None, level: float = 0.95,
+    substrate: Any = None, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
+    bounds: dict[str, tuple] | None = None, errors: dict[str, float] | None = None,
+    spring_constant: float | None = None, level: float = 0.95,
 ) -> ForceFit:  # fmt: skip
     """Fit modulus, contact point and baseline to the approach of a force curve.
 
@@ -117,7 +130,9 @@ def fit_force(
             (``read_indentation``).
         indenter: ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; a pyramid is the cone of equal area.
         nu: Poisson's ratio.
-        thickness: of a sample bonded to a rigid base, such as a gel on glass [m]; None: a half-space.
+        thickness: of a sample bonded to a base, such as a gel on glass [m]; None: a half-space.
+        substrate: the ``jc.Elastic`` material of the base, which glass needs below samples above about 10 MPa; None: a
+            rigid base.
         polynomials: whether to fit the approximations in common use too (for a thickness and nu = 0.5).
         weights: "estimated" (the default), or "absolute": one error for all points.
         sigma: in its place, the standard deviation of the load [N], a number.
@@ -147,15 +162,21 @@ def fit_force(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
     setup, errors = (
-        Setup.of(indenter, nu, thickness, bounds),
+        Setup.of(indenter, nu, thickness, bounds, substrate),
         force_calibration.check(errors, spring_constant),
     )
     approach = trimmed(ApproachCurve.of(data), setup).thinned()
 
-    def searched(curve: ApproachCurve) -> tuple[ForceProblem, FitProblem, Solved]:
-        force = ForceProblem.of(curve, setup, weights, sigma)
-        problem = FitProblem(data, setup.sought, force.space, force.sample, float(curve.t[-1]), level)
-        return force, problem, least_squares(problem, force.objective, force.starts())
+    def searched(
+        curve: ApproachCurve, own: Setup = setup, left: int = TURNS
+    ) -> tuple[ForceProblem, FitProblem, Solved]:
+        force = ForceProblem.of(curve, own, weights, sigma)
+        problem = FitProblem(data, own.sought, force.space, force.sample, float(curve.t[-1]), level)
+        solved = least_squares(problem, force.objective, force.starts())
+        G = _modulus(force, problem, solved)
+        if substrate is None or left == 0 or abs(G - own.guess) <= SETTLED * G:
+            return force, problem, solved
+        return searched(curve, own._replace(guess=G), left - 1)
 
     force, problem, solved = searched(approach)
     off = deviation(problem, force, solved)
@@ -183,7 +204,8 @@ def _own(force: ForceProblem, solved: Any, concluded: Any, polynomials: bool) ->
     below = np.asarray(force.curve.depth) - theta[2]
     base = theta[3] + theta[4] * np.asarray(force.curve.t)
     return {
-        "indenter": setup.indenter, "nu": nu, "thickness": setup.thickness, "youngs_modulus": E,
+        "indenter": setup.indenter, "nu": nu, "thickness": setup.thickness, "substrate": setup.substrate,
+        "youngs_modulus": E,
         "nuisances": _nuisances(force, theta, concluded.ends),
         "polynomials": _polynomials(force, solved, E[0]) if polynomials else {},
         "depth": below * depth, "force": (np.asarray(force.curve.load) - base) * load,
@@ -209,6 +231,7 @@ def _notes(force: ForceProblem, theta: np.ndarray) -> tuple[str, ...]:
     if approach.each > 1:
         notes.append(f"{approach.t.size} points are means of {approach.each} samples each")
     thickness, depth = force.setup.thickness, float((1.0 - theta[2]) * force.units[1])
+    notes += paraboloid_note(force.setup.indenter, depth)
     if thickness is not None and depth > STRAIN * thickness:
         notes.append(
             f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
@@ -224,7 +247,7 @@ def _polynomials(force: ForceProblem, solved: Any, E: float) -> dict[str, tuple[
         setup.indenter, setup.thickness, setup.sought.volume.value
     ).items():
         scaled = layer._replace(scale=layer.scale * depth**layer.power)
-        other = force._replace(curve=force.curve._replace(layer=scaled))
+        other = force._replace(curve=force.curve._replace(layer=scaled, rise=0.0))
         theta = nonlinear.minimise(other.objective(solved.weights), solved.theta).theta
         off = float(np.expm1(solved.theta[0] - theta[0]))
         found[name] = (E * (1.0 + off), off)

@@ -14,6 +14,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from fitting.fits.force_search import ApproachCurve
 from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, with_intervals
@@ -63,8 +65,11 @@ def widened(
         f"the interval of the modulus includes the standard deviation of the calibration ({given}), {100 * total:.3g} % of"
         " the modulus"
     )
+    estimate = fields["estimate"]
+    covariance = estimate.covariance + np.diag((total * estimate.best) ** 2)  # of 1/G
     return {
         **with_intervals(problem, intervals, fields["refused"]),
+        "estimate": estimate._replace(covariance=covariance),
         "sd_log": {"G": math.hypot(fields["sd_log"]["G"], total)},
         "notes": (*fields["notes"], note),
     }

@@ -13,6 +13,7 @@ from fitting.data.weights import choose_weights
 from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.models import thin_layer
 from fitting.models.force_curve import PARTS, ForceCurve, residuals, slopes, unit_forces
+from fitting.models.layered_contact import RIGID, Base
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import CLASSICAL, Sought
 from fitting.models.thin_layer import ThinLayer
@@ -81,23 +82,38 @@ class ApproachCurve(NamedTuple):
 class Setup(NamedTuple):
     """Indenter, sample and spring of a force curve.
 
-    sought: the elastic solid; thickness [m] of a bonded layer, None for a half-space.
+    sought: the elastic solid; thickness [m] of a bonded layer, None for a half-space; substrate: its elastic base, None for
+    a rigid one; guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
     """
 
     indenter: Any
     sought: Sought
     thickness: float | None
+    substrate: jc.Elastic | None = None
+    guess: float = 0.0
+
+    @property
+    def base(self) -> Base:
+        """The base of a layer, with the modulus of the layer at the guess."""
+        if self.substrate is None:
+            return RIGID
+        return Base(self.guess / float(self.substrate.G), float(self.substrate.nu))
 
     @classmethod
-    def of(cls, indenter: Any, nu: float, thickness: float | None, bounds: Any) -> "Setup":
+    def of(
+        cls, indenter: Any, nu: float, thickness: float | None, bounds: Any, substrate: Any = None
+    ) -> "Setup":
         """Return the checked setup; ValueError on bad input."""
         probe_of(indenter)
+        if substrate is not None and (thickness is None or not isinstance(substrate, jc.Elastic)):
+            got = "no thickness" if thickness is None else type(substrate).__name__
+            raise ValueError(f"substrate: expected Elastic, below a sample with a thickness, got {got}")
         if thickness is not None:
             thin_layer.check(thickness, nu)
             if indenter.material is not None:
                 raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
         structure = CLASSICAL[jc.Elastic]
-        return cls(indenter, Sought.of(structure, None, bounds, nu), thickness)
+        return cls(indenter, Sought.of(structure, None, bounds, nu), thickness, substrate)
 
 
 class ForceSample(Sample):
@@ -134,6 +150,11 @@ class ForceProblem(NamedTuple):
         base = float(np.median(approach.load[: max(approach.load.size // 10, 5)]))
         compliance = probe.size * depth**probe.power / (share * load)
         units = load, depth, T, compliance
+        rise, at = 0.0, 0.0
+        if setup.base.ratio:
+            kind = thin_layer.kind_of(setup.indenter)
+            rise = thin_layer.table(setup.sought.volume.value, setup.base, True)[kind][1]
+            at = -np.log(setup.guess * compliance)
         extra = float(setup.indenter.compliance()) / share / compliance
         above = approach.load - base
         weight, label = choose_weights(approach.t, above, weights, sigma)
@@ -145,6 +166,8 @@ class ForceProblem(NamedTuple):
             probe.power,
             _layer(setup, depth),
             extra,
+            rise,
+            at,
         )
         sample = ForceSample.of(("load", "N", approach.depth, above), weight, label)
         return cls(approach, setup, curve, units, _space(setup, units), sample)
@@ -210,7 +233,7 @@ def _layer(setup: Setup, depth: float) -> ThinLayer:
     """Return the factor over depths in units of ``depth``; 1 on a half-space."""
     if setup.thickness is None:
         return ThinLayer(np.zeros(2), 0.0, 1.0)
-    layer = ThinLayer.of(setup.indenter, setup.thickness, setup.sought.volume.value)
+    layer = ThinLayer.of(setup.indenter, setup.thickness, setup.sought.volume.value, setup.base)
     return layer._replace(scale=layer.scale * depth**layer.power)
 
 

@@ -1,4 +1,4 @@
-"""Fit of a material to the indentation curve of a half-space, or of a film on a substrate."""
+"""Fit of a material to the indentation curve of a half-space, a thin sample, or a film on a substrate."""
 
 import dataclasses
 import time
@@ -9,11 +9,20 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.probe import probe_of
-from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, check_fitted, fit_adhesive, is_fitted
+from fitting.data.probe import paraboloid_note, probe_of
+from fitting.fits.adhesion import (
+    AdhesiveChoices,
+    AdhesiveFit,
+    body_of,
+    check_fitted,
+    check_softer,
+    fit_adhesive,
+    is_fitted,
+)
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
+from fitting.models import thin_layer
 from fitting.models.coordinates import NUISANCES, Space
 from fitting.models.structure import Sought, Volume, structure_of
 from fitting.search import half_space_search, layered_search
@@ -92,6 +101,9 @@ class IndentationFit(Fit):
                 f"  with the relaxed compliance at the edge: {slow}",
                 spent,
             ]
+        if film.thickness is not None and film.grid is None:
+            body = f"a layer of {film.thickness:.4g} m bonded to a rigid base"
+            return [f"  the moduli are conditional on {volume} and {body}", spent]
         if film.thickness is None:
             return [f"  the moduli are conditional on {volume} and a half-space", spent]
         bias = ", ".join(f"{name} {value:.2g}" for name, value in film.bias.items())
@@ -110,13 +122,17 @@ def fit_indentation(
     sigma: Any = None, fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None,
     contact_point: float | str = 0.0, drift: float | str = 0.0, machine_compliance: float | str = 0.0,
     rise: float | None = None, adhesion: Any = 0.0, layer: float | None = None, layers: Sequence[Any] | None = None,
-    substrate: Any = None, grid: Any = None, level: float = 0.95,
+    substrate: Any = None, grid: Any = None, thickness: float | None = None, level: float = 0.95,
 ) -> IndentationFit | AdhesiveFit:  # fmt: skip
     """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball, cone or punch.
 
     The measured history is used in the hereditary integral (Lee and Radok; Ting where the depth falls after a single
-    maximum). Times count from the first sample, at which load and depth may step. With a ``layer`` the contact solver
-    is the forward model.
+    maximum). Times count from the first sample, at which load and depth may step. With a ``thickness`` the integrals
+    hold with the exact force on a layer bonded to a rigid base (``thin_layer_factor``), such as a gel in a dish:
+
+        P(t) = int G(t - s) d(F(depth(s))),     F the elastic force over the modulus.
+
+    With a ``layer`` the contact solver is the forward model.
 
     Args:
         data: the curve, n points.
@@ -146,8 +162,12 @@ def fit_indentation(
             compliance; ``slow_edge`` holds the parameters for the opposite limit. "fit": the work of adhesion and the
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
-            for an attraction of short range. ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is
-            an ``AdhesiveFit``.
+            for an attraction of short range, also on an elastic film (``layer=`` a thickness, ``substrate=`` an
+            ``Elastic``; ``fitting/models/adhesive_film.py``) that is softer than its base, as ``bounds`` must say.
+            ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is an ``AdhesiveFit``. Where the
+            residuals have a trend, its intervals include the changes of modulus and work with half the contact and, for
+            "JKR" on a half-space, with a range of the attraction; the fit is rejected where one of these exceeds 49 %, or
+            the trend 5 % of the largest force.
         layer: thickness [m] of a film of the material.
         layers: in place of ``layer``, all layers from the top: one thickness [m], that of the material, and known
             ``jc.Layer`` and ``jc.Graded`` above and below it.
@@ -156,6 +176,8 @@ def fit_indentation(
             follows from the contact; by default both are chosen so that the discretisation error of each parameter is
             below a fifth of its standard error or a thousandth of its value. Samples at which the contact is fewer than
             4 cells across are not fitted, and a note gives their number.
+        thickness: of a sample bonded to a rigid base [m], in place of ``layer``; the indenter is then rigid and nu is 0 to
+            0.5.
         level: confidence level of the intervals.
 
     Returns:
@@ -175,18 +197,23 @@ def fit_indentation(
     """
     started = time.perf_counter()
     if is_fitted(adhesion):
-        film = any(given is not None for given in (layer, substrate, grid))
+        film = layer is not None or substrate is not None
         others = {"tau": tau is not None, "rise": rise is not None, "layers": layers is not None}
+        others |= {"grid": grid is not None, "thickness": thickness is not None}
         others |= {"bulk_modulus": bulk_modulus is not None}
         check_fitted(adhesion, model, film, control, others)
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        return fit_adhesive(data, adhesion, body_of(indenter, nu), choices)
+        body = body_of(indenter, nu, layer, substrate)
+        check_softer(body, choices)
+        return fit_adhesive(data, adhesion, body, choices)
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control
     film = any(given is not None for given in (layer, layers, substrate, grid))
-    pressing = Pressing(indenter, control, rise, adhesion, film)
+    if thickness is not None:
+        _check_thin(thickness, sought.volume, indenter, film, adhesion)
+    pressing = Pressing(indenter, control, rise, adhesion, film, thickness)
     instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
     problem = FitProblem(data, sought, press.space, _sample(press), press.units.duration, level)
@@ -203,6 +230,19 @@ def _check_layered(pressing: Pressing) -> None:
         raise ValueError(f"rise: expected None with a layer, got {pressing.rise!r}")
     if pressing.adhesion:
         raise ValueError(f"adhesion: expected none with a layer, got {pressing.adhesion:g} J/m2")
+
+
+def _check_thin(thickness: float, volume: Volume, indenter: Any, film: bool, adhesion: float) -> None:
+    """Raise ValueError unless a layer on a rigid base can be fitted with these."""
+    if film or adhesion:
+        raise ValueError(
+            "thickness: expected no layer, layers, substrate, grid or adhesion beside it, got some"
+        )
+    if volume.name != "nu":
+        raise ValueError(f"bulk_modulus: expected nu with a thickness, got {volume.value:g} Pa")
+    if getattr(indenter, "material", None) is not None:
+        raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
+    thin_layer.check(thickness, volume.value)
 
 
 def _half_space(press: IndentationProblem) -> Found:
@@ -224,7 +264,8 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
     press, best, objective = found.press, found.best, found.objective
     problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
-        notes=found.notes, moves=found.moves, left=found.medium.left, against=found.against,
+        notes=(*found.notes, *_curvature(press, best.theta)), moves=found.moves, left=found.medium.left,
+        against=found.against,
         landscape=found.residual and press.space.landscape(best.theta, found.residual),
     )  # fmt: skip
     concluded, pressing = conclude(problem, solved), press.pressing
@@ -242,6 +283,13 @@ def _sample(press: IndentationProblem) -> Sample:
     series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
     curve = (*press.pressing.response, press.data.t, press.measured * unit)
     return Sample.of(curve, press.weights / unit, press.label, series)
+
+
+def _curvature(press: IndentationProblem, theta: np.ndarray) -> tuple[str, ...]:
+    """Return a note on a ball that is not a paraboloid; with adhesion there is one by the contact radius."""
+    place = press.space.names.index("contact_point")
+    deepest = float(press.data.depth[press.kept].max() - press.space.to_si(theta)[place])
+    return () if press.pressing.adhesion else paraboloid_note(press.pressing.indenter, deepest)
 
 
 def _response_unit(press: IndentationProblem) -> float:

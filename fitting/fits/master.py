@@ -234,6 +234,7 @@ def fit_master(
         >>> print(f"c1 = {fit.values['c1']:.1f}, c2 = {fit.values['c2']:.0f} K")
         c1 = 8.0, c2 = 100 K
     """
+    law = {name.casefold(): name for name in LAWS}.get(str(law).casefold(), law)
     if law not in LAWS:
         raise ValueError(f"law: expected one of {', '.join(LAWS)}, got {law!r}")
     curves = checked(data)
@@ -241,8 +242,20 @@ def fit_master(
     free = _superposed(curves, Shifting(sweeps, None, vertical, 0, initial_shifts(sweeps)), level)
     lawful = dataclasses.replace(free.shifting, law=law, start=free.shifts)
     lawful = dataclasses.replace(lawful, table=limits(lawful.structure, fixed, bounds))
+    _check_c2(lawful)
     found = _superposed(curves, lawful, level, free)
     return _finished(found, free)
+
+
+def _check_c2(lawful: Shifting) -> None:
+    """Raise ValueError for fixed or bounded c2 [K] with which the times are infinite at a temperature of the data."""
+    most, low = lawful.table.get("c2", (0.0, math.inf))[1], lawful.sweeps.temperature.min()
+    least = lawful.sweeps.temperature[lawful.sweeps.reference] - low
+    if not most > least:
+        raise ValueError(
+            f"c2: expected more than {least:.5g} K, since the times become infinite c2 below the reference and the lowest"
+            f" temperature is {low:.5g} K; got {most:g}"
+        )
 
 
 class Superposed(NamedTuple):

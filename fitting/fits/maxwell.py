@@ -13,7 +13,7 @@ from jax import Array
 
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.linear_series import chosen_times, landscape, objective, space_of
-from fitting.fits.modulus import ModulusFit, weighted_sample
+from fitting.fits.modulus import ModulusFit, alike, weighted_sample
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Sought
@@ -61,7 +61,7 @@ def fit_maxwell(
         tau: relaxation times (k,) [s]; None chooses times evenly spaced in their logarithm over the range of the data and
             half a decade beyond, in the number with the lowest BIC (at most three per decade), and records them in a note.
         weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("relative" by default); or
-        sigma: the known standard deviation [Pa], a number or (n,).
+        sigma: the known standard deviation [Pa], a number or (n,), as in ``fit_oscillation``.
         equilibrium: whether the equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows. With chosen times
             Ge includes whatever relaxes later than the data, and its interval does not allow for that.
         nu: Poisson's ratio that the returned material is given.
@@ -100,6 +100,7 @@ def fit_maxwell(
     solved = least_squares(problem, of, [np.zeros(space.unit.size)])
     if notes and equilibrium and solved.theta[0] > 0.0:
         notes.insert(0, UNRELAXED.format(_span(relaxed, at)[1] / BEYOND))
+    notes[:0] = alike(data, solved)
     kept = landscape(space, solved, A, sample.measured)
     found = conclude(problem, solved._replace(notes=notes, landscape=kept))
     return found.fit(MaxwellFit, starts=(1, 1))

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from fitting.inference import evidence
+from fitting.inference import evidence, student
 from fitting.inference.evidence import Assessment, Evidence, Solved
 from fitting.inference.result import Estimate, Fit, Parameters
 from fitting.models.search_space import SearchSpace
@@ -113,7 +113,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     quality = dataclasses.replace(
         assessment.evidence, refused=(*assessment.evidence.refused, *solved.against)
     )
-    found = _estimate(problem.space, solved, ends, assessment.slopes)
+    found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
     return Conclusion(_fields(problem, solved, quality, found, assessment.slopes), ends, assessment)
 
 
@@ -123,20 +123,31 @@ def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any)
     return {"intervals": intervals, "identified": found}
 
 
-def _estimate(space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray) -> Estimate:
+def _estimate(
+    space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray, quantile: float
+) -> Estimate:
     """Undo the scaling; ends (m, 2): of the intervals; slopes (n, k): whitened Jacobian of the free coordinates
-    (``evidence.Assessment``)."""
+    (``evidence.Assessment``); quantile: of half an interval over the standard deviation."""
     own, theta, free, moves = space.material, solved.theta, space.free, solved.moves
     unit, slope, inside = space.unit[own], space.slope(theta), np.zeros(theta.size, dtype=bool)
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)
     J[:, free], inside[free] = slopes, solved.inside
     by_log = (J * inside)[:, own] * space.by_log(theta)
+    left = np.abs(0.0 if solved.left is None else solved.left)
+    left = np.broadcast_to(left, len(ends))[: theta.size][own]
     return Estimate(
         space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
-        covariance(J, varied)[np.ix_(own, own)] * np.outer(slope, slope),
+        _with_systematic(covariance(J, varied)[np.ix_(own, own)], left / quantile) * np.outer(slope, slope),
         log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own]),
         lambda name: moves(name)[own] * slope if moves else np.zeros(slope.size), solved.landscape,
     )  # fmt: skip
+
+
+def _with_systematic(noise: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """Return a covariance (m, m) with standard deviations that are larger by ``more`` (m,), at equal correlations."""
+    sd = np.sqrt(np.maximum(np.diag(noise), 0.0))
+    growth = 1.0 + np.divide(more, sd, out=np.zeros(sd.size), where=sd > 0.0)
+    return noise * np.outer(growth, growth) + np.diag(np.where(sd > 0.0, 0.0, more**2))
 
 
 def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:

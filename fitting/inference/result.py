@@ -22,8 +22,9 @@ class Estimate(NamedTuple):
     """Result of a search in SI units, in the order of the structure's list of compliances.
 
     best (m,); opened (m,): the same with 0 or inf at an open end; spans (m, 2): interval ends; covariance (m, m), zero
-    for what was held; log: covariance of the log parameters; moves(name) (m,): derivative of the compliances with
-    respect to a quantity that was held; landscape: None where the residuals require the contact solver.
+    for what was held, with the systematic errors that the intervals include; log: covariance of the log parameters by
+    noise alone; moves(name) (m,): derivative of the compliances with respect to a quantity that was held; landscape: None
+    where the residuals require the contact solver.
     """
 
     best: np.ndarray
@@ -93,8 +94,9 @@ class Fit(Evidence, Parameters):
 
     @property
     def t_over_tau(self) -> float:
-        """Ratio of the duration to the longest retardation time, nan where there is none."""
-        return self.duration / float(np.max(self.tau))
+        """Ratio of the duration to the longest retardation time, nan where there is none, inf if it is 0."""
+        longest = float(np.max(self.tau))
+        return self.duration / longest if longest != 0.0 else math.inf
 
     @property
     def verdict(self) -> str:

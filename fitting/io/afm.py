@@ -1,9 +1,11 @@
 """Reader of force curves of atomic force microscopes by the library afmformats, which is imported on first use."""
 
+import functools
 import importlib
+import math
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -78,7 +80,31 @@ def read(
     }
 
 
+class Place(NamedTuple):
+    """Place of a curve in its file: position from 0, and coordinates of the scanner [m], nan where the file has none."""
+
+    curve: int
+    x: float
+    y: float
+
+
+def places(path: str | os.PathLike) -> list[Place]:
+    """Return the curves of a file with their places; one curve for a text file."""
+    name = os.fspath(path)
+    if not (is_force_curve(name) or is_force_text(name)):
+        return [Place(0, math.nan, math.nan)]
+    known = [one.metadata for one in _load(name, None, None)]
+    of = lambda metadata, key: float(metadata.get(key, math.nan))
+    return [Place(k, of(one, "position x"), of(one, "position y")) for k, one in enumerate(known)]
+
+
 def _load(name: str, spring_constant: float | None, sensitivity: float | None) -> Any:
+    """Return the curves of a file; the last files are kept."""
+    return _loaded(name, Path(name).stat().st_mtime_ns, spring_constant, sensitivity)
+
+
+@functools.lru_cache(maxsize=2)
+def _loaded(name: str, _: int, spring_constant: float | None, sensitivity: float | None) -> Any:
     try:
         library = importlib.import_module("afmformats")
     except ImportError:

@@ -13,7 +13,7 @@ from fitting.io.table import Block, Row, Table
 SI = {
     "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
     "angle": "rad", "ratio": "-",
-    "temperature": "K",
+    "temperature": "K", "stiffness": "N/m",
 }  # fmt: skip
 # infinity and not-a-number of instruments according to SCPI-99, sec. 7.2.1.4 and 7.2.1.5
 OVERLOAD = (9.9e37, 9.91e37)

@@ -145,6 +145,7 @@ def oscillation_of(
     taken = mending.complete(path, mending.window(taken, window), positive=("omega",))
     _check_angle(path, taken, units)
     _check_sweep(path, taken.values["omega"])
+    taken = taken.pick(np.argsort(taken.values["omega"], kind="stable"))
     fields = _moduli(taken.values) | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
     return build(path, OscillationData, **fields, temperature=temperature)
 

@@ -56,6 +56,8 @@ NAMES = {
     "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
     " displacementintosurface eindringtiefe eindringung tiefe verschiebung profondeur"
     " enfoncement déplacement pénétration profundidad desplazamiento penetración 深さ 押込み深さ 変位",
+    "stiffness": "stiffness contactstiffness harmoniccontactstiffness harmonicstiffness storagestiffness"
+    " dynamicstiffness steifigkeit kontaktsteifigkeit rigidité rigiditédecontact rigidez rigidezdecontacto 剛性 接触剛性",
     "delta": "δ delta",  # a depth or a phase angle
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
@@ -73,7 +75,7 @@ KINDS = {
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
     "thickness": "depth", "smoothed height": "depth", "commanded height": "depth",
-    "temperature": "temperature",
+    "temperature": "temperature", "stiffness": "stiffness",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"

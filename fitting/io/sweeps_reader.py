@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data.clock import since_load
 from fitting.data.units import CELSIUS
 from fitting.io.columns import Series, Wanted, has
 from fitting.io.modulus_reader import (
@@ -62,8 +63,8 @@ def read_sweeps(
         A list of curves in SI, each with its ``temperature``.
 
     Raises:
-        ValueError: a file that cannot be read, that states no temperature, or whose temperature changes by more than 5 K
-            within a curve, in a message of one line.
+        ValueError: a file that cannot be read, that states no temperature, whose temperature changes by more than 5 K
+            within a curve, or whose times go on from one relaxation to the next, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -93,6 +94,7 @@ def read_sweeps(
         if part.lines.size < LEAST:
             continue
         if relaxed:
+            part = part.say(*since_load(np.unique(part.values["t"]), None)[1])
             found.append(relaxation_of(table.path, part, convention or "G", nu, 0.0, window, held))
         else:
             found.append(oscillation_of(table.path, part, units, convention or "G", nu, window, held))
@@ -111,7 +113,7 @@ def _parts(
     if heated and (place is not None or TEMPERATURE.key in columns):
         wanted, columns = (*wanted, TEMPERATURE), {TEMPERATURE.key: place, **columns}
     parts = curves_of(table, wanted, columns, units)
-    return [piece for part in parts for piece in _pieces(part)]
+    return [piece for part in parts for piece in _pieces(table.path, part)]
 
 
 def _column(block: Block) -> int | None:
@@ -120,12 +122,22 @@ def _column(block: Block) -> int | None:
     return next((k for k, cell in enumerate(cells) if read_heading(cell).kind == TEMPERATURE.key), None)
 
 
-def _pieces(part: Series) -> list[Series]:
-    """Return the parts of a curve between changes of the temperature."""
+def _pieces(path: str, part: Series) -> list[Series]:
+    """Return the parts of a curve between changes of the temperature.
+
+    ValueError for times that go on from one to the next, since a relaxation modulus is a function of the time since its
+    own strain step.
+    """
     T = part.values.get(TEMPERATURE.key)
     if T is None:
         return [part]
     cuts = np.flatnonzero(np.abs(np.diff(T)) > STEP) + 1
+    if cuts.size and "t" in part.values:
+        raise ValueError(
+            f"{path}: t: expected times that start again with the strain step at each temperature, got times that go on at"
+            f" {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}: subtract the"
+            " time of each step"
+        )
     return [part.pick(rows) for rows in np.split(np.arange(T.size), cuts)]
 
 

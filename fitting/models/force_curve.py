@@ -3,7 +3,8 @@
     force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
 
 size and p of the indenter are those of ``data/probe.py``, and f is the factor of a thin layer (``thin_layer.py``), 1 on a
-half-space. In scaled form G size/((1 - nu) load unit) depth unit^p = 1/J.
+half-space. On an elastic base f depends on G as well; its series is linear in log G about a value of the search, which is
+repeated until it stays. In scaled form G size/((1 - nu) load unit) depth unit^p = 1/J.
 """
 
 from typing import NamedTuple
@@ -19,7 +20,8 @@ PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compl
 
 class ForceCurve(NamedTuple):
     """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths;
-    extra: compliance of the indenter over 1 - nu, scaled."""
+    extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect to log G on
+    an elastic base, 0 on a rigid one; at: log J at which the series holds."""
 
     t: Array
     depth: Array
@@ -28,13 +30,16 @@ class ForceCurve(NamedTuple):
     power: Array | float
     layer: ThinLayer
     extra: Array | float
+    rise: Array | float = 0.0
+    at: Array | float = 0.0
 
 
 def indentation_force(theta: Array, depth: Array, curve: ForceCurve) -> Array:
     """Return the scaled force without the baseline at scaled depths from contact on, of any shape."""
     inside = depth > 0.0
     safe = jnp.where(inside, depth, 1.0)
-    force = safe**curve.power * curve.layer.factor(safe) / (jnp.exp(theta[0]) + curve.extra)
+    layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[0]))
+    force = safe**curve.power * layer.factor(safe) / (jnp.exp(theta[0]) + curve.extra)
     return jnp.where(inside, force, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""Indentation of a viscoelastic half-space by a ball, cone or punch: depth from load, and load from depth.
+"""Indentation of a viscoelastic half-space or thin layer by a ball, cone or punch: depth from load, and load from depth.
 
 While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438)
 
@@ -9,8 +9,12 @@ While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438
 
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
-The load, or depth^(3/2) and depth, are linear between samples; then both integrals are exact
-recursions. The measured depth is depth + contact point + drift t + machine compliance P. Adhesive
+The load, or depth^(3/2) and depth, are linear between samples; then both integrals are exact recursions.
+
+In a layer bonded to a rigid base, with a constant nu, the modulus is a factor of the response at every wavenumber, so
+that both arguments hold with depth^(3/2) f(depth) in place of depth^(3/2), f of ``thin_layer.py``.
+
+The measured depth is depth + contact point + drift t + machine compliance P. Adhesive
 contact is derived in ``adhesion.py``.
 
 All quantities are scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
@@ -27,11 +31,13 @@ from fitting.models import adhesion
 from fitting.models.coordinates import Coordinates
 from fitting.models.history import columns, recursion
 from fitting.models.structure import Compliances
+from fitting.models.thin_layer import LARGEST, ThinLayer
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.exponential import phi1
 from jaxcontact.inputs import spectrum
 
 BISECTIONS = 24
+NEWTON = 12  # iterations for the depth in a layer, which converge quadratically in logarithms
 
 
 class Curve(NamedTuple):
@@ -40,7 +46,7 @@ class Curve(NamedTuple):
     t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball, over 1 - nu; bulk: the bulk
     modulus, or None for a constant nu; power: of the depth; top: index of the largest depth, after which the contact
     may shrink; pull: 6 pi w R of the work of adhesion w; edge: fraction of the creep in the compliance of an adhesive
-    edge, 0 for J(0) and 1 for J(t).
+    edge, 0 for J(0) and 1 for J(t); layer: the factor of a thin layer over scaled depths, None on a half-space.
     """
 
     t: Array
@@ -54,20 +60,51 @@ class Curve(NamedTuple):
     top: Array
     pull: Array | float = 0.0
     edge: Array | float = 0.0
+    layer: ThinLayer | None = None
+
+    def force(self, depth: Array) -> Array:
+        """Return the scaled force (n,) of an elastic body of J = 1 at depths (n,) >= 0."""
+        return depth**self.power * (1.0 if self.layer is None else self.layer.factor(depth))
+
+    def depth_at(self, force: Array) -> Array:
+        """Return the depths (n,) of scaled forces (n,) at J = 1, 0 without a force; nan beyond the table of a layer."""
+        # the derivative of the root stays finite
+        positive = jnp.where(force > 0, force, 1.0)
+        depth = positive ** (1.0 / self.power) if self.layer is None else _depth_in_layer(positive, self)
+        return jnp.where(force > 0, depth, 0.0)
+
+
+def _depth_in_layer(force: Array, curve: "Curve") -> Array:
+    """Return the depths (n,) of scaled forces (n,) > 0, by Newton's method in logarithms."""
+    layer = curve.layer
+    assert layer is not None
+
+    def excess(x: Array, layer: ThinLayer, force: Array) -> Array:
+        return curve.power * x + layer.log_factor(jnp.exp(x)) - jnp.log(force)
+
+    fixed = jax.lax.stop_gradient((layer, force))
+
+    def step(_: int, x: Array) -> Array:
+        value, slope = jax.jvp(lambda y: excess(y, *fixed), (x,), (jnp.ones_like(x),))
+        return x - value / slope
+
+    x = jax.lax.fori_loop(0, NEWTON, step, jnp.log(fixed[1]) / curve.power)
+    x = jax.lax.stop_gradient(x)
+    slope = jax.jvp(lambda y: excess(y, *fixed), (x,), (jnp.ones_like(x),))[1]
+    depth = jnp.exp(x - excess(x, layer, force) / slope)  # one more step carries the derivative
+    return jnp.where(layer.chi(depth) <= LARGEST, depth, jnp.nan)
 
 
 def depth_residual(point: Coordinates, curve: Curve) -> Array:
     """Return the weighted depth of the model minus the measured one, (n,); the load is given."""
-    total = _hereditary(surface(point.compliances(), curve.bulk), curve)
-    # no contact where the integral is <= 0; the derivative of the root stays finite
-    depth = jnp.where(total > 0, jnp.where(total > 0, total, 1.0) ** (1.0 / curve.power), 0.0)
+    depth = curve.depth_at(_hereditary(surface(point.compliances(), curve.bulk), curve))
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
 def load_residual(point: Coordinates, curve: Curve) -> Array:
     """Return the weighted load of the model minus the measured one, (n,); the depth is given and the contact grows."""
     weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
-    power = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0) ** curve.power
+    power = curve.force(jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0))
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
@@ -78,7 +115,7 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
     depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
     last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
-    power = depth**curve.power
+    power = curve.force(depth)
     ended = _at(curve.t, power, _memory(curve.t, power, rates), rates, last)
     decay = jnp.exp(-rates * (curve.t - last)[:, None])
     return curve.weights * ((decay * ended) @ weights - curve.load)
@@ -237,6 +274,13 @@ def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Ar
 
     jacobian, residual = jax.jacfwd(some, has_aux=True)(point.vector()[free])
     return residual, jacobian
+
+
+@functools.partial(jax.jit, static_argnames="kind")
+def layer_slope(point: Coordinates, curve: Curve, change: ThinLayer, kind: str) -> Array:
+    """Return the derivative of the weighted residuals (n,) along a change of the layer's factor."""
+    run = lambda layer: MODELS[kind](point, curve._replace(layer=layer))
+    return jax.jvp(run, (curve.layer,), (change,))[1]
 
 
 @functools.partial(jax.jit, static_argnames="kind")

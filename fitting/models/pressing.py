@@ -48,10 +48,17 @@ class PressedImages:
         self.history = functools.lru_cache(maxsize=2)(self._history)
         self.slopes = functools.lru_cache(maxsize=1)(self._slopes)
 
-    def _history(self, logs: tuple[float, ...]) -> tuple[dict[str, Array], int]:
-        """Return the fields, and the largest status."""
-        fields, status = _run(jnp.asarray(logs), *self.given, **self.static)
-        return fields, int(np.max(status))
+    def _history(self, logs: tuple[float, ...]) -> tuple[dict[str, Array], jc.ContactHistory]:
+        """Return the fields, and the whole history."""
+        return _run(jnp.asarray(logs), *self.given, **self.static)
+
+    def status(self, logs: tuple[float, ...]) -> jc.Status:
+        """Return the largest status."""
+        return jc.Status(int(np.max(self.history(logs)[1].status)))
+
+    def notes(self, logs: tuple[float, ...]) -> tuple[str, ...]:
+        """Return the notes of the solver."""
+        return tuple(self.history(logs)[1].notes)
 
     def _slopes(self, logs: tuple[float, ...]) -> dict[str, Array]:
         """Return derivatives of the fields (k, nt, nx, ny) with respect to log parameters."""
@@ -59,8 +66,8 @@ class PressedImages:
 
     def images(self, logs: np.ndarray, view: View) -> dict[str, np.ndarray]:
         """Return {name: (nt, nx, ny)}, nan where the solver has failed."""
-        fields, status = self.history(tuple(logs.tolist()))
-        bad = 0.0 if status == jc.Status.FINE else np.nan
+        key = tuple(logs.tolist())
+        fields, bad = self.history(key)[0], 0.0 if self.status(key) == jc.Status.FINE else np.nan
         seen = _see(fields, view, self.grid, self.image, seen=self.seen)
         return {name: np.asarray(image) + bad for name, image in seen.items()}
 
@@ -76,11 +83,11 @@ class PressedImages:
 def _run(
     logs: Array, indenter: Any, control: Any, times: Array, grid: jc.Grid, tolerance: float, *,
     body: Callable, names: tuple[str, ...], needed: tuple[str, ...],
-) -> tuple[dict[str, Array], Array]:  # fmt: skip
-    """Return the fields (nt, nx, ny) and the status (nt,) of an indentation."""
+) -> tuple[dict[str, Array], jc.ContactHistory]:  # fmt: skip
+    """Return the fields (nt, nx, ny) of an indentation, and its whole history."""
     values = dict(zip(names, jnp.exp(logs), strict=True))
     history = jc.indent(body(values), indenter, control, times, grid=grid, tolerance=tolerance)
-    return {name: getattr(history, name) for name in needed}, history.status
+    return {name: getattr(history, name) for name in needed}, history
 
 
 @functools.partial(jax.jit, static_argnames=("body", "names", "needed"))

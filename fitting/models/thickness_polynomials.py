@@ -28,15 +28,15 @@ FACTORS: dict[str, dict[str, tuple[float, ...]]] = {
 
 
 class PolynomialLayer(NamedTuple):
-    """A factor that is a polynomial in chi = scale depth^power, with coefficients (m,) from the constant on."""
+    """A factor that is a polynomial in chi = scale depth^power; series (m,): coefficients from the constant on."""
 
-    coefficients: Array
+    series: Array
     scale: Array | float
     power: Array | float
 
     def factor(self, depth: Array) -> Array:
         """Return the factor at depths > 0 of any shape."""
-        return jnp.polyval(jnp.flip(jnp.asarray(self.coefficients)), self.scale * depth**self.power)
+        return jnp.polyval(jnp.flip(jnp.asarray(self.series)), self.scale * depth**self.power)
 
 
 def approximations(indenter: Any, thickness: float | None, nu: float) -> dict[str, PolynomialLayer]:

@@ -4,19 +4,8 @@ The force on an indenter at a given depth is that on a half-space (``data/probe.
 
     chi = sqrt(R depth)/h  (ball of radius R),     depth tan(half-angle)/h  (cone),     R/h  (flat punch)
 
-for a layer of thickness h. The factor follows from the axisymmetric contact of radius a with the normal compliance of
-the layer at the wavenumber q (Y. Hannah, Q. J. Mech. Appl. Math. 4 (1951) 94; I. N. Sneddon, Int. J. Eng. Sci. 3 (1965)
-47; N. N. Lebedev, Ya. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442): with kappa = 3 - 4 nu, x = q h and
-
-    (1 - nu)/G H(x)/q,   H = (2 kappa sinh 2x - 4x)/(2 kappa cosh 2x + 1 + kappa^2 + 4 x^2),
-
-the Abel transform g of the pressure satisfies, at t = tau a,
-
-    g(tau) + (2/pi) int_0^inf (H(y h/a) - 1) cos(y tau) int_0^1 g(s) cos(y s) ds dy = depth - profile(tau),
-
-where the profile is t^2/R for the ball, (pi/2) t/tan(half-angle) for the cone and 0 for the punch. g(1) = 0 determines the
-depth of a ball and of a cone, and the force is proportional to int_0^1 g. The equation is solved by Nystrom's method on
-Gauss nodes for a set of a/h and of nu, and log f is represented by Chebyshev polynomials in log(1 + chi) and nu. Since
+for a layer of thickness h. The factor is that of ``layered_contact.py``, solved for a set of a/h and of nu; log f is
+represented by Chebyshev polynomials in log(1 + chi) and nu. Since
 the base is rigid and nu is constant, the modulus is a common factor, so that the same function of the depth gives the
 creep of a viscoelastic layer by the integral of Lee and Radok.
 
@@ -33,12 +22,10 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from fitting.models.layered_contact import RIGID, Base, contact_factors
 
 LARGEST = 10.0  # largest chi of the table
 WIDEST = 20.0  # largest a/h
-NODES = 56  # of the contact radius
-DECAY = 17.0  # wavenumber times thickness beyond which H is 1 to rounding
-LEAST_PANELS = 14  # of wavenumbers
 RADII, DEGREE = 64, 34  # number of radii that are solved, and degree in log(1 + chi)
 BEYOND = 1.15  # end of the samples, where the table ends at 1
 STEP = 1e-30  # of nu, imaginary
@@ -64,12 +51,12 @@ class ThinLayer(NamedTuple):
     power: Array | float
 
     @classmethod
-    def of(cls, indenter: Any, thickness: Any, nu: Any) -> "ThinLayer":
+    def of(cls, indenter: Any, thickness: Any, nu: Any, base: Base = RIGID) -> "ThinLayer":
         """Return the factor for an indenter, a thickness [m] and Poisson's ratio; nu may be differentiated but not
         traced by jit, because its table is computed outside."""
         kind = kind_of(indenter)
         at = _known(nu)
-        value, slope = (jnp.asarray(row) for row in table(at)[kind])
+        value, slope = (jnp.asarray(row) for row in table(at, base)[kind])
         series = value + slope * (nu - at)
         if kind == "ball":
             return cls(series, jnp.sqrt(indenter.radius) / thickness, 0.5)
@@ -83,11 +70,19 @@ class ThinLayer(NamedTuple):
         positive = depth > 0.0
         return jnp.where(positive, self.scale * jnp.where(positive, depth, 1.0) ** self.power, 0.0)
 
+    def log_factor(self, depth: Any) -> Array:
+        """Return log f at depths >= 0 [m] of any shape, that of ``LARGEST`` where chi is larger."""
+        chi = jnp.minimum(self.chi(depth), LARGEST)
+        return clenshaw(self.series, 2.0 * jnp.log1p(chi) / math.log1p(LARGEST) - 1.0)
+
     def factor(self, depth: Any) -> Array:
         """Return f at depths >= 0 [m] of any shape; nan where chi exceeds ``LARGEST``."""
-        chi = self.chi(depth)
-        log = _clenshaw(self.series, 2.0 * jnp.log1p(chi) / math.log1p(LARGEST) - 1.0)
-        return jnp.where(chi <= LARGEST, jnp.exp(log), jnp.nan)
+        return jnp.where(self.chi(depth) <= LARGEST, jnp.exp(self.log_factor(depth)), jnp.nan)
+
+    def scaled(self, depth: float) -> "ThinLayer":
+        """Return the factor over depths in units of ``depth``, divided by its value there."""
+        own = self._replace(scale=self.scale * depth**self.power)
+        return own._replace(series=own.series.at[0].add(-own.log_factor(1.0)))
 
 
 def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any) -> Array:
@@ -137,19 +132,15 @@ def check(thickness: float, nu: float) -> None:
         raise ValueError(f"nu: expected 0 to 0.5 for a thin layer, got {nu!r}")
 
 
-def compliance(x: np.ndarray, nu: complex) -> np.ndarray:
-    """Return H(x) - 1 of the bonded layer; x = wavenumber times thickness."""
-    kappa, decay = 3.0 - 4.0 * nu, np.exp(-2.0 * x)
-    below = (1.0 + kappa * decay) * (kappa + decay) + 4.0 * x**2 * decay
-    return (kappa * (1.0 - decay**2) - 4.0 * x * decay) / below - 1.0
-
-
 @functools.lru_cache(maxsize=64)
-def table(nu: float) -> dict[str, np.ndarray]:
+def table(nu: float, base: Base = RIGID, by_base: bool = False) -> dict[str, np.ndarray]:
     """Return {kind: (2, DEGREE + 1)}: the Chebyshev coefficients of log f in 2 log(1 + chi)/log(1 + LARGEST) - 1, and
-    their derivative with respect to nu, which is a complex step. They are computed once for each nu."""
+    their derivative with respect to nu, or to the logarithm of the modulus of the layer over that of the base. It is a
+    complex step. They are computed once for each nu and base."""
     radii = np.expm1(np.log1p(WIDEST) * 0.5 * (1.0 - np.cos(np.pi * np.arange(1, RADII + 1) / RADII)))
-    solved = [_factors(radius, nu + 1j * STEP) for radius in radii]
+    varied = base._replace(ratio=base.ratio * (1.0 + 1j * STEP))
+    moved = (nu, varied) if by_base else (nu + 1j * STEP, base)
+    solved = [contact_factors(radius, *moved) for radius in radii]
     return {kind: _series(*np.array([one[kind] for one in solved]).T) for kind in KINDS}
 
 
@@ -165,33 +156,7 @@ def _series(chi: np.ndarray, factor: np.ndarray) -> np.ndarray:
     return np.stack([value.coef, fit(place.real, change).coef])
 
 
-def _factors(ratio: float, nu: complex) -> dict[str, tuple[complex, complex]]:
-    """Return {kind: (chi, f)} for a contact radius over the thickness."""
-    tau, weights = _panels(1, NODES)
-    x, steps = _panels(max(int(DECAY * ratio / 7.0), LEAST_PANELS), 10)
-    cosines = np.cos(np.outer(DECAY * ratio * x, np.append(tau, 1.0)))
-    strength = DECAY * ratio * steps * compliance(DECAY * x, nu)
-    kernel = (2.0 / np.pi) * (cosines.T * strength) @ (cosines[:, :-1] * weights)
-    sides = np.stack([np.ones(NODES), tau**2, 0.5 * np.pi * tau], -1)
-    g = np.linalg.solve(np.eye(NODES) + kernel[:-1], sides)
-    flat, ball, cone = np.array([1.0, 1.0, 0.5 * np.pi]) - kernel[-1] @ g
-    force, d, e = weights @ g, ball / flat, cone / flat
-    return {
-        "ball": (ratio * d**0.5, 1.5 * (d * force[0] - force[1]) / d**1.5),
-        "cone": (ratio * e, np.pi * (e * force[0] - force[2]) / e**2),
-        "punch": (ratio, force[0]),
-    }
-
-
-def _panels(count: int, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return Gauss nodes and weights on equal panels of [0, 1]."""
-    s, w = np.polynomial.legendre.leggauss(order)
-    ends = np.linspace(0.0, 1.0, count + 1)
-    half, middle = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
-    return (middle[:, None] + half[:, None] * s).ravel(), (half[:, None] * w).ravel()
-
-
-def _clenshaw(series: Array, x: Array) -> Array:
+def clenshaw(series: Array, x: Array) -> Array:
     """Return the sum of a Chebyshev series (m,) at x of any shape."""
 
     def step(carry: tuple[Array, Array], c: Array) -> tuple[tuple[Array, Array], None]:

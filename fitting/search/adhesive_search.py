@@ -1,11 +1,13 @@
-"""Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space.
+"""Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space or film.
 
-The load is fitted as a function of the measured depth by a closed form (``fitting.models.adhesive_curve``). Coordinates
-are the logarithms of shear modulus, work of adhesion and strength, over starting values that follow from the lowest and
-the highest point of the curve, and the contributions of the instrument to the depth.
+The load is fitted as a function of the measured depth by a closed form (``fitting.models.adhesive_curve``), on a film by
+that of ``fitting.models.adhesive_film``. Coordinates are the logarithms of shear modulus, work of adhesion and strength,
+over starting values that follow from the lowest and the highest point of the curve, and the contributions of the instrument
+to the depth.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -16,6 +18,8 @@ from jax import Array
 from fitting.data.indentation import IndentationData
 from fitting.data.pull_off import PullOff
 from fitting.models.adhesive_curve import MaugisDugdale, load_at
+from fitting.models.adhesive_film import Extent, FilmOnBase, FilmSeries, series_of
+from fitting.models.adhesive_film import load_at as film_load
 from fitting.models.coordinates import NUISANCES
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import ParameterList, limits
@@ -25,7 +29,13 @@ from fitting.search.press import Instrument
 
 WIDE = 7.0  # of the logarithms of modulus and work about their starting values
 PARAMETERS = -5.0, 4.0  # of the logarithm of Maugis's parameter over its starting value
-STARTS = -2.0, 0.0, 2.0  # of the logarithm of Maugis's parameter
+STARTS: tuple[float, ...] = (-2.0, 0.0, 2.0)  # of the logarithm of Maugis's parameter
+MODULI: tuple[float, ...] = (
+    -1.5,
+    0.0,
+    1.5,
+)  # of the logarithm of the modulus of a film, over that of a half-space
+WIDER = 1.5  # of the largest contact radius that is expected
 
 
 UNITS = {"G": "Pa", "work": "J/m2", "strength": "Pa"}
@@ -37,10 +47,11 @@ def structure_of_model(model: type) -> ParameterList:
 
 
 class Body(NamedTuple):
-    """The bodies in contact: Poisson's ratio of the half-space, and the ball."""
+    """The bodies in contact: Poisson's ratio of the half-space or film, the ball, and the film on its base, if any."""
 
     nu: float
     ball: Any
+    film: FilmOnBase | None = None
 
     def modulus(self, G: Any) -> Any:
         """Return E* [Pa] of the contact of the ball with a half-space of shear modulus G [Pa]."""
@@ -111,6 +122,8 @@ class AdhesiveTest(NamedTuple):
         depth, load = float(np.ptp(self.data.depth)), float(np.ptp(self.data.load))
         sizes = depth / np.array([1.0, float(np.ptp(self.data.t)), load])
         box = np.concatenate([np.array(rows), instrument.box(sizes)])
+        if isinstance(instrument.contact_point, str):  # about the measured depths, whose zero is arbitrary
+            box[structure.size] += float(self.data.depth.min()) / depth + np.array([0.0, 1.0])
         own = np.arange(len(box)) < structure.size
         return ParameterSpace(
             structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
@@ -122,8 +135,10 @@ class AdhesiveTest(NamedTuple):
         k = space.structure.size
         theta = np.zeros(space.lower.size)
         theta[k] = self.first_touch() / space.unit[k]
-        several = STARTS if self.model is MaugisDugdale else (0.0,)
-        rows = [np.where(np.arange(theta.size) == 2, shift, theta) if k > 2 else theta for shift in several]
+        place, several = 0, MODULI
+        if self.body.film is None:
+            place, several = 2, STARTS if self.model is MaugisDugdale else STARTS[1:2]
+        rows = [np.where((np.arange(theta.size) == place) & (place < k), shift, theta) for shift in several]
         return [np.clip(row, *space.bounds) for row in rows]
 
     def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
@@ -138,12 +153,39 @@ class AdhesiveTest(NamedTuple):
             space.unit,
             body,
         )  # numbers of points share a program
+        residual, slopes = self._functions(space)
         return Objective(
-            lambda theta: np.asarray(_residual(theta, *given))[:n],
-            lambda theta, free: np.asarray(_slopes(theta, *given)[:, free])[:n],
+            lambda theta: np.asarray(residual(theta, *given))[:n],
+            lambda theta, free: np.asarray(slopes(theta, *given)[:, free])[:n],
             *space.bounds,
             ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
         )  # fmt: skip
+
+    def _functions(self, space: ParameterSpace) -> tuple[Callable[..., Array], Callable[..., Array]]:
+        """Return the residuals and their Jacobian as functions of the coordinates and the arrays of ``objective``."""
+        film = self.body.film
+        if film is None:
+            return _residual, _slopes
+        size = film.thickness, self._extent(film)
+
+        def at(theta: np.ndarray) -> tuple[FilmSeries, float, tuple[float, Extent]]:
+            log_G = float(theta[0]) + math.log(space.unit[0])
+            return series_of(log_G, self.body.nu, self.body.own, film, size[1]), float(theta[0]), size
+
+        return (
+            lambda theta, *given: _film_residual(theta, *at(theta), *given),
+            lambda theta, *given: _film_slopes(theta, *at(theta), *given),
+        )
+
+    def _extent(self, film: FilmOnBase) -> Extent:
+        """Return a range beyond the contact radius of the deepest point for any base, equal for similar curves."""
+        radius, values = float(self.body.ball.radius), self.start()
+        depth = float(np.ptp(self.data.depth[self.seen.contact]))
+        neck = np.cbrt(math.pi * values["work"] * radius**2 / float(self.body.modulus(values["G"])))
+        widest = WIDER * (math.sqrt(2.0 * radius * depth) + neck) / film.thickness
+        return Extent(
+            2.0 ** math.ceil(math.log2(widest)), 1.0 + math.exp(round(math.log(values["G"] / film.base)))
+        )
 
 
 def _row(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:
@@ -178,6 +220,25 @@ def _residual(
     strength = values[2] if values.size > 2 else None
     model = load_at(approach, 2.0 / ((1.0 - nu) / values[0] + own), values[1], radius, strength)
     return weights * (model - load)
+
+
+@jax.jit
+def _film_residual(
+    theta: Array, series: FilmSeries, at: Array, size: tuple[Array, Extent],
+    weights: Array, t: Array, depth: Array, load: Array, unit: Array, body: Array,
+) -> Array:  # fmt: skip
+    """Return the weighted residuals (n,) on a film; series: for the coordinate ``at`` of its modulus."""
+    (G, work), (nu, own, radius) = jnp.exp(theta[:2]) * unit[:2], body
+    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
+    approach = jnp.where(weights > 0.0, approach, 0.0)
+    model = film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)
+    return weights * (model - load)
+
+
+@jax.jit
+def _film_slopes(theta: Array, *given: Any) -> Array:
+    """Return the Jacobian (n, m) of the residuals on a film."""
+    return jax.jacfwd(lambda at: _film_residual(at, *given))(jnp.asarray(theta))
 
 
 @jax.jit

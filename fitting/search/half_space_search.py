@@ -1,26 +1,30 @@
-"""Search of the fit of a probe on a half-space: its objective, starts and notes.
+"""Search of the fit of a probe on a half-space, or on a layer bonded to a rigid base: its objective, starts and notes.
 
 Under depth control, or with an unknown contact point, there may be several minima. The search then starts from several
 retardation times on a subset of the points, and continues with all points from the lowest minimum.
 """
 
 import functools
+from typing import Any
 
+import jax
 import numpy as np
 
 from fitting.models import adhesion, halfspace
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
+from fitting.models.thin_layer import ThinLayer
 from fitting.search import nonlinear, padding
 from fitting.search.nonlinear import Best, Objective, moved
 from fitting.search.press import Found, IndentationProblem, Medium, spread_starts, start
 
+STRAIN = 0.2  # depth over the thickness of a layer beyond which linear theory is doubtful
 FALL = 0.02  # fraction of the largest depth by which the depth may fall without the contact shrinking
 FEW = 126  # number of points on which several minima are sought
 
 
 def search(press: IndentationProblem) -> Found:
-    """Return the optimum of a test on a half-space."""
+    """Return the optimum of a test on a half-space or a layer on a rigid base."""
     rise = press.pressing.rise
     knots, values = (press.t, press.load) if rise is None else _held(press, rise)
     falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
@@ -36,7 +40,7 @@ def search(press: IndentationProblem) -> Found:
     curve = _curve(press, whole, knots, values)
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
     residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind=kind)[: whole.size]
-    found = Found(press, best, objective, notes, moves, Medium(), residual)
+    found = Found(press, best, objective, notes, moves, Medium(press.pressing.thickness), residual)
     if not press.pressing.adhesion:
         return found
     slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
@@ -92,7 +96,7 @@ def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, val
     weights = padding.without_weight(press.weights[points])
     return Curve(
         t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
-        press.pull,
+        press.pull, layer=press.layer,
     )  # fmt: skip
 
 
@@ -117,8 +121,9 @@ def _starts(press: IndentationProblem, knots: np.ndarray, values: np.ndarray, ki
     use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
     # weights of the depth: those of the fit under load control, uniform otherwise
     even = press.weights if press.pressing.control == "load" else np.ones(press.t.size)
-    power = padding.repeated(depth**n - press.extra * press.load)
-    weights = padding.without_weight(use / (n * depth ** (n - 1.0)) * even)
+    raised = depth**n if press.layer is None else depth**n * np.exp(press.layer.log_factor(depth))
+    power = padding.repeated(raised - press.extra * press.load)
+    weights = padding.without_weight(use * depth / (n * raised) * even)
     basis = merge(padding.repeated(press.t), padding.repeated(knots), padding.repeated(values))
     one = kind == "load" and np.all(press.space.material[press.space.free])
     several = [] if one else spread_starts(press, power, weights, basis)
@@ -129,17 +134,37 @@ def _starts(press: IndentationProblem, knots: np.ndarray, values: np.ndarray, ki
 def _moves(press: IndentationProblem, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
     """Return the derivative of the coordinates with respect to a held quantity; with nu every compliance scales as 1/(1
     - nu)."""
-    if name != press.sought.volume.name:
-        raise ValueError(f"spread: a half-space has no {name}")
     space = press.space
-    if name == "nu":
-        return np.where(space.logarithmic, 1.0, best.theta) * space.material / press.sought.volume.share
+    if name != press.sought.volume.name and (name != "thickness" or press.layer is None):
+        raise ValueError(f"spread: a half-space has no {name}")
+    if name in ("nu", "thickness"):
+        alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / press.sought.volume.share
+        found = alone if name == "nu" else np.zeros(best.theta.size)
+        return found if press.layer is None else found + _layer_moves(press, best, curve, kind, name)
     slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
     return moved(best, space.free, slope * press.units.compliance)
 
 
+def _layer_moves(press: IndentationProblem, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
+    """Return the derivative of the coordinates with respect to nu or the thickness in the factor of a layer."""
+    tip, depth = press.pressing.indenter, press.units.depth
+    held = {"thickness": press.pressing.thickness, "nu": press.sought.volume.value}
+
+    def layer(value: Any) -> ThinLayer:
+        found = ThinLayer.of(tip, **(held | {name: value}))
+        return found._replace(scale=found.scale * depth**found.power)
+
+    change = jax.jvp(layer, (held[name],), (1.0,))[1]
+    slope = np.asarray(halfspace.layer_slope(press.space.point(best.theta), curve, change, kind))
+    return moved(best, press.space.free, slope[: press.t.size])
+
+
 def _notes(best: Best, press: IndentationProblem, kind: str) -> tuple[str, ...]:
-    """Return the notes on an optimum: the contact shrinks."""
+    """Return the notes on an optimum: the contact shrinks, or the strain of a layer is large."""
+    thickness, deepest = press.pressing.thickness, press.units.depth
+    if thickness is not None and deepest > STRAIN * thickness:
+        of = f"the depth is {deepest / thickness:.2g} of the thickness: beyond {STRAIN:g} linear theory is doubtful"
+        press = press._replace(notes=(*press.notes, of))
     if kind == "ting":
         return (*press.notes, "the depth falls: Ting's solution from its maximum on")
     if kind == "load" and press.probe.power > 1.0:

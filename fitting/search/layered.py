@@ -154,8 +154,9 @@ def divided(knots: np.ndarray, fine: int) -> np.ndarray:
     return np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
 
 
-def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
-    """Return the scaled depth (or load) at the samples (n,), and status and contact radius [m] at the march times (m,)."""
+def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Array]:
+    """Return the scaled depth (or load) at the samples (n,), and status, contact radius [m] and strain of the top layer at
+    the march times (m,)."""
     c = point.compliances()
     material = jc.Prony(
         J0=c.spring * film.units.compliance, J=c.retarded * film.units.compliance, tau=film.units.duration / c.rates,
@@ -172,14 +173,15 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
     run = jc.indent(body, film.indenter, control, times, grid=film.grid, save="last")
     found = run.approach / film.units.depth if by_load else run.load / film.units.load
     found = jnp.interp(film.t, film.times, found)
-    return (found + offset if by_load else found), run.status, run.contact_radius
+    return (found + offset if by_load else found), run.status, run.contact_radius, run.film_strain
 
 
 @Program
-def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array]:
-    """Return the weighted residuals (n,), and status and contact radius [m] at the march times (m,)."""
-    found, status, radius = respond(point, film)
-    return film.weights * (found + film.correction - film.response), status, radius
+def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Array]:
+    """Return the weighted residuals (n,), and status, contact radius [m] and strain of the top layer at the march times
+    (m,)."""
+    found, status, radius, strain = respond(point, film)
+    return film.weights * (found + film.correction - film.response), status, radius, strain
 
 
 @Program

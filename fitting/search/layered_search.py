@@ -37,6 +37,7 @@ LEAST_GIVEN = 16  # least number of cells along a side of a given grid
 SMALL = 0.2  # acceptable bias over standard error
 PER_MILLE = 1e-3  # acceptable bias of the logarithm of a parameter
 Scene = Callable[[Mesh], FilmTest]
+STRAIN = 0.2  # of the top layer, beyond which linear theory is doubtful
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 
@@ -73,10 +74,21 @@ def search(press: IndentationProblem, coating: Coating, grid: Any) -> Found:
     medium = Medium(
         coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
     )
-    few = int(np.sum(fitted & ~press.kept))
-    notes = f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across"
-    press = press._replace(notes=(*press.notes, notes) if few else press.notes)
+    press = press._replace(notes=(*press.notes, *_notes(press, film, best, fitted)))
     return Found(press, best, objective, press.notes, functools.partial(_moves, press, best, film), medium)
+
+
+def _notes(press: IndentationProblem, film: FilmTest, best: Best, fitted: np.ndarray) -> list[str]:
+    """Return the notes on points (n,) bool that could not be fitted, and on the strain of the film."""
+    notes, few = [], int(np.sum(fitted & ~press.kept))
+    if few:
+        notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
+    strain = float(np.max(layered.evaluate(press.space.point(best.theta), film)[3]))
+    if strain > STRAIN:
+        notes.append(
+            f"the strain of the top layer reaches {strain:.2g}: beyond {STRAIN:g} linear theory is doubtful"
+        )
+    return notes
 
 
 def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, float]:
@@ -125,7 +137,7 @@ def _resolved(
     while True:
         film = layered.scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
-        _, statuses, _ = (np.asarray(part) for part in layered.evaluate(press.space.point(best.theta), film))
+        statuses = np.asarray(layered.evaluate(press.space.point(best.theta), film)[1])
         status = int(np.max(np.where(statuses != jc.Status.TOO_COARSE, statuses, 0)))
         if status == jc.Status.AT_EDGE and chosen:
             mesh = mesh._replace(width=WIDER * mesh.width)
@@ -144,7 +156,7 @@ def _coarse_left_out(
     press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
 ) -> IndentationProblem:
     """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
-    _, statuses, radius = layered.evaluate(press.space.point(theta), film)
+    _, statuses, radius, _ = layered.evaluate(press.space.point(theta), film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
     kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
     if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):

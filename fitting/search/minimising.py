@@ -169,6 +169,9 @@ class _Minimisation:
         self.update = jax.jit(self.method.update)
         self.coordinates, self.tolerance, self.file = coordinates, tolerance, file
         self.evaluations = 0
+        self.unit = (
+            1.0  # of the gradient in a line search, so that a small loss does not begin with a small step
+        )
         self.values: list[float] = []
         self.gradients: list[float] = []
         self.compiled = jax.jit(jax.value_and_grad(self._value_and_status(loss), has_aux=True))
@@ -199,6 +202,8 @@ class _Minimisation:
             )
         memory = self.method.init(here.z)
         self._remember(here)
+        if self.line_search and 0.0 < here.norm < FIRST:
+            self.unit = here.norm
         if self.file is not None and self.file.exists():
             here, memory = self._resumed(here, memory)
         best, message = here, self._ended()
@@ -224,13 +229,14 @@ class _Minimisation:
 
     def _step(self, here: Trial, memory: Any) -> tuple[Trial | None, Any]:
         """Take one step; return None as the trial where none was found."""
-        change, memory = self.update(here.gradient, memory, here.z)
+        gradient = [g / self.unit for g in here.gradient]
+        change, memory = self.update(gradient, memory, here.z)
         if self.line_search:
             direction = [-c for c in change]
             if (
                 not _dot(direction, here.gradient) < 0.0
             ):  # curvature lost to rounding: restart from steepest descent
-                change, memory = self.update(here.gradient, self.method.init(here.z), here.z)
+                change, memory = self.update(gradient, self.method.init(here.z), here.z)
                 direction = [-c for c in change]
             return self._along(here, direction), memory
         for halvings in range(TRIALS):

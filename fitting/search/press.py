@@ -7,6 +7,7 @@ depth^power = int J dP (``coordinates.py``, ``probe.py``).
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 import scipy
 
@@ -18,6 +19,7 @@ from fitting.models import adhesion
 from fitting.models.coordinates import Space
 from fitting.models.history import columns
 from fitting.models.structure import Sought
+from fitting.models.thin_layer import ThinLayer
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
 
@@ -57,7 +59,8 @@ class Pressing(NamedTuple):
     """Indenter, control and body of an indentation test.
 
     indenter; control: the prescribed quantity, "load" or "depth"; rise [s]: of a load that replaces the measured one,
-    or None; adhesion: work of adhesion [J/m2]; film: whether the body is a film on a substrate.
+    or None; adhesion: work of adhesion [J/m2]; film: whether the body is a film on a substrate; thickness [m] of a
+    layer on a rigid base, or None.
     """
 
     indenter: Any
@@ -65,6 +68,12 @@ class Pressing(NamedTuple):
     rise: float | None
     adhesion: float
     film: bool
+    thickness: float | None = None
+
+    @property
+    def stiffened(self) -> bool:
+        """Whether a base makes the load rise more steeply than on a half-space."""
+        return self.film or self.thickness is not None
 
     @property
     def response(self) -> tuple[str, str]:
@@ -85,7 +94,7 @@ class IndentationProblem(NamedTuple):
     """An indentation test ready for a search.
 
     t, load, depth (n,): scaled; kept (n,) bool: the fitted points; weights (n,): 0 elsewhere, and their label; space:
-    of the search; notes.
+    of the search; notes; layer: the factor of a thin layer on a rigid base over scaled depths.
     """
 
     data: IndentationData
@@ -101,6 +110,7 @@ class IndentationProblem(NamedTuple):
     label: str
     space: Space
     notes: tuple[str, ...]
+    layer: ThinLayer | None = None
 
     @property
     def extra(self) -> float:
@@ -137,19 +147,28 @@ def prepare(
     kept = _in_contact(data, pressing)
     weight, label = indentation_weights(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
+    layer, stiffer = _layer(sought, pressing, d)
     # compliance [1/Pa] that a scaled compliance of one stands for
-    units = Units(T, P, d, probe.size * d**probe.power / (sought.volume.share * P))
+    units = Units(T, P, d, probe.size * d**probe.power * stiffer / (sought.volume.share * P))
     space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
     if probe.power > 1.0:
         _check_growth(data, pressing)
     if not work:  # under adhesion the load falls before it rises
-        _check_contact(data, kept, probe.power, pressing.film)
+        _check_contact(data, kept, probe.power, pressing.stiffened)
     few = f"{(~kept).sum()} points before contact or during the rise not fitted"
     response = data.depth if control == "load" else data.load
     return IndentationProblem(
         data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, space, () if kept.all() else (few,),
+        weight * float(response.max()), label, space, () if kept.all() else (few,), layer,
     )  # fmt: skip
+
+
+def _layer(sought: Sought, pressing: Pressing, depth: float) -> tuple[ThinLayer | None, float]:
+    """Return the factor of a layer on a rigid base over depths in units of ``depth``, and its value there."""
+    if pressing.thickness is None:
+        return None, 1.0
+    layer = ThinLayer.of(pressing.indenter, pressing.thickness, sought.volume.value)
+    return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
 
 
 def _in_contact(data: IndentationData, pressing: Pressing) -> np.ndarray:

@@ -87,9 +87,10 @@ class SearchCoordinates:
         if not paths:
             raise ValueError("start: expected numbers or arrays, got a tree without any")
         spans, scales = _by_leaf("bounds", bounds, tree), _by_leaf("scale", scale, tree)
+        named = [(jax.tree_util.keystr(path), leaf) for path, leaf in paths]
         leaves = [
-            LeafCoordinates.of(jax.tree_util.keystr(path), np.asarray(leaf, float), span, size)
-            for (path, leaf), span, size in zip(paths, spans, scales, strict=True)
+            LeafCoordinates.of(name, _numbers(name, leaf), span, size)
+            for (name, leaf), span, size in zip(named, spans, scales, strict=True)
         ]
         return cls(tree, tuple(leaves))
 
@@ -102,6 +103,14 @@ class SearchCoordinates:
         """Return the tree of values at the given coordinates."""
         values = [own.outwards(z) for own, z in zip(self.leaves, coordinates, strict=True)]
         return jax.tree.unflatten(self.tree, values)
+
+
+def _numbers(name: str, leaf: Any) -> np.ndarray:
+    """Return a leaf of ``start`` as an array of floats; ValueError that names it if it is none."""
+    try:
+        return np.asarray(leaf, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"start{name}: expected a number or an array, got {leaf!r}") from None
 
 
 def _by_leaf(name: str, given: Any, tree: Any) -> list[Any]:

@@ -65,6 +65,11 @@ def between(name: str, value: Any, low: float, high: float) -> Verdict:
     return _every(name, value, lambda a: (a > low) & (a <= high), f"> {low:g} and <= {high:g}")
 
 
+def at_most(name: str, value: Any, highest: float, hint: str) -> Verdict:
+    """Check that no entry is above ``highest``; hint: what a larger value is likely to be."""
+    return _every(name, value, lambda a: a <= highest, f"<= {highest:g} ({hint})")
+
+
 def whole(name: str, value: Any, low: int, high: int) -> None:
     """Check for a whole number from ``low`` to ``high``, which must be concrete."""
     good = isinstance(value, int | np.integer) and not isinstance(value, bool) and low <= value <= high

@@ -94,6 +94,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "friction_power": Field(TIME, "W", "power dissipated by friction", shown=True),
     "dissipated": Field(TIME, "J", "energy dissipated by friction since the first time", shown=True),
     "jump_energy": Field(TIME, "J", "energy lost in jumps since the first time", shown=True),
+    "viscous_energy": Field(TIME, "J", "energy dissipated in the body since the first time", shown=True),
     "jumps": Field(TIME, "1", "jumps from one branch of solutions to another since the first time"),
     "cohesive_cells": Field(
         TIME, "m/m", "cells across the zone of attraction at the edge of contact", shown=True
@@ -133,6 +134,7 @@ INSIDE: dict[str, Field] = {  # fields below the surface
     ),
     "displacement": Field(("depth", "component", *PLANE), "m", "displacement (x, y, z), z into the body"),
     "von_mises": Field(("depth", *PLANE), "Pa", "von Mises stress"),
+    "interfaces": Field(("interface",), "m", "depth of the lower faces of the layers"),
     "response_error": Field(("depth",), "1", "largest relative error of the response over all wavelengths"),
     "status": Field(("depth",), "1", "status of the fields at a depth, 0 if they are resolved"),
 }

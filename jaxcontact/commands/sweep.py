@@ -30,7 +30,8 @@ from jaxcontact.verbs.studies import FUNCTION, Study, sweep_of
 
 # stored with the varied values, so that a change in a file that the case names is detected
 CASE = "fingerprint"
-TABLE, SUMMARY = "study.csv", "summary.json"
+TABLE, SUMMARY, PICTURE = "study.csv", "summary.json", "study.png"
+DRAWN = ("peak_pressure", "contact_radius", "approach")  # at the end of each case
 
 
 def run_study(options: argparse.Namespace) -> int:
@@ -147,6 +148,7 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
     }
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
+    _draw(study, found, directory / PICTURE)
     counts = [f"note: {line}" for line in found.notes_in_words()]
     tell(
         "\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout
@@ -157,6 +159,24 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
         return FINE
     reason = f"{len(found.failures)} of {len(found)} cases failed; the same command tries them again"
     return print_error(f"{study.path}: {reason}", NOT_CONVERGED)
+
+
+def _draw(study: CaseStudy, found: Study, path: Path) -> None:
+    """Draw the main figures over one or two varied numbers; other studies have no picture."""
+    from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
+    from jaxcontact.results.study_figures import can_be_drawn, studies_figure
+
+    done = found.done()
+    if not done or not can_be_drawn(study.cases):
+        return
+    names = [name for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)]
+    write_picture(path, studies_figure(study.cases, {name: found.stacked(name) for name in names}))
+
+
+def _is_last(name: str, quantity: str) -> bool:
+    """Return whether a figure is the value of a quantity at the end, or that of a steady state."""
+    rest = name.removeprefix(quantity + "_")
+    return rest.startswith("end_") or "_" not in rest
 
 
 def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The area of contact from pressure and gap on the grid, to a few hundredths of a cell along its edge.
+"""The area of contact from pressure and gap on the grid, of second order in the size of the cells.
 
 At the edge of a contact both the pressure inside and the gap outside vanish. Let c be the displacement of a cell at the
 edge under its own unit pressure while its neighbours are held (``Operator.confined_compliance``). The function
@@ -7,16 +7,24 @@ edge under its own unit pressure while its neighbours are held (``Operator.confi
 
 passes through zero at the edge with about the same slope on both sides. It is continuous in load and material
 parameters, since p = g = 0 for a cell that just enters contact. The area of contact is that of {v > 0}, taken triangle by
-triangle between the centres of the cells, with two corrections for what v is at an edge on a grid:
+triangle between the centres of the cells, with three corrections for what v is at an edge on a grid. They make the error
+of the edge vanish to first order in the size of the cells:
 
-- Where a side of a triangle crosses the edge at the fraction t from the pressed cell, with v linear along the side, the
-  crossing is moved to t + BEND t (1 - t).
+- Where a side of a triangle crosses the edge at the fraction t from the corner that is alone on its side of the edge, with
+  v linear along the side, the crossing is moved by t (1 - t) [+-(BEND + QUARTIC y^2) + SKEW y], y = 1 - 2 t, the sign +
+  where this corner is pressed.
 - The level set lies OUTSIDE beyond the edge of the continuous contact, in parts of a cell. Its perimeter, measured on the
   same triangles, times OUTSIDE is subtracted. The correction thus follows the patches of contact, however many, and
   vanishes where there is no edge.
+- A curved edge is cut by its chords, and v is linear along the sides only to first order: ROUND times the integral of the
+  curvature along the edge is added, taken from the share of contact in 3 x 3 squares, which is 1/2 + (s - 1/2)/3 at a
+  straight edge, s that of the square itself, and less where the contact is convex.
 
-Both constants depend on the direction of the edge. In plane strain c is that of a row of cells, and is brought to that of
-one cell by ROW.
+Near a straight edge the discrete problem depends only on the direction of the edge and its place among the cells. In any
+direction with a rational slope all cells of a row along the edge have the same pressure. The problem is then one of one
+dimension, which was solved in eleven directions (as in ``tests/support/oblique_edges.py``). BEND, SKEW, QUARTIC and
+OUTSIDE were fitted to the half-widths and their slopes there; ROUND follows from Hertz contacts. In plane strain c is that
+of a row of cells, and is brought to that of one cell by ROW.
 
 In a body with memory c p is only what the present pressure contributes. Under a constant contact in which the pressure
 relaxes, c p would vanish while the gap outside stays, and the level set would retreat to the pressed cells' centres. The
@@ -32,10 +40,14 @@ from collections.abc import Iterator
 import jax.numpy as jnp
 from jax import Array
 
-# Of edges along an axis of the grid, and of oblique ones; from Hertz contacts of 1.5 to 40 cells radius at random places
-# on the grid. On films between a twentieth of a cell and three cells thick the edge lies up to 0.07 of a cell elsewhere.
-BEND = 0.53, 0.2
-OUTSIDE = 0.14, 0.075
+from jaxcontact._support.reductions import total
+
+# Coefficients of polynomials of ``_aligned``, which is 1 for edges along an axis of the grid and 0 for those at 45 degrees.
+BEND = 0.5135, 0.1671
+SKEW = 0.0164, 0.2213
+QUARTIC = 0.0489
+OUTSIDE = 0.1336, 0.0576, -0.0165
+ROUND = 0.5
 ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
 
 
@@ -56,8 +68,10 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
     for axis, wraps in enumerate(periodic):
         level = _padded(level, axis, wraps)[(slice(None),) * axis + (slice(1 if wraps else None, None),)]
     weights = jnp.outer(*(_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True)))
-    shares, rims = zip(*(_share_and_rim(*corners) for corners in _triangles(level)), strict=True)
-    return jnp.maximum(jnp.sum(weights * (sum(shares) / 4.0 - sum(rims) / 2.0)), 0.0)
+    parts = zip(*(_share_rim_length(*corners) for corners in _triangles(level)), strict=True)
+    share, rim, length = (scale * sum(part) for scale, part in zip((0.25, 0.5, 0.5), parts, strict=True))
+    missing = 0.5 + (share - 0.5) / 3.0 - _box_sum(share, periodic) / 9.0
+    return jnp.maximum(total(weights * (share - rim + ROUND * length * missing)), 0.0)
 
 
 def _widths(n: int, wraps: bool) -> Array:
@@ -79,16 +93,22 @@ def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, boo
 
 
 def _laplacian(field: Array, periodic: tuple[bool, bool]) -> Array:
-    padded = [_padded(field, axis, wraps) for axis, wraps in enumerate(periodic)]
-    along_x, along_y = padded[0], padded[1]
-    return along_x[2:] + along_x[:-2] + along_y[:, 2:] + along_y[:, :-2] - 4.0 * field
+    f = _surrounded(field, periodic)
+    return f[2:, 1:-1] + f[:-2, 1:-1] + f[1:-1, 2:] + f[1:-1, :-2] - 4.0 * field
 
 
 def _box_sum(field: Array, periodic: tuple[bool, bool]) -> Array:
     """Return the sum over 3 x 3 cells around each."""
-    x = _padded(field, 0, periodic[0])
-    y = _padded(x[:-2] + x[1:-1] + x[2:], 1, periodic[1])
-    return y[:, :-2] + y[:, 1:-1] + y[:, 2:]
+    f = _surrounded(field, periodic)
+    rows = f[:-2] + f[1:-1] + f[2:]
+    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+
+
+def _surrounded(field: Array, periodic: tuple[bool, bool]) -> Array:
+    """Return the field with one more cell at both ends of both axes."""
+    for axis, wraps in enumerate(periodic):
+        field = _padded(field, axis, wraps)
+    return field
 
 
 def _padded(field: Array, axis: int, wraps: bool) -> Array:
@@ -103,18 +123,20 @@ def _triangles(level: Array) -> Iterator[tuple[Array, Array, Array]]:
     yield from ((b, a, c), (d, a, c), (a, b, d), (c, b, d))
 
 
-def _share_and_rim(right: Array, one: Array, other: Array) -> tuple[Array, Array]:
-    """Return the share of each triangle's area with values above zero, and OUTSIDE times the length of the edge in it."""
+def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Array, Array]:
+    """Return the share of each triangle's area with values above zero, and the length of the edge in it, with the factor
+    OUTSIDE and without it."""
     high, low = jnp.maximum(jnp.maximum(right, one), other), jnp.minimum(jnp.minimum(right, one), other)
     middle = jnp.maximum(jnp.minimum(right, one), jnp.minimum(jnp.maximum(right, one), other))
     cut, most = (high > 0.0) & (low <= 0.0), middle > 0.0
     lone = jnp.where(most, low, high)  # the corner that is alone on its side of the edge
     aligned = _aligned(one - right, other - right)
-    bend = jnp.where(most, -1.0, 1.0) * _mixed(BEND, aligned)
+    sign, bend, skew = jnp.where(most, -1.0, 1.0), _polynomial(BEND, aligned), _polynomial(SKEW, aligned)
 
     def crossing(value: Array) -> Array:
         t = lone / jnp.where(cut, lone - value, 1.0)
-        return t + bend * t * (1.0 - t)
+        y = 1.0 - 2.0 * t
+        return t + t * (1.0 - t) * (sign * (bend + QUARTIC * y**2) + skew * y)
 
     at_right = lone == right
     first = crossing(jnp.where(at_right, one, right))  # along a leg
@@ -124,7 +146,7 @@ def _share_and_rim(right: Array, one: Array, other: Array) -> tuple[Array, Array
     square = jnp.where(at_right, first**2 + second**2, (first - second) ** 2 + second**2)
     runs = cut & (square > 0.0)
     length = jnp.where(runs, jnp.sqrt(jnp.where(runs, square, 1.0)), 0.0)
-    return area, _mixed(OUTSIDE, aligned**2) * length
+    return area, _polynomial(OUTSIDE, aligned) * length, length
 
 
 def _aligned(along: Array, across: Array) -> Array:
@@ -132,8 +154,9 @@ def _aligned(along: Array, across: Array) -> Array:
     both legs of a triangle."""
     along, across = jnp.abs(along), jnp.abs(across)
     steep, gentle = jnp.maximum(along, across), jnp.minimum(along, across)
-    return (1.0 - gentle / jnp.where(steep > 0.0, steep, 1.0)) ** 3
+    return (1.0 - gentle / jnp.where(steep > 0.0, steep, 1.0)) ** 2
 
 
-def _mixed(values: tuple[float, float], aligned: Array) -> Array:
-    return values[1] + (values[0] - values[1]) * aligned
+def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
+    """Return the polynomial with these coefficients, from that of x^0 on."""
+    return jnp.polyval(jnp.asarray(coefficients[::-1]), x)

@@ -18,6 +18,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support import reductions
 from jaxcontact._support.pytree import pytree
 
 
@@ -89,7 +90,7 @@ class Unilateral(ContactLaw):
 
     def balanced(self, pressure: Array, total: Array, cells: Array) -> Array:
         pressure = self.admissible(pressure)
-        return pressure * (total / jnp.sum(pressure))
+        return pressure * (total / reductions.total(pressure))
 
     def longest(self, pressure: Array, step: Array) -> Array:
         falls = step < 0.0

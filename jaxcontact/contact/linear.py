@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support.reductions import total
 from jaxcontact.operators.base import Linear
 
 
@@ -17,17 +18,17 @@ def conjugate_gradients(
     Source: M. R. Hestenes, E. Stiefel, J. Res. Natl. Bur. Stand. 49 (1952) 409.
     """
     z = inverse(b)
-    descent = jnp.sum(b * z)
+    descent = total(b * z)
     goal = reduction**2 * descent
 
     def step(state):
         x, r, direction, descent, count = state
         lifted = operator(direction)
-        curvature = jnp.sum(direction * lifted)
+        curvature = total(direction * lifted)
         size = descent / jnp.where(curvature > 0.0, curvature, 1.0)
         x, r = x + size * direction, r - size * lifted
         z = inverse(r)
-        new = jnp.where(curvature > 0.0, jnp.sum(r * z), jnp.nan)
+        new = jnp.where(curvature > 0.0, total(r * z), jnp.nan)
         return x, r, z + (new / descent) * direction, new, count + 1
 
     going = lambda state: (state[3] > goal) & (state[4] < limit)

@@ -26,6 +26,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
@@ -77,19 +78,29 @@ class Solution:
 
 
 class _Search(NamedTuple):
+    """State of the search: the pressure, what it causes, and what the next iteration needs of the last one.
+
+    direction, before: direction and residual of the last iteration, (nx, ny); descent: <z, r> of it, zero starts afresh;
+    length: of the next step along its direction, as it is tried; residual (nx, ny), approach, error, working: see
+    ``_assessed``.
+    """
+
     pressure: Array
     displacement: Array
     direction: Array
-    residual: Array  # of the last iteration
-    descent: Array  # <z, r> of the last iteration; zero starts afresh
-    length: Array  # of the next step along its direction, as it is tried
+    before: Array
+    descent: Array
+    length: Array
+    residual: Array
+    approach: Array
     error: Array
+    working: tuple[Array, Array]
     iterations: Array
 
 
 def masked_mean(values: Array, mask: Array) -> Array:
     """Mean over the cells of the mask; zero for an empty one."""
-    return jnp.sum(jnp.where(mask, values, 0.0)) / jnp.maximum(jnp.sum(mask), 1)
+    return total(jnp.where(mask, values, 0.0)) / jnp.maximum(total(mask), 1.0)
 
 
 def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
@@ -125,21 +136,28 @@ def over_depth(
     problem: Problem, pressure: Array, displacement: Array, approach: Array, worst: Array
 ) -> Array:
     """A gap in parts of the depth of the module's formula."""
-    total = jnp.sum(pressure)
-    mean = jnp.sum(pressure * displacement) / jnp.where(total > 0.0, total, 1.0)
-    depth = jnp.maximum(jnp.abs(approach - problem.lowest), mean)
-    # depth is zero only for a contact that just touches, where there is no gap either
-    return worst / jnp.where(depth > 0.0, depth, 1.0)
+    size, energy = totals(pressure, pressure * displacement)
+    return worst / _positive(_depth(problem, approach, energy, size))
+
+
+def _depth(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
+    """Return the depth of the module's formula from the sums of p u and of p.
+
+    It is zero only for a contact that just touches, where there is no gap either.
+    """
+    return jnp.maximum(jnp.abs(approach - problem.lowest), energy / _positive(size))
 
 
 def stopping_error(
     problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array
 ) -> Array:
     """The dimensionless error of the module's formula."""
-    total, violation = jnp.sum(pressure), problem.law.violation(pressure, residual)
-    mean = jnp.sum(pressure * violation) / jnp.where(total > 0.0, total, 1.0)
-    penetration = jnp.max(jnp.where(problem.law.touching(pressure), 0.0, violation))
-    return over_depth(problem, pressure, displacement, approach, jnp.maximum(mean, penetration))
+    violation = problem.law.violation(pressure, residual)
+    outside = violation * ~problem.law.touching(pressure)
+    sums = pressure * violation, pressure, pressure * displacement
+    violated, size, energy = totals(*sums)
+    worst = jnp.maximum(violated / _positive(size), largest(outside))
+    return worst / _positive(_depth(problem, approach, energy, size))
 
 
 def _quarter_level(gap: Array) -> Array:
@@ -182,31 +200,7 @@ def usable_start(problem: Problem, start: Array) -> Array:
 
 def _usable(problem: Problem, start: Array) -> Array:
     """Return whether a start has contact or, at a given approach, does work, () bool."""
-    return jnp.sum(start if problem.load_controlled else start * (problem.target - problem.gap)) > 0.0
-
-
-def _level(problem: Problem, pressure: Array, displacement: Array) -> Array:
-    """Return the approach at which the gap in contact is zero in the mean, or the given one where sizes are not free."""
-    if not _of_zero_mean(problem):
-        return problem.target
-    given = approach_of(problem, pressure, displacement)
-    return _zero_gap(problem, pressure, displacement, given)
-
-
-def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
-    """The part of a step, which lifts the surface so, that leaves the least energy; one where it has no slope.
-
-    Under a given approach together with the size of the whole pressure.
-    """
-    p, residual = s.pressure, s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
-    slope, curvature = -jnp.sum(step * residual), jnp.sum(step * lifted)
-    if _sized(problem):
-        mixed, stiffness, growing = jnp.sum(p * lifted), jnp.sum(p * s.displacement), -jnp.sum(p * residual)
-        apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
-        whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
-        slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
-    part = slope / jnp.where(curvature > 0.0, curvature, 1.0)
-    return jnp.where((curvature > 0.0) & (part > 0.0), part, 1.0)
+    return total(start if problem.load_controlled else start * (problem.target - problem.gap)) > 0.0
 
 
 def _of_zero_mean(problem: Problem) -> bool:
@@ -220,58 +214,121 @@ def _sized(problem: Problem) -> bool:
     return not problem.load_controlled and problem.law.homogeneous
 
 
-def _fitting_share(problem: Problem, pressure: Array, displacement: Array) -> Array:
-    """The factor of a pressure that leaves the least energy at the given approach; one where there is none."""
-    work = jnp.sum(pressure * (problem.target - problem.gap))
-    energy = jnp.sum(pressure * displacement)
-    return jnp.where((work > 0.0) & (energy > 0.0), work / jnp.where(energy > 0.0, energy, 1.0), 1.0)
+def _positive(value: Array) -> Array:
+    """Return a value that is not positive as one, for a division whose result is not used then."""
+    return jnp.where(value > 0.0, value, 1.0)
+
+
+def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
+    """The part of a step, which lifts the surface so, that leaves the least energy; one where it has no slope.
+
+    Under a given approach together with the size of the whole pressure.
+    """
+    p, residual = s.pressure, s.displacement + problem.gap - s.approach
+    if not _sized(problem):
+        falling, curvature = totals(step * residual, step * lifted)
+        slope = -falling
+    else:
+        products = step * residual, step * lifted, p * lifted, p * s.displacement, p * residual
+        falling, curvature, mixed, stiffness, shrinking = totals(*products)
+        slope, growing = -falling, -shrinking
+        apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
+        whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
+        slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
+    part = slope / _positive(curvature)
+    return jnp.where((curvature > 0.0) & (part > 0.0), part, 1.0)
+
+
+def _best_size(problem: Problem, pressure: Array, displacement: Array) -> tuple[Array, Array]:
+    """Return a pressure and its displacement with the factor that leaves the least energy at the given approach."""
+    work, energy = totals(pressure * (problem.target - problem.gap), pressure * displacement)
+    share = jnp.where((work > 0.0) & (energy > 0.0), work / _positive(energy), 1.0)
+    return share * pressure, share * displacement
+
+
+def _assessed(problem: Problem, s: _Search) -> _Search:
+    """Return the state of a pressure and its displacement with what follows from them.
+
+    The approach; the residual, which is the gap at the approach of the search (where sizes are free that at which the
+    gap in contact is zero in the mean); the error; and the number of cells that the next iteration may change, with the sum
+    of the residual over them.
+    """
+    if _sized(problem):
+        pressure, displacement = _best_size(problem, s.pressure, s.displacement)
+        s = s._replace(pressure=pressure, displacement=displacement)
+    p, law = s.pressure, problem.law
+    surface, free = s.displacement + problem.gap, law.free(p)
+    cells, heights, size, energy = totals(free, free * surface, p, p * s.displacement)
+    without = lambda: _zero_gap(problem, p, s.displacement, approach_of(problem, p, s.displacement))
+    level = jax.lax.cond(cells > 0.0, lambda: heights / cells, without)
+    approach = level if problem.load_controlled else problem.target
+    residual = surface - (level if _of_zero_mean(problem) else approach)
+    violation = law.violation(p, surface - approach)
+    working = law.searching(p, residual)
+    violated, number, remaining = totals(p * violation, working, working * residual)
+    worst = jnp.maximum(violated / _positive(size), largest(violation * ~law.touching(p)))
+    error = worst / _positive(_depth(problem, approach, energy, size))
+    return s._replace(residual=residual, approach=approach, error=error, working=(number, remaining))
+
+
+def _direction(problem: Problem, precondition: Linear, s: _Search) -> tuple[Array, Array]:
+    """Return the direction of Polak and Ribiere on the cells that may change, and <z, r>.
+
+    Where directions have zero mean, that of the preconditioned residual z is subtracted in the sums as well.
+    """
+    r, (number, remaining) = s.residual, s.working
+    inside = problem.law.searching(s.pressure, r).astype(float)
+    over_number = jnp.where(_of_zero_mean(problem), 1.0, 0.0) / jnp.maximum(number, 1.0)
+    z = inside * precondition(inside * (r - remaining * over_number))
+    products = z, z * r, z * s.before, inside * s.before, inside * s.direction
+    mean, descent, kept, before, along = totals(*products)
+    mean = mean * over_number
+    descent, kept = descent - mean * remaining, kept - mean * before
+    beta = jnp.where(s.descent > 0.0, jnp.maximum((descent - kept) / _positive(s.descent), 0.0), 0.0)
+    return inside * (z - (mean + beta * along * over_number) + beta * s.direction), descent
 
 
 def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
-    p, u = s.pressure, s.displacement
-    r = u + problem.gap - _level(problem, p, u)
-    law, work = problem.law, problem.law.searching(p, r)
-    inside = lambda values: projected(values, work, _of_zero_mean(problem))
-    z = inside(precondition(inside(r)))
-    descent = jnp.sum(z * r)
-    beta = (descent - jnp.sum(z * s.residual)) / jnp.where(s.descent > 0.0, s.descent, 1.0)
-    beta = jnp.where(s.descent > 0.0, jnp.maximum(beta, 0.0), 0.0)
-    t = inside(z + beta * s.direction)
+    p, law = s.pressure, problem.law
+    t, descent = _direction(problem, precondition, s)
     free = p - s.length * t
     tried = law.admissible(free)
-    clipped = jnp.any(tried != free)
+    clipped = total(tried != free) > 0.0
     if problem.load_controlled:
-        tried = law.balanced(free, problem.target, work)
+        tried = law.balanced(free, problem.target, law.searching(p, s.residual))
     step = tried - p
     lifted = problem.operator(step)
     least = _least(problem, s, step, lifted)
-    part = jnp.minimum(least, law.longest(p, step))
+    longest = jax.lax.cond(
+        least > 1.0, lambda: law.longest(p, step), lambda: least
+    )  # to one it may always go
+    part = jnp.minimum(least, longest)
     part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
-    pressure = jnp.where(part == 1.0, tried, law.admissible(p + part * step))
-    displacement = u + part * lifted
-    if _sized(problem):
-        share = _fitting_share(problem, pressure, displacement)
-        pressure, displacement = share * pressure, share * displacement
-    approach = approach_of(problem, pressure, displacement)
-    error = stopping_error(problem, pressure, displacement, displacement + problem.gap - approach, approach)
     length = s.length * jnp.where(clipped, jnp.clip(least, *LENGTHENED), least)
-    return _Search(pressure, displacement, t, r, descent, length, error, s.iterations + 1)
+    moved = s._replace(
+        pressure=jnp.where(part == 1.0, tried, law.admissible(p + part * step)),
+        displacement=s.displacement + part * lifted,
+        direction=t,
+        before=s.residual,
+        descent=descent,
+        length=length,
+        iterations=s.iterations + 1,
+    )
+    return _assessed(problem, moved)
 
 
 def _search(
     problem: Problem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
 ) -> _Search:
     """Iterate from a usable start and the displacement under it."""
-    p, u = start, displacement
-    if _sized(problem):
-        share = _fitting_share(problem, p, u)
-        p, u = share * p, share * u
-    approach = approach_of(problem, p, u)
-    error = stopping_error(problem, p, u, u + problem.gap - approach, approach)
+    zero, nothing = jnp.zeros_like(start), jnp.zeros(())
+    length, none = jnp.asarray(LENGTH), jnp.zeros((), int)
+    first = _Search(
+        start, displacement, zero, zero, nothing, length, zero, nothing, nothing, (nothing, nothing), none
+    )
+    first = _assessed(problem, first)
     if problem.load_controlled:
-        error = jnp.where(problem.target > 0.0, error, 0.0)
-    zero = jnp.zeros_like(p)
-    first = _Search(p, u, zero, zero, jnp.zeros(()), jnp.asarray(LENGTH), error, jnp.zeros((), int))
+        first = first._replace(error=jnp.where(problem.target > 0.0, first.error, 0.0))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
     precondition = problem.operator.preconditioner()
     return jax.lax.while_loop(going, lambda s: _iterate(problem, precondition, s), first)
@@ -335,5 +392,4 @@ def _solution(
 ) -> Solution:
     """Return the solution found on the whole grid from a usable start and the displacement under it."""
     s = _search(problem, start, displacement, tolerance, max_iterations)
-    approach = approach_of(problem, s.pressure, s.displacement)
-    return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)
+    return Solution(s.pressure, s.displacement, s.approach, s.error, s.iterations)

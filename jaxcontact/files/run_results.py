@@ -18,7 +18,7 @@ from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import COURSE, FEW, at_times, time_series_of
 from jaxcontact.files.finished_steps import FinishedRun
 from jaxcontact.files.run_figures import figures_in, values_of
-from jaxcontact.results import figures, labels, plotting
+from jaxcontact.results import figures, labels, plotting, time_series
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 NOTES = {  # notes and diagnostics, stored with any result
@@ -33,6 +33,7 @@ NOTES = {  # notes and diagnostics, stored with any result
     "relative_step_error": "error by the time steps over the largest change of the thickness [1]",
     "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
     "ball_radius": "radius of a ball, inf for any other indenter [m]",
+    "coldest": "lowest temperature given for growth or heat, inf without any [K]",
 }
 
 
@@ -131,7 +132,7 @@ def pictures(run: FinishedRun) -> dict[str, Any]:
     own = {
         "pressure_profiles.png": plotting.profiles_figure(x, run.lines["pressure_line"], times),
         "pressure_map.png": _maps(run),
-        "history.png": plotting.history_figure(history),
+        "history.png": time_series.history_figure(history),
         "surface.png": plotting.surface_figure(
             x, profile, run.lines["displacement_line"], history.approach, times
         ),

@@ -160,6 +160,7 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
     if cls is InteriorFields:
         sizes |= {"depth": arrays["depths"].size, "row": 3, "column": 3, "component": 3}
+        sizes["interface"] = arrays["interfaces"].size if "interfaces" in arrays else 0
     if cls not in TIMELESS:
         sizes["time"] = _count_of_times(arrays["times"])
     for name in names:

@@ -41,7 +41,7 @@ HELD = {
 
 class Adhering(NamedTuple):
     """The state at the end of a step: surface (profile and displacement), pressure and contact (nx, ny); approach; none:
-    whether there is none yet; jumps and their energy since the start, ()."""
+    whether there is none yet; jumps and their energy since the start, and the work done on the body, ()."""
 
     surface: Array
     pressure: Array
@@ -50,6 +50,7 @@ class Adhering(NamedTuple):
     none: Array
     jumps: Array
     energy: Array
+    work: Array
 
 
 def at_rest(law: Any, profile: Array) -> Adhering | None:
@@ -57,7 +58,7 @@ def at_rest(law: Any, profile: Array) -> Adhering | None:
     if not isinstance(law, Attraction):
         return None
     zero, number = jnp.zeros_like(profile), jnp.zeros(())
-    return Adhering(zero, zero, zero > 0.0, number, jnp.asarray(True), jnp.zeros((), int), number)
+    return Adhering(zero, zero, zero > 0.0, number, jnp.asarray(True), jnp.zeros((), int), number, number)
 
 
 def solve_step(
@@ -86,11 +87,19 @@ def solve_step(
         jnp.asarray(False),
         before.jumps + jumped,
         before.energy + jnp.where(left & ~separated, released, 0.0),
+        before.work + _body_work(*held, before),
     )
     modulus = HELD[guess.shape[1] == 1] / problem.operator.confined_compliance()
     zone = jnp.minimum(law.law.zone_length(modulus), _cells_of_the_range(*held))
     numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
     return solution, after, numbers
+
+
+def _body_work(problem: Problem, solution: Solution, before: Adhering) -> Array:
+    """Return the work that the pressure does on the body in a step, by the trapezoidal rule, ()."""
+    surface = jnp.where(before.none, problem.gap, before.surface)
+    moved = problem.gap + solution.displacement - surface
+    return 0.5 * jnp.sum((before.pressure + solution.pressure) * moved)
 
 
 def _cells_of_the_range(problem: Problem, solution: Solution) -> Array:

@@ -29,9 +29,13 @@ class Heated:
     share: Array
     shift: Any = None
 
+    def rise(self, flux: Array) -> Array:
+        """Return the rise of the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
+        return spectral.convolve(self.spectrum, self.share * flux)
+
     def temperature(self, flux: Array) -> Array:
         """Return the temperature [K] under the heat flux of friction [W/m2], (nx, ny)."""
-        return self.ambient + spectral.convolve(self.spectrum, self.share * flux)
+        return self.ambient + self.rise(flux)
 
     def log_shift(self, temperature: Array, pressure: Array) -> Array:
         """Return the log of the shift factor at the mean temperature of the contact, without contact at ambient, ()."""

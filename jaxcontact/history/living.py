@@ -71,13 +71,15 @@ class RubStep(NamedTuple):
 
 
 class RubCarry(NamedTuple):
-    """The carry: that of the contact; the state after the last step; work of friction per area [J/m2], (nx, ny); error: sum
+    """The carry: that of the contact; the state after the last step, and its rise of the temperature over the speed
+    [K s/m], (nx, ny), None without heat; work of friction per area [J/m2], (nx, ny); error: sum
     of the estimates of all steps so far [m], (); shift: as ``Heated.shifted`` gives it, (3,); slopes: as
     ``_slopes`` over the last step, and last: its length [s].
     """
 
     contact: PressCarry
     state: RubbingState
+    warming: Array | None
     work: Array
     error: Array
     shift: Array
@@ -107,12 +109,14 @@ class PredictedStep(NamedTuple):
 
 
 class SolvedRub(NamedTuple):
-    """A solved contact on one estimate of the thickness [m]; raised (nx, ny), scaled; rate [m/s] by the law."""
+    """A solved contact on one estimate of the thickness [m]; raised (nx, ny), scaled; warming as in ``RubCarry``; rate [m/s]
+    by the law."""
 
     problem: Problem
     solution: Solution
     raised: Array
     state: RubbingState
+    warming: Array | None
     rate: Array
 
 
@@ -140,14 +144,16 @@ class RubStepper(PressStepper):
 
     def start(self) -> RubCarry:  # type: ignore[override]
         zero, none = jnp.zeros_like(self.profile), jnp.zeros(())
-        temperature = None if self.heated is None else zero + self.heated.ambient
-        state = RubbingState(zero, zero, self.at_first, zero, none, temperature, none)
-        return RubCarry(super().start(), state, zero, none, jnp.zeros(3), jnp.stack([zero, zero]), none)
+        warming = None if self.heated is None else zero
+        state = RubbingState(zero, zero, self.at_first, zero, none, self._temperature(warming, none), none)
+        return RubCarry(
+            super().start(), state, warming, zero, none, jnp.zeros(3), jnp.stack([zero, zero]), none
+        )
 
     def advance(  # type: ignore[override]
         self, carry: RubCarry, step: Steps
     ) -> tuple[RubCarry, Outcome]:
-        contact, dt, known = carry.contact, step.dt, self._known(carry.state, step)
+        contact, dt, known = carry.contact, step.dt, self._known(carry, step)
         guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
         predicted = self._predicted(carry, guessed, step)
         tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
@@ -165,9 +171,9 @@ class RubStepper(PressStepper):
         if self.heated is not None:
             shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
-        carry = RubCarry(pressed, second.state, work, error, shift, slopes, dt)
+        carry = RubCarry(pressed, second.state, second.warming, work, error, shift, slopes, dt)
         outcome = self._outcome(carry, predicted, contact, first, second, estimate, step)
-        return carry, self._at_the_speed(outcome, second.state, step.more.share)
+        return carry, self._warmed(outcome, second, step)
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
         """Return the work of friction, scaled as results are."""
@@ -204,33 +210,37 @@ class RubStepper(PressStepper):
         start = jax.lax.stop_gradient(guess)
         solution = solve_contact(problem, start, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
-        flux = self._flux(solution.pressure, step.more.speed)
         si = self.scale.to_si(pressure=solution.pressure, gap=gap)
+        friction_stress = self.friction * si["pressure"]
+        warming = None if self.heated is None else self.heated.rise(friction_stress)
         state = RubbingState(
             pressure=si["pressure"],
             gap=si["gap"],
             thickness=thickness,
-            friction_stress=self.friction * si["pressure"],
+            friction_stress=friction_stress,
             speed=step.more.speed,
-            temperature=None if self.heated is None else self.heated.temperature(flux),
+            temperature=self._temperature(warming, step.more.speed),
             time=step.more.time,
         )
-        return SolvedRub(problem, solution, raised, state, self.kinetics.rate(state))
+        return SolvedRub(problem, solution, raised, state, warming, self.kinetics.rate(state))
 
-    def _known(self, state: RubbingState, step: Steps) -> Known:
+    def _known(self, carry: RubCarry, step: Steps) -> Known:
         """Return the film at the start of a step, from the state after the step before."""
-        speed, temperature = step.more.speed_before, None
-        if self.heated is not None:
-            temperature = self.heated.temperature(state.friction_stress * speed)
-        state = replace(state, speed=speed, temperature=temperature)
+        speed = step.more.speed_before
+        state = replace(carry.state, speed=speed, temperature=self._temperature(carry.warming, speed))
         return Known(state.thickness, self.kinetics.rate(state), self._relaxation(state))
 
-    def _at_the_speed(self, outcome: Outcome, state: RubbingState, share: Array) -> Outcome:
-        """Return an outcome with the temperature at the end of the step: its rise is proportional to the speed."""
-        if self.heated is None:
+    def _temperature(self, warming: Array | None, speed: Array) -> Array | None:
+        """Return the temperature at a speed [K], (nx, ny), None without heat: its rise is proportional to the speed."""
+        if self.heated is None or warming is None:
+            return None
+        return self.heated.ambient + warming * speed
+
+    def _warmed(self, outcome: Outcome, found: SolvedRub, step: Steps) -> Outcome:
+        """Return an outcome with the temperature at the speed at the end of the step."""
+        temperature = self._temperature(found.warming, step.more.speed / step.more.share)
+        if temperature is None:
             return outcome
-        assert state.temperature is not None
-        temperature = self.heated.ambient + (state.temperature - self.heated.ambient) / share
         return outcome._replace(fields=outcome.fields | {"temperature": temperature})
 
     def _estimate(

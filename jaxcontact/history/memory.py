@@ -15,6 +15,7 @@ the same directions. ``step`` is the memory's own input: a time step, a shift, t
 import abc
 from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.operators.base import Operator, TractionOperator
@@ -52,6 +53,10 @@ class Memory(abc.ABC):
     @abc.abstractmethod
     def update(self, fields: Any, traction: Array, step: Any) -> Any:
         """Return the fields after the step, with its new traction."""
+
+    def stored_energy(self, fields: Any, pressure: Array) -> Array:
+        """Return the elastic energy that the body stores under a pressure, (), nan where it is not known; scaled."""
+        return jnp.asarray(jnp.nan)
 
     @abc.abstractmethod
     def observe(self, fields: Any, traction: Array, step: Any) -> dict[str, Array]:

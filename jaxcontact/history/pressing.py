@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.reductions import total, totals
 from jaxcontact._support.status import Status, first_of
 from jaxcontact.contact.edge import contact_cells, memory_factor
 from jaxcontact.contact.law import UNILATERAL
@@ -69,6 +70,9 @@ class PressStepper(Stepper):
         numbers = contact_outcome(problem, solution, earlier) | {
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
+        if adhering is not None:
+            stored = self.memory.stored_energy(*jax.lax.stop_gradient((fields, pressure)))
+            told["viscous_energy"] = adhering.work - stored
         numbers |= self.memory.observe(fields, pressure, step.more) | told
         shown = {
             "pressure": numbers.pop("pressure"),
@@ -90,8 +94,8 @@ def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None 
     return {
         "pressure": p,
         "approach": solution.approach,
-        "load": jnp.sum(p),
-        "contact_area": jnp.sum(problem.law.touching(solution.carried)).astype(float),
+        "load": total(p),
+        "contact_area": total(problem.law.touching(solution.carried)),
         "smooth_area": contact_cells(solution.carried, gap, compliance, operator.periodic),
         "iterations": solution.iterations,
         "error": solution.error,
@@ -120,12 +124,12 @@ def status_of(
     pressed, active = problem.target > 0.0, problem.law.acting(solution.pressure, solution.carried)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
-    cells, met = jnp.sum(active), solved(solution.error, tolerance, solution.approach, solution.displacement)
-    some = jnp.any(problem.law.touching(solution.carried))
+    p, touching = solution.pressure, problem.law.touching(solution.carried)
+    cells, touched, load, size, moved = totals(active, touching, p, jnp.abs(p), solution.displacement)
+    some, met = touched > 0.0, solved(solution.error, tolerance, solution.approach, moved)
     if problem.load_controlled:
         some = some | pressed
-        size = jnp.sum(jnp.abs(solution.pressure))
-        met = met & (jnp.abs(jnp.sum(solution.pressure) - problem.target) <= LOAD_MET * size)
+        met = met & (jnp.abs(load - problem.target) <= LOAD_MET * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     finite = jnp.isfinite(problem.operator.confined_compliance())
     separated = jnp.asarray(False) if solution.separated is None else solution.separated

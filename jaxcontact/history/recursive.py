@@ -11,12 +11,15 @@ lambda = 0 (unlimited flow) gives psi = phi2 = 1/2; a step of no length keeps th
 the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
 """
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
+from jaxcontact.history.observables import inner_product
+from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import Kernels
 
 
@@ -38,12 +41,25 @@ class RecursiveMemory(Memory):
         k = self.kernels
         decay, old, new = ramps(k.rates * dt)
         eta = decay[:, None, None] * eta + jnp.tensordot(dt * old, pressure, 0)
-        mixed = jnp.tensordot(k.mix, eta, 1)
-        earlier = k.family.total(mixed if eta.shape[0] else mixed[:0])  # an elastic body has no history
+        count = len(k.mix) if len(eta) else 0  # an elastic body has no history
+        mixed = k.mix[:count] @ eta.reshape(len(eta), pressure.size)  # matrices: quicker to differentiate
+        earlier = k.family.total(mixed.reshape(count, *pressure.shape))
         return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, eta)
 
     def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
         return eta + jnp.tensordot(dt * ramps(self.kernels.rates * dt)[2], pressure, 0)
+
+    def stored_energy(self, eta: Array, pressure: Array) -> Array:
+        """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs of
+        ``history.observables``, ().
+        """
+        k = self.kernels
+        members, shape = k.family.members, spectral.padded_shape(pressure.shape, k.family.members.periodic)
+        fields = jnp.concatenate([pressure[None], eta])
+        waves = spectral.transform(fields, members.periodic)
+        squares = waves.real**2 + waves.imag**2
+        energies = jax.vmap(lambda s: inner_product(members.spectrum, s, shape))(squares)  # (K + 1, M + 1)
+        return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
 
     def observe(self, eta: Array, pressure: Array, dt: Array) -> dict[str, Array]:
         film = self.kernels.film

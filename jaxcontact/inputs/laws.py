@@ -30,6 +30,9 @@ from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree, static
 
 BOLTZMANN = 1.380649e-23  # J/K, exact
+MOST_ENERGY, MOST_VOLUME = 1e-17, 1e-24  # J and m3 of one molecule; 62 eV and 1000 nm3
+PER_MOLECULE = "in J per molecule: 1 eV is 1.602e-19 J, 1 kJ/mol is 1.661e-21 J"
+IN_CUBIC_METRES = "in m3 per molecule: 1 nm3 is 1e-27 m3"
 T = TypeVar("T")
 
 
@@ -120,9 +123,9 @@ class StressActivated(KineticLaw):
 
     Args:
         rate: rate constant [m/s] > 0; the field is ``rate_constant``, since ``rate`` is a method.
-        activation_energy: [J] >= 0.
-        activation_volume: [m3].
-        temperature: T [K] > 0; None: that of the contact, with ``thermal=``.
+        activation_energy: of one molecule [J] >= 0, at most 1e-17 (62 eV).
+        activation_volume: of one molecule [m3], at most 1e-24 (1000 nm3).
+        temperature: T [K] > 0, with a note below 200 K; None: that of the contact, with ``thermal=``.
         stress: "pressure", or "shear" for friction x pressure; static.
 
     Example:
@@ -159,8 +162,10 @@ class StressActivated(KineticLaw):
     def check(self) -> Verdict:
         checks.one_of("StressActivated stress", self.stress, "pressure", "shear")
         valid = checks.positive("StressActivated rate [m/s]", self.rate_constant)
-        valid = valid & checks.non_negative("StressActivated activation_energy [J]", self.activation_energy)
-        valid = valid & checks.finite("StressActivated activation_volume [m3]", self.activation_volume)
+        valid = valid & check_activation("StressActivated", self.activation_energy)
+        volume = "StressActivated activation_volume [m3]"
+        valid = valid & checks.finite(volume, self.activation_volume)
+        valid = valid & checks.at_most(volume, self.activation_volume, MOST_VOLUME, IN_CUBIC_METRES)
         if self.temperature is None:
             return valid
         return valid & checks.positive("StressActivated temperature [K]", self.temperature)
@@ -195,7 +200,8 @@ class ProportionalRemoval(KineticLaw):
 class Archard(KineticLaw):
     """Wear in proportion to pressure and path: dh/dt = -coefficient pressure |velocity|.
 
-    The volume worn is coefficient x load x path. Source: J. F. Archard, J. Appl. Phys. 24 (1953) 981.
+    The volume worn is coefficient x load x path. Removal in proportion to the work of friction is this law with the volume
+    per work times the coefficient of friction, if that is one number. Source: J. F. Archard, J. Appl. Phys. 24 (1953) 981.
 
     Args:
         coefficient: wear volume per load and path [1/Pa] >= 0.
@@ -211,6 +217,18 @@ class Archard(KineticLaw):
 
     def check(self) -> Verdict:
         return checks.non_negative("Archard coefficient [1/Pa]", self.coefficient)
+
+
+def check_activation(owner: str, energy: Any) -> Verdict:
+    """Return whether an activation energy is that of a molecule [J]; ValueError where a known one is not."""
+    name = f"{owner} activation_energy [J]"
+    return checks.non_negative(name, energy) & checks.at_most(name, energy, MOST_ENERGY, PER_MOLECULE)
+
+
+def temperatures_of(law: Any) -> list[Any]:
+    """Return the temperatures that a law gives [K]."""
+    given = [term.temperature for term in _terms(law) if isinstance(term, StressActivated)]
+    return [temperature for temperature in given if temperature is not None]
 
 
 def is_sheared(law: Any) -> bool:

@@ -24,7 +24,7 @@ class Layer:
             wears uniformly (the assumptions are stated in ``history.growing``), and, for the only layer on an elastic
             substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
             a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
-            (``operators.varying``).
+            (``operators.varying``). In ``slide_steady`` it may vary along y, across the track.
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
@@ -227,8 +227,8 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     checks.require(
         len(shape) < 2,
         f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
-        " indent and rub alone. In slide and slide_steady it would move through the frame of the indenter: rub with path="
-        " computes it. Tangential traction and fields below the surface need one thickness",
+        " indent, rub and, where it varies across the track alone, slide_steady. A film that moves past the indenter is for"
+        " rub with path=; tangential traction and fields below the surface need one thickness",
     )
     checks.require(
         shape == (),

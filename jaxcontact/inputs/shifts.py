@@ -14,7 +14,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree
-from jaxcontact.inputs.laws import BOLTZMANN
+from jaxcontact.inputs.laws import BOLTZMANN, check_activation
 
 
 @pytree
@@ -22,7 +22,7 @@ class ArrheniusShift:
     """The shift factor of a thermally activated viscosity: ln a_T = activation_energy/k (1/T - 1/reference).
 
     Args:
-        activation_energy: [J] >= 0.
+        activation_energy: of one molecule [J] >= 0, at most 1e-17 (62 eV).
         reference: temperature at which the material has its own times [K] > 0.
 
     Example:
@@ -41,7 +41,7 @@ class ArrheniusShift:
 
     def check(self) -> Verdict:
         """Return whether the values are in range; ValueError where known ones are not."""
-        valid = checks.non_negative("ArrheniusShift activation_energy [J]", self.activation_energy)
+        valid = check_activation("ArrheniusShift", self.activation_energy)
         return valid & checks.positive("ArrheniusShift reference [K]", self.reference)
 
 
@@ -49,7 +49,7 @@ class ArrheniusShift:
 class WLFShift:
     """The shift factor of Williams, Landel and Ferry: log10 a_T = -c1 (T - reference)/(c2 + T - reference).
 
-    It holds above T = reference - c2, where the times become infinite.
+    It holds above T = reference - c2, where the times become infinite; there and below ln a_T is inf.
 
     Args:
         c1: > 0.
@@ -69,7 +69,10 @@ class WLFShift:
     def log_factor(self, temperature: Array | float) -> Array:
         """Return ln a_T at a temperature [K] of any shape."""
         above = jnp.asarray(temperature, float) - self.reference
-        return -jnp.log(10.0) * self.c1 * above / (self.c2 + above)
+        flows = self.c2 + above > 0.0
+        return jnp.where(
+            flows, -jnp.log(10.0) * self.c1 * above / jnp.where(flows, self.c2 + above, 1.0), jnp.inf
+        )
 
     def check(self) -> Verdict:
         """Return whether the values are in range; ValueError where known ones are not."""

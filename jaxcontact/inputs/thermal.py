@@ -50,7 +50,11 @@ class Thermal:
         valid = valid & checks.between("Thermal share", self.share, -1e-12, 1.0)
         if self.diffusivity is not None:
             valid = valid & checks.positive("Thermal diffusivity [m2/s]", self.diffusivity)
-        return valid if self.shift is None else valid & check_shift(self.shift)
+        if self.shift is None:
+            return valid
+        valid = valid & check_shift(self.shift)
+        name = "ln a_T of Thermal shift at ambient, inf where the body has infinite times"
+        return valid & checks.finite(name, self.shift.log_factor(self.ambient))
 
 
 def check_thermal(thermal: Any, grid: Grid, verb: str) -> Verdict:

@@ -124,16 +124,24 @@ class Convolutions(Family):
 
     def combined(self, weights: Sequence[Array | float]) -> Convolution:
         # term by term: at a time, all members and their tangents would leave the processor's cache
-        mixed = lambda a: sum(
-            (w * part for w, part in zip(weights[1:], a[1:], strict=True)), weights[0] * a[0]
-        )
+        mixed = lambda a: sum(w * part for w, part in zip(weights, _each(a), strict=True))
         return jax.tree.map(mixed, self.members)
 
     def total(self, fields: Array) -> Array:
-        spectra = self.members.spectrum[len(self.members.spectrum) - len(fields) :]
         shape, periodic = fields.shape[-2:], self.members.periodic
-        terms = [part * spectral.transform(f, periodic) for part, f in zip(spectra, fields, strict=True)]
-        return spectral.inverse(sum(terms), shape, periodic) if terms else jnp.zeros(shape)
+        if not len(fields):
+            return jnp.zeros(shape)
+        spectra = _each(self.members.spectrum)[-len(fields) :]
+        each = [spectral.transform(f, periodic) for f in _each(fields)]
+        summed = lambda parts: sum(part * a for part, a in zip(spectra, parts, strict=True))
+        real, imaginary = summed([a.real for a in each]), summed([a.imag for a in each])
+        return spectral.inverse(jax.lax.complex(real, imaginary), shape, periodic)
+
+
+def _each(stacked: Array) -> list[Array]:
+    """Return the parts of an array along its first axis; in reverse mode they are joined, not added up as slices are."""
+    parts = jax.lax.split(stacked, (1,) * len(stacked))
+    return [jnp.reshape(part, stacked.shape[1:]) for part in parts]
 
 
 def confined_compliance(circulant: Array) -> Array:

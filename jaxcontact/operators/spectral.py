@@ -73,7 +73,17 @@ def inverse(spectrum: Array, shape: tuple[int, ...], periodic: Periodic = FREE) 
 
 def convolve(spectrum: Array, field: Array, periodic: Periodic = FREE) -> Array:
     """sum_j K(i - j) f_j over the cells of the grid, (..., nx, ny); spectrum from ``kernel_spectrum``."""
-    return inverse(spectrum * transform(field, periodic), field.shape[-2:], periodic)
+    return inverse(scaled(spectrum, transform(field, periodic)), field.shape[-2:], periodic)
+
+
+def scaled(spectrum: Array, other: Array) -> Array:
+    """Return the product of a spectrum, which is real for even kernels, and a complex one.
+
+    A real one is not made complex first, which takes as long as the product.
+    """
+    if jnp.iscomplexobj(spectrum):
+        return spectrum * other
+    return jax.lax.complex(spectrum * other.real, spectrum * other.imag)
 
 
 def both_signs(my: int) -> Array:
@@ -101,9 +111,9 @@ def apply_circulant(spectrum: Array, field: Array) -> Array:
     """Multiply by a circulant spectrum on the grid itself, (..., nx, ny) -> (..., nx, ny)."""
     nx, ny = field.shape[-2:]
     if distributed.devices() > 1:
-        return distributed.inverse(spectrum * distributed.transform(field, (nx, ny)), (nx, ny), ny)
+        return distributed.inverse(scaled(spectrum, distributed.transform(field, (nx, ny))), (nx, ny), ny)
     rows = jnp.swapaxes(jnp.fft.rfft(field, axis=-1), -1, -2)
-    rows = jnp.fft.ifft(spectrum * jnp.fft.fft(rows, axis=-1), axis=-1)
+    rows = jnp.fft.ifft(scaled(spectrum, jnp.fft.fft(rows, axis=-1)), axis=-1)
     return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)
 
 

@@ -1,39 +1,22 @@
-"""Figures of a contact with adhesion: pressure with tension, and load against approach with its hysteresis and jumps."""
+"""The picture of a contact with adhesion: load against approach, with its hysteresis and jumps."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from jaxcontact._support.prefixes import prefixed
-from jaxcontact.results.picture_style import COLOURS
-from jaxcontact.results.plotting import pressure_profiles, scale_of
+from jaxcontact.results.picture_style import COLOURS, scale_of
 
 SAME = 0.02  # of its range: a difference between the ends of a closed path
-PANEL_WIDTH, PANEL_HEIGHT = 5.0, 4.0  # [inches]
-
-
-def adhesion_figure(history: Any) -> Figure:
-    """Return pressure profiles (with ``save="last"`` only the last) beside load against approach."""
-    figure = Figure(figsize=(2.0 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
-    if pressure.ndim == 2:
-        pressure, times = pressure[None], times[-1:]
-    middle = pressure.shape[2] // 2
-    pressure_profiles(left, history.grid.axes()[0], pressure[:, :, middle], times)
-    left.axhline(0.0, color="0.7", lw=0.8, zorder=0)
-    load_against_approach(right, history)
-    return figure
 
 
 def load_against_approach(ax: Axes, history: Any) -> Axes:
     """Plot load [N] against approach [m], with jumps dashed.
 
     If the path ends where it began, the area that it encloses is the energy lost: it is shaded, and stands in the title with
-    the part that is lost in jumps.
+    the parts that are lost in jumps and in the body.
     """
     approach, load = np.asarray(history.approach), np.asarray(history.load)
     (x_unit, x_name), (y_unit, y_name) = scale_of(approach, "m"), scale_of(load, "N")
@@ -41,8 +24,7 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     jumped = np.flatnonzero(np.diff(np.asarray(history.jumps)) > 0)
     if _closed(x) and _closed(y):
         ax.fill(x, y, color=colour, alpha=0.15, lw=0.0, label="hysteresis")
-        lost, in_jumps = lost_in_a_cycle(approach, load), float(np.asarray(history.jump_energy)[-1])
-        ax.set_title(f"lost {prefixed(lost, 'J')}, in jumps {prefixed(in_jumps, 'J')}", fontsize="medium")
+        ax.set_title(_losses(history, lost_in_a_cycle(approach, load)), fontsize="medium")
     broken = jumped + 1  # a line that is interrupted at the jumps
     ax.plot(
         np.insert(x, broken, np.nan), np.insert(y, broken, np.nan), marker=".", ms=3, color=colour, lw=1.4
@@ -56,6 +38,13 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     if ax.get_legend_handles_labels()[1]:
         ax.legend(loc="upper left")
     return ax
+
+
+def _losses(history: Any, lost: float) -> str:
+    """Return the energy lost in a cycle, in jumps and, where it is known, in the body."""
+    jumps, body = (float(np.asarray(a)[-1]) for a in (history.jump_energy, history.viscous_energy))
+    words = f"lost {prefixed(lost, 'J')}, in jumps {prefixed(jumps, 'J')}"
+    return words if np.isnan(body) else f"{words}, in the body {prefixed(body, 'J')}"
 
 
 def _closed(values: np.ndarray) -> bool:

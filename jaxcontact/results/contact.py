@@ -7,9 +7,11 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support import checks
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact._support.status import Status
 from jaxcontact.inputs.grid import Grid
+from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
@@ -86,17 +88,32 @@ class ContactResult:
         attributes = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
         return dataset(arrays_of(self) | derived_of(self), attributes)
 
-    def plot(self) -> Any:
-        """Return a figure of the result.
+    def plot(self, body: LayeredHalfSpace | None = None, inside: Any = None) -> Any:
+        """Return a figure of the result: one sheet with the contact in cross-section, its dimensions, and its quantities.
 
-        An axisymmetric contact is shown by pressure profiles, and approach, load and contact radius over time, with
-        adhesion by load against approach with its jumps; a rough contact by maps of pressure, gap and contact, contact area
-        against load, and the pressure distribution; sheared and rolling contacts by stick and slip zones and tractions;
-        steady sliding by its pressure.
+        An axisymmetric contact is shown by pressure profiles, and approach, load, contact radius and peak pressure over
+        time where they vary, with adhesion by load against approach with its jumps; a rough contact by maps of pressure,
+        gap and contact, contact area against load, and the pressure distribution; sheared and rolling contacts by stick
+        and slip zones and tractions; a film that forms by its thickness; steady sliding by its pressure.
+
+        Args:
+            body: the ``LayeredHalfSpace`` of the call, whose layers and materials the cross-section then names.
+            inside: what ``subsurface`` returned for this result: the sheet then shows the von Mises stress as well.
+
+        Raises:
+            ValueError: body or inside is of another type.
         """
         from jaxcontact.results import figures
 
-        return figures.figure_of(self)
+        checks.require(
+            body is None or isinstance(body, LayeredHalfSpace),
+            f"body: expected a LayeredHalfSpace or None, got {type(body).__name__}",
+        )
+        checks.require(
+            inside is None or getattr(inside, "view", "") == "interior",
+            f"inside: expected the result of subsurface or None, got {type(inside).__name__}",
+        )
+        return figures.figure_of(self, body, inside)
 
 
 def _check_one(result: Any) -> None:
@@ -118,8 +135,9 @@ class ContactHistory(ContactResult):
 
     smooth_area is the contact area estimated from the pressure inside and the gap outside the contact edge
     (``contact.edge``), for any number of patches. It is continuous in load and material parameters, and differentiable.
-    For a Hertz contact at least 5 cells across, the radius is accurate to 0.04 of a cell, and d smooth_area/d log(load)
-    to 0.3 % in the mean over positions on the grid, with a root mean square error of 0.4/(cells across).
+    For a Hertz contact at least 5 cells across, the radius is accurate to 0.03 of a cell (10 cells: 0.005), and
+    d smooth_area/d log(load) to 0.4 % in the mean over positions on the grid, with a root mean square error of
+    0.3/(cells across) for 5 cells and half of this for 10 and more.
 
     film_strain is the shortening of the film, the top layer, over its thickness at its deepest point (computed as on a
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
@@ -188,8 +206,10 @@ class AdhesiveHistory(ContactHistory):
     its integral; contact_area and smooth_area are those of the cells whose gap is zero.
 
     jumps (nt,): number of jumps into or out of contact since times[0], at which the solution left its branch of
-    equilibria; jump_energy (nt,) [J]: energy dissipated in these jumps (in a cycle of approach and retraction, the
-    energy lost by adhesion; the remainder is dissipated in the body); cohesive_cells (nt,): number of cells across the
+    equilibria; jump_energy (nt,) [J]: energy lost by adhesion, in these jumps, since times[0]; viscous_energy (nt,) [J]:
+    energy dissipated in the body since times[0], by the trapezoidal rule over the steps (nan for a thickness that changes
+    in time and for the quasi-elastic correspondence). Both have zero derivatives; in a cycle that ends without contact
+    and relaxed, their sum is the area of the curve of load over approach. cohesive_cells (nt,): number of cells across the
     zone of attraction at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of a cell, or over
     which the gap grows by the range z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer. Below three the pull-off
     load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
@@ -203,6 +223,7 @@ class AdhesiveHistory(ContactHistory):
     view: ClassVar[str] = "adhesion"
     jumps: Array
     jump_energy: Array
+    viscous_energy: Array
     cohesive_cells: Array
     tabor_number: Array
 

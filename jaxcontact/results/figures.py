@@ -1,27 +1,35 @@
-"""The figure that a result's ``plot`` returns.
+"""The figure that a result's ``plot`` returns: one sheet of panels for each kind of result.
 
-The attribute ``view`` of a result selects its figure. Figures read the fields of a result without importing its class,
+The attribute ``view`` of a result selects its sheet. Figures read the fields of a result without importing its class,
 so that the modules of results may import this one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxcontact.results import plotting
-from jaxcontact.results.adhesion_figures import adhesion_figure
+from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.results import plotting, stress_panels
+from jaxcontact.results.adhesion_figures import load_against_approach
+from jaxcontact.results.contact_section import contact_section
 from jaxcontact.results.picture_style import styled
 from jaxcontact.results.rough_figures import is_round, rough_figure
+from jaxcontact.results.time_series import against_time, time_series
 
-PANEL_WIDTH, PANEL_HEIGHT = 4.4, 3.8  # [inches]
+PANEL_WIDTH, PANEL_HEIGHT = 4.4, 3.7  # [inches]
+MOST_IN_A_ROW = 4
+
+Panel = Callable[[Axes], Any]
 
 
 @styled
-def figure_of(result: Any) -> Figure:
-    """Return the figure of a result."""
-    return FIGURES[result.view](result)
+def figure_of(result: Any, body: LayeredHalfSpace | None = None, inside: Any = None) -> Figure:
+    """Return the figure of a result; with the names of the body's layers, and with the stress ``inside`` the body."""
+    draw = FIGURES[result.view]
+    return draw(result) if result.view == "interior" else draw(result, body, inside)
 
 
 @styled
@@ -30,20 +38,63 @@ def overview_of(history: Any) -> Figure | None:
     and time series show the result.
     """
     if history.view in ("shear", "rubbing", "adhesion"):
-        return FIGURES[history.view](history)
-    if history.grid.plane_strain or is_round(history):
-        return None
-    return rough_figure(history)
+        return FIGURES[history.view](history, None, None)
+    return None if _is_line_or_round(history) else rough_figure(history)
 
 
-def contact_figure(history: Any) -> Figure:
-    """Pressure profiles and time series; for a contact that is not axisymmetric, maps and statistics."""
-    if history.grid.plane_strain or is_round(history):
-        return plotting.overview(history)
-    return rough_figure(history)
+def _is_line_or_round(history: Any) -> bool:
+    return history.grid.plane_strain or is_round(history)
 
 
-def rubbing_figure(history: Any) -> Figure:
+def _sheet(rows: list[list[Panel]], title: str = "") -> Figure:
+    """Return a figure with rows of panels; the panels of a row have equal widths."""
+    width = PANEL_WIDTH * max(2, *(min(len(row), 3) for row in rows))
+    figure = Figure(figsize=(width, PANEL_HEIGHT * len(rows)), layout="constrained")
+    parts = figure.subfigures(len(rows), 1, squeeze=False)[:, 0]
+    for part, row in zip(parts, rows, strict=True):
+        for ax, draw in zip(part.subplots(1, len(row), squeeze=False)[0], row, strict=True):
+            draw(ax)
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def _section(result: Any, body: Any, inside: Any) -> list[Panel]:
+    """The panels that every sheet has: the contact in cross-section and, where it is given, the stress below it."""
+    stress: list[Panel] = [] if inside is None else [lambda ax: stress_panels.section_of_stress(ax, inside)]
+    return [lambda ax: contact_section(ax, result, body), *stress]
+
+
+def _profiles(history: Any) -> Panel:
+    """Pressure along x over time; with ``save="last"`` only that of the last time."""
+    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
+    if pressure.ndim == 2:
+        pressure, times = pressure[None], times[-1:]
+    line = pressure[:, :, pressure.shape[2] // 2]
+    return lambda ax: plotting.pressure_profiles(ax, history.grid.axes()[0], line, times)
+
+
+def _over_time(history: Any, only: tuple[str, ...] = ()) -> tuple[list[list[Panel]], str]:
+    """Rows of time series, and a line of text on those that are constant; only: names of series, all if there are none."""
+    series, constant = time_series(history)
+    shown = [one for one in series if not only or one.name in only]
+    panels: list[Panel] = [
+        lambda ax, one=one: against_time(ax, history.times, one.values, one.name, one.unit)  # type: ignore[misc]
+        for one in shown
+    ]
+    rows = -(-len(panels) // MOST_IN_A_ROW)
+    size = -(-len(panels) // max(rows, 1))
+    return [panels[i : i + size] for i in range(0, len(panels), max(size, 1))], constant
+
+
+def contact_figure(history: Any, body: Any, inside: Any) -> Figure:
+    """Section, pressure profiles and time series; for a contact that is not axisymmetric, maps and statistics."""
+    if not _is_line_or_round(history):
+        return rough_figure(history, body, inside)
+    below, constant = _over_time(history)
+    return _sheet([[*_section(history, body, inside), _profiles(history)], *below], constant)
+
+
+def rubbing_figure(history: Any, body: Any, inside: Any) -> Figure:
     """The film in cross-section over time, its growth, and maps of thickness, pressure and temperature side by side.
 
     In plane strain, where a map is a line, the maps are left out; where only the last map was kept, so is the growth.
@@ -53,19 +104,15 @@ def rubbing_figure(history: Any) -> Figure:
     over_time = thickness.ndim == 3
     lines = thickness[..., thickness.shape[-1] // 2].reshape(-1, thickness.shape[-2])
     names = [name for name in plotting.MAPS if getattr(history, name, None) is not None]
-    rows = 1 if history.grid.plane_strain else 2
-    figure = Figure(figsize=(1.05 * PANEL_WIDTH * len(names), rows * PANEL_HEIGHT), layout="constrained")
-    above, *below = figure.subfigures(rows, 1, squeeze=False)[:, 0]
-    axes = above.subplots(1, 1 + over_time, squeeze=False)[0]
-    plotting.film_section(axes[0], x, lines, times if over_time else times[-1:])
-    if over_time:
-        plotting.growth_curves(axes[1], history)
-    for panels in below:
-        for ax, name in zip(panels.subplots(1, len(names)), names, strict=True):
-            values = np.asarray(getattr(history, name))
-            plotting.quantity_map(ax, x, y, values[-1] if over_time else values, name)
-    figure.suptitle(f"film at t = {float(times[-1]):g} s", fontsize="medium")
-    return figure
+    film: list[Panel] = [lambda ax: plotting.film_section(ax, x, lines, times if over_time else times[-1:])]
+    growth: list[Panel] = [lambda ax: plotting.growth_curves(ax, history)] if over_time else []
+    last = lambda name: np.asarray(getattr(history, name)).reshape(-1, *history.grid.shape)[-1]
+    maps: list[Panel] = [
+        lambda ax, name=name: plotting.quantity_map(ax, x, y, last(name), name)  # type: ignore[misc]
+        for name in names
+    ]
+    rows = [[*film, *growth, *_section(history, body, inside)]]
+    return _sheet(rows if history.grid.plane_strain else [*rows, maps], f"film at t = {float(times[-1]):g} s")
 
 
 @styled
@@ -78,65 +125,64 @@ def film_of(x: Any, lines: Mapping[str, Any], times: Any) -> Figure | None:
     return figure
 
 
-def adhesive_figure(history: Any) -> Figure:
-    """Pressure with tension, and load against approach; for a contact that is not axisymmetric, maps and statistics."""
-    if history.grid.plane_strain or is_round(history):
-        return adhesion_figure(history)
-    return rough_figure(history)
+def adhesive_figure(history: Any, body: Any, inside: Any) -> Figure:
+    """Section, pressure with tension, and load against approach; maps and statistics if it is not axisymmetric."""
+    if not _is_line_or_round(history):
+        return rough_figure(history, body, inside)
+    below, constant = _over_time(history, ("contact radius", "peak pressure", "approach", "load"))
+    path: Panel = lambda ax: load_against_approach(ax, history)
+    return _sheet([[*_section(history, body, inside), _profiles(history), path], *below], constant)
 
 
-def shear_figure(history: Any) -> Figure:
-    """Stick and slip zones, tractions along the x axis, and the loop of tangential load against displacement."""
-    figure = Figure(figsize=(3.0 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
-    axes = figure.subplots(1, 3)
-    plotting.stick_and_slip(axes[0], history)
-    plotting.tractions_on_the_axis(axes[1], history)
-    plotting.tangential_loop(axes[2], history)
-    figure.suptitle(f"stick, slip and tractions at t = {float(history.times[-1]):g} s", fontsize="medium")
-    return figure
+def shear_figure(history: Any, body: Any, inside: Any) -> Figure:
+    """Stick and slip zones, tractions along x and the loop of the tangential load, above section and time series."""
+    above: list[Panel] = [
+        lambda ax: plotting.stick_and_slip(ax, history),
+        lambda ax: plotting.tractions_on_the_axis(ax, history),
+        lambda ax: plotting.tangential_loop(ax, history),
+    ]
+    series, constant = _over_time(history, ("tangential load", "dissipated by friction"))
+    below = [*_section(history, body, inside), *(panel for row in series for panel in row)]
+    when = f"t = {float(history.times[-1]):g} s"
+    if history.grid.plane_strain:
+        above = above[1:]
+    return _sheet([above, below], f"stick, slip and tractions at {when}{'; ' * bool(constant)}{constant}")
 
 
-def rolling_figure(state: Any) -> Figure:
-    """Stick and slip zones, and tractions along the x axis."""
-    figure = Figure(figsize=(2.2 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
-    axes = figure.subplots(1, 2)
-    plotting.stick_and_slip(axes[0], state)
-    plotting.tractions_on_the_axis(axes[1], state)
-    plotting.velocity_arrow(axes[0], state.velocity)
-    return figure
+def rolling_figure(state: Any, body: Any, inside: Any) -> Figure:
+    """Stick and slip zones, tractions along the x axis, and the contact in cross-section."""
+
+    def zones(ax: Axes) -> None:
+        plotting.velocity_arrow(plotting.stick_and_slip(ax, state), state.velocity)
+
+    tractions: Panel = lambda ax: plotting.tractions_on_the_axis(ax, state)
+    shown = [tractions] if state.grid.plane_strain else [zones, tractions]
+    return _sheet([[*shown, *_section(state, body, inside)]])
 
 
-def steady_sliding_figure(state: Any) -> Figure:
-    """The pressure map, and the pressure along x at y = 0; in plane strain only the latter."""
+def steady_sliding_figure(state: Any, body: Any, inside: Any) -> Figure:
+    """The pressure map, the pressure along x at y = 0, and the contact in cross-section; no map in plane strain."""
     x, y = state.grid.axes()
     pressure = np.asarray(state.pressure)
-    line = pressure[:, pressure.shape[1] // 2]
-    if state.grid.plane_strain:
-        figure = Figure(figsize=(1.4 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
-        plotting.pressure_line(figure.add_subplot(), x, line)
-        return figure
-    figure = Figure(figsize=(2.2 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
-    axes = figure.subplots(1, 2)
-    plotting.pressure_map(axes[0], x, y, pressure)
-    plotting.velocity_arrow(axes[0], state.velocity)
-    plotting.pressure_line(axes[1], x, line)
-    return figure
+
+    def pressure_map(ax: Axes) -> None:
+        plotting.velocity_arrow(plotting.pressure_map(ax, x, y, pressure), state.velocity)
+
+    line: Panel = lambda ax: plotting.pressure_line(ax, x, pressure[:, pressure.shape[1] // 2])
+    shown = [line] if state.grid.plane_strain else [pressure_map, line]
+    return _sheet([[*shown, *_section(state, body, inside)]])
 
 
 def interior_figure(inside: Any) -> Figure:
     """The von Mises stress in the vertical section along x through its maximum, and against depth at the maximum."""
-    _, place = inside.peak
-    x, y = (np.asarray(axis) for axis in inside.grid.axes())
-    i, j = int(np.argmin(np.abs(x - float(place[0])))), int(np.argmin(np.abs(y - float(place[1]))))
-    stress, depths = np.asarray(inside.von_mises), np.asarray(inside.depths)
     figure = Figure(figsize=(2.4 * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained")
     axes = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
-    plotting.vertical_cut(axes[0], x, depths, stress[:, :, j])
-    plotting.over_depth(axes[1], depths, stress[:, i, j])
+    stress_panels.section_of_stress(axes[0], inside)
+    stress_panels.stress_over_depth(axes[1], inside)
     return figure
 
 
-FIGURES = {  # by the attribute ``view`` of a result
+FIGURES: dict[str, Callable[..., Figure]] = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
     "adhesion": adhesive_figure,
     "shear": shear_figure,

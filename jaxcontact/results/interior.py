@@ -23,7 +23,8 @@ class InteriorFields:
     depths (nz,) [m]; stress (nz, 3, 3, nx, ny) [Pa], tension positive, with rows and columns in the order x, y, z;
     displacement (nz, 3, nx, ny) [m], z into the body; response_error (nz,): largest relative error of the body's response
     at each depth, over all wavelengths: that of a stress is relative to the largest component of stress, that of a
-    displacement to the largest component of displacement, under waves of this length and longer ones.
+    displacement to the largest component of displacement, under waves of this length and longer ones; interfaces (n,)
+    [m]: depths of the lower faces of the layers, None in a half-space without layers.
     """
 
     view: ClassVar[str] = "interior"
@@ -32,6 +33,7 @@ class InteriorFields:
     stress: Array
     displacement: Array
     response_error: Array | float = 0.0
+    interfaces: Array | None = None
 
     @property
     def status(self) -> Array:
@@ -92,7 +94,10 @@ class InteriorFields:
         return dataset(arrays_of(self) | derived_of(self), attributes)
 
     def plot(self) -> Any:
-        """Return a figure of the von Mises stress: a vertical section along x through its maximum, and its depth profile."""
+        """Return a figure of the von Mises stress: a vertical section along x through its maximum, and its depth profile.
+
+        Dashed lines are interfaces between layers, and a cross marks the maximum.
+        """
         from jaxcontact.results import figures
 
         return figures.figure_of(self)

@@ -23,6 +23,7 @@ SERIES_LIMIT = 1e-3
 STEPS = 0.1  # of the largest change of the thickness: its error by the time steps
 NARROW = 0.3  # of the growth that a cell may have above all its neighbours
 STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
+COLD = 200.0  # K, below which a temperature was probably given in degrees Celsius
 FEW_COHESIVE = 3  # cells across the zone of attraction
 DEEP = 1.0 / 3.0  # contact radius over the radius of a ball, which is computed as a paraboloid
 TRAPPING = 0.18  # at a compliance of a cell x strength^2/work of 5
@@ -57,7 +58,8 @@ class Diagnostics:
     the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
     grown beyond all its neighbours, relative to the largest growth; relative_step_error: of a film or an indenter
     that is rubbed in place, the error by the time steps relative to the largest change of its thickness; ball_radius
-    [m]: of a ``Sphere``, inf for any other indenter.
+    [m]: of a ``Sphere``, inf for any other indenter; coldest [K]: the lowest temperature that a law of growth or ``Thermal``
+    is given, inf without any.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -70,6 +72,7 @@ class Diagnostics:
     narrow_growth: Any = np.float64(0.0)
     relative_step_error: Any = np.float64(0.0)
     ball_radius: Any = np.float64(np.inf)
+    coldest: Any = np.float64(np.inf)
 
 
 class _Run(NamedTuple):
@@ -95,6 +98,7 @@ class _Run(NamedTuple):
     narrow_growth: np.ndarray
     relative_step_error: np.ndarray
     ball_radius: np.ndarray
+    coldest: np.ndarray
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
@@ -181,6 +185,9 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
         yield from _of_cells(run, plane_strain)
     if not plane_strain:
         yield from _of_depth(run)
+    if run.coldest < COLD:
+        text = f"a temperature of {float(run.coldest):g} K was given: temperatures are in kelvin, not in °C"
+        yield Note(text, f"a temperature below {COLD:g} K", -float(run.coldest))
     if run.widenings:
         text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
         yield Note(text, 'grid="auto": widened', float(run.widenings))

@@ -15,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 
+from jaxcontact._support.prefixes import fitting_prefix
+
 COLOURS = "viridis"
 STYLE = "jaxcontact.style"
 # fraction of the duration; if it holds more than half of the times, the axis of time is logarithmic
@@ -32,6 +34,13 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
             return draw(*args, **kwargs)
 
     return wrapper
+
+
+def scale_of(values: Any, unit: str) -> tuple[float, str]:
+    """Return the factor and the symbol of the multiple of an SI unit in which the largest value lies between 1 and 1000."""
+    finite = np.abs(np.asarray(values, dtype=float))
+    factor, prefix = fitting_prefix(float(np.max(finite)) if finite.size else 0.0)
+    return factor, prefix + unit
 
 
 def shows_decades(times: Any) -> bool:

@@ -1,11 +1,10 @@
 """Pictures of results: functions that draw into given Axes, and functions that return whole figures.
 
-Only this module, ``picture_style``, ``figures``, ``rough_figures``, ``adhesion_figures`` and the pictures of ``paper``
-import matplotlib. Figures are made without ``pyplot``, so there is no global state and no window; a notebook shows a
-figure that is the last value of a cell.
+Only the modules of pictures in this folder and those of ``paper`` import matplotlib. Figures are made without
+``pyplot``, so there is no global state and no window; a notebook shows a figure that is the last value of a cell.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -13,19 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from jaxcontact._support.prefixes import fitting_prefix
-from jaxcontact.results.picture_style import COLOURS, colours_of_time, styled, time_axis
+from jaxcontact.results.picture_style import COLOURS, colours_of_time, scale_of, styled, time_axis
+from jaxcontact.results.time_series import along_the_largest
 
 MOST_LINES, MOST_ARROWS = 40, 24
 TENSION = 0.02  # of the largest pressure: a tension that is shown
-CONSTANT = 1e-6  # relative change below which a quantity counts as constant
-
-
-def scale_of(values: Any, unit: str) -> tuple[float, str]:
-    """Return the factor and the symbol of the multiple of an SI unit in which the largest value lies between 1 and 1000."""
-    finite = np.abs(np.asarray(values, dtype=float))
-    factor, prefix = fitting_prefix(float(np.max(finite)) if finite.size else 0.0)
-    return factor, prefix + unit
 
 
 def pick(count: int) -> np.ndarray:
@@ -157,19 +148,6 @@ def growth_curves(ax: Axes, history: Any) -> Axes:
     return ax
 
 
-def against_time(ax: Axes, times: Any, values: Any, name: str, unit: str) -> Axes:
-    """Plot a scalar quantity of the history against time [s]."""
-    values, (factor, symbol) = np.asarray(values), scale_of(values, unit)
-    ax.plot(times, values / factor, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
-    ax.set_ylabel(f"{name} [{symbol}]")
-    time_axis(ax, times)
-    ax.ticklabel_format(axis="y", useOffset=False)
-    low, high = float(np.min(values)) / factor, float(np.max(values)) / factor
-    if high - low <= CONSTANT * max(abs(low), abs(high)):  # do not magnify round-off to the full height
-        ax.set_ylim(0.9 * low, 1.1 * high) if high > 0.0 else ax.set_ylim(-1.0, 1.0)
-    return ax
-
-
 @styled
 def profiles_figure(x: Any, pressure: Any, times: Any) -> Figure:
     """A figure of pressure profiles over time."""
@@ -196,72 +174,6 @@ def maps_figure(x: Any, y: Any, fields: list[Any], titles: list[str]) -> Figure:
     return figure
 
 
-class _TimeSeries(NamedTuple):
-    name: str
-    values: Any
-    unit: str
-
-
-def _time_series(history: Any) -> tuple[list[_TimeSeries], str]:
-    """Return the time series to plot, and a line of text on those that are constant.
-
-    The series are approach, load and contact radius, and for sliding and shear the friction quantities. If any series
-    varies, only those that vary are returned.
-    """
-    series = [
-        _TimeSeries("approach", history.approach, "m"),
-        _TimeSeries("load", history.load, "N"),
-        _TimeSeries("contact radius", history.contact_radius, "m"),
-    ]
-    if hasattr(history, "tangential_force"):
-        series.append(_TimeSeries("force against the motion", history.tangential_force, "N"))
-    if hasattr(history, "dissipated"):
-        series.append(_TimeSeries("tangential load", _along_the_largest(history)[1], "N"))
-        series.append(_TimeSeries("dissipated by friction", history.dissipated, "J"))
-    changes = [bool(np.ptp(one.values) > CONSTANT * np.max(np.abs(one.values))) for one in series]
-    if not any(changes):
-        return series, ""
-    constant = [one for one, change in zip(series, changes, strict=True) if not change]
-    units = [scale_of(one.values, one.unit) for one in constant]
-    texts = [
-        f"{one.name} {float(np.max(one.values)) / unit:.4g} {symbol}"
-        for one, (unit, symbol) in zip(constant, units, strict=True)
-    ]
-    return [one for one, change in zip(series, changes, strict=True) if change], ", ".join(texts)
-
-
-@styled
-def history_figure(history: Any) -> Figure:
-    """Time series of approach, load and contact radius: one panel for each that varies, the constant ones in the title."""
-    series, constant = _time_series(history)
-    figure = Figure(figsize=(3.6 * len(series), 3.4), layout="constrained")
-    for ax, one in zip(np.atleast_1d(figure.subplots(1, len(series))), series, strict=True):
-        against_time(ax, history.times, one.values, one.name, one.unit)
-    figure.suptitle(constant, fontsize="medium")
-    return figure
-
-
-@styled
-def overview(history: Any) -> Figure:
-    """Pressure profiles above the panels of ``history_figure``.
-
-    With ``save="last"`` there is only the profile of the last time.
-    """
-    series, constant = _time_series(history)
-    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
-    panels = figure.add_gridspec(2, len(series), height_ratios=(1.3, 1.0))
-    pressure, times = np.asarray(history.pressure), np.asarray(history.times)
-    if pressure.ndim == 2:
-        pressure, times = pressure[None], times[-1:]
-    middle = pressure.shape[2] // 2
-    pressure_profiles(figure.add_subplot(panels[0, :]), history.grid.axes()[0], pressure[:, :, middle], times)
-    for i, one in enumerate(series):
-        ax = figure.add_subplot(panels[1, i])
-        against_time(ax, history.times, one.values, one.name, one.unit)
-    figure.suptitle(constant, fontsize="medium")
-    return figure
-
-
 def stick_and_slip(ax: Axes, result: Any) -> Axes:
     """Draw a map of the stick and slip zones (at the last time of a history), with arrows of the slip of the body."""
     x, y = (np.asarray(axis) for axis in result.grid.axes())
@@ -279,13 +191,14 @@ def stick_and_slip(ax: Axes, result: Any) -> Axes:
     i, j = np.nonzero(some & touching & ~stick & np.any(slip != 0.0, 0))
     if i.size:
         ax.quiver(x[i] / unit, y[j] / unit, slip[0, i, j], slip[1, i, j], angles="xy", width=4e-3)
+        ax.set_title("arrows: slip of the body past the indenter")
     ax.set(xlabel=f"x [{name}]", ylabel=f"y [{name}]", aspect="equal")
     return ax
 
 
 def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
     """Draw pressure and tangential tractions (at the last time of a history) along x, on the row of cells nearest to y =
-    0.
+    0, with the cells that stick shaded.
     """
     x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
     pressure = np.asarray(result.pressure)[..., middle].reshape(-1, x.size)[-1]
@@ -294,23 +207,21 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
     lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
     for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
         ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
-    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]")
+    stick = np.asarray(result.stick)[..., middle].reshape(-1, x.size)[-1]
+    lowest, highest = ax.get_ylim()
+    ax.fill_between(
+        x / x_unit, lowest, highest, where=(stick > 0.0) & (pressure > 0.0), step="mid", color="0.9", zorder=0
+    )
+    ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]", ylim=(lowest, highest))
+    ax.text(0.02, 0.98, "shaded: sticks", transform=ax.transAxes, va="top", fontsize="small")
     ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return ax
 
 
-def _along_the_largest(history: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return tangential displacement and load along the direction of the largest tangential load, (nt,) each."""
-    load, displacement = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
-    largest = load[np.argmax(np.sum(load**2, 1))]
-    direction = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
-    return displacement @ direction, load @ direction
-
-
 def tangential_loop(ax: Axes, history: Any) -> Axes:
     """Plot tangential load against displacement, along the direction of the largest tangential load."""
-    displacement, load = _along_the_largest(history)
+    displacement, load = along_the_largest(history)
     (f_unit, f_name), (x_unit, x_name) = scale_of(load, "N"), scale_of(displacement, "m")
     ax.plot(displacement / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))
     ax.set(xlabel=f"tangential displacement [{x_name}]", ylabel=f"tangential load [{f_name}]")
@@ -336,32 +247,6 @@ def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
     ax.plot(x, np.asarray(pressure) / p_unit, color=colormaps[COLOURS](0.3), lw=1.6)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure [{p_name}]", xlim=_around_contact(x, [pressure]))
     ax.set_ylim(bottom=0.0)
-    return ax
-
-
-def vertical_cut(ax: Axes, x: Any, depths: Any, stress: Any) -> Axes:
-    """Draw a map of the von Mises stress (nz, nx) [Pa] over x and depth [m], surface at the top; for one depth, a line."""
-    (s_unit, s_name), (x_unit, x_name) = scale_of(stress, "Pa"), scale_of(x, "m")
-    z_unit, z_name = scale_of(depths, "m")
-    x, z, values = np.asarray(x) / x_unit, np.asarray(depths) / z_unit, np.asarray(stress) / s_unit
-    ax.set_xlabel(f"x [{x_name}]")
-    if z.size == 1:
-        ax.plot(x, values[0], color=colormaps[COLOURS](0.3), lw=1.6)
-        ax.set(ylabel=f"von Mises stress [{s_name}]", ylim=(0.0, None))
-        return ax
-    mesh = ax.pcolormesh(x, z, values, cmap=COLOURS, vmin=0.0, shading="gouraud", rasterized=True)
-    ax.figure.colorbar(mesh, ax=ax, label=f"von Mises stress [{s_name}]", pad=0.02)
-    ax.set(ylabel=f"depth [{z_name}]", ylim=(float(np.max(z)), float(np.min(z))))
-    return ax
-
-
-def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
-    """Plot the von Mises stress (nz,) [Pa] against depth [m], with the surface at the top."""
-    (s_unit, s_name), (z_unit, z_name) = scale_of(stress, "Pa"), scale_of(depths, "m")
-    z = np.asarray(depths) / z_unit
-    ax.plot(np.asarray(stress) / s_unit, z, marker=".", ms=4, color=colormaps[COLOURS](0.3), lw=1.6)
-    ax.set(xlabel=f"von Mises stress [{s_name}]", ylabel=f"depth [{z_name}]", xlim=(0.0, None))
-    ax.invert_yaxis()
     return ax
 
 

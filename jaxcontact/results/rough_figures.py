@@ -8,9 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from jaxcontact.results.picture_style import COLOURS, time_axis
-from jaxcontact.results.plotting import CONSTANT, pressure_map, scale_of
+from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.results.contact_section import contact_section
+from jaxcontact.results.picture_style import COLOURS, scale_of, time_axis
+from jaxcontact.results.plotting import pressure_map
 from jaxcontact.results.rough_contact import contact_clusters, contact_statistics, pressure_histogram
+from jaxcontact.results.stress_panels import section_of_stress
+from jaxcontact.results.time_series import CONSTANT
 
 SLENDER = 4.0  # aspect ratio of the grid above which a map fills its panel
 BINS = 40
@@ -24,14 +28,17 @@ def is_round(history: Any) -> bool:
     return bool(np.min(np.diff(outwards)) >= -1e-6 * np.max(outwards))
 
 
-def rough_figure(history: Any) -> Figure:
-    """Maps of pressure, gap and contact at the last time, above contact area against load and the pressure distribution."""
-    figure = Figure(figsize=(12.0, 6.2), layout="constrained")
+def rough_figure(history: Any, body: LayeredHalfSpace | None = None, inside: Any = None) -> Figure:
+    """Maps of pressure, gap and contact at the last time, above area against load, pressure distribution and section.
+
+    body: names the layers in the section; inside: a fourth panel shows the stress in the body.
+    """
+    figure = Figure(figsize=(13.5, 7.4), layout="constrained")
     # one grid per row: in a single grid with spanning columns matplotlib below 3.11 leaves no room for some maps
     rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
-    above, below = rows[0].subgridspec(1, 3), rows[1].subgridspec(1, 2)
+    above, below = rows[0].subgridspec(1, 3), rows[1].subgridspec(1, 3 if inside is None else 4)
     maps = [figure.add_subplot(above[i]) for i in range(3)]
-    graphs = [figure.add_subplot(below[i]) for i in range(2)]
+    graphs = [figure.add_subplot(below[i]) for i in range(below.ncols)]
     x, y = history.grid.axes()
     time = f"{float(history.times[-1]):g} s"
     last = lambda field: np.asarray(field)[-1] if np.ndim(field) == 3 else np.asarray(field)
@@ -42,6 +49,9 @@ def rough_figure(history: Any) -> Figure:
         _fit(ax, history)
     area_against_load(graphs[0], history)
     pressure_distribution(graphs[1], history)
+    contact_section(graphs[2], history, body, single=False)
+    if inside is not None:
+        section_of_stress(graphs[3], inside)
     return figure
 
 

@@ -37,6 +37,7 @@ from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
 LOOSEST = 1e-2  # tolerance
+ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 
 @dataclass(frozen=True)
@@ -160,6 +161,11 @@ class Experiment:
         """Return whether contact at the sides of the grid across x, and across y, would continue beyond the grid."""
         along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)
         return along_x, along_y
+
+    @property
+    def temperatures(self) -> list[Any]:
+        """The temperatures that the experiment is given [K]."""
+        return []
 
     def target(self, scale: Scale) -> Array:
         """The control, scaled: the sum of pressures or the approach."""
@@ -344,11 +350,18 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
     told = replace(told, ball_radius=jax.lax.stop_gradient(jnp.asarray(radius, float)))
+    if experiment.temperatures:
+        told = replace(told, coldest=_least(experiment.temperatures))
     if experiment.film_map is not None:
         told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
     return nan_where_invalid(
         replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
     )
+
+
+def _least(values: list[Any]) -> Array:
+    """Return the least of some values, without derivative, ()."""
+    return jax.lax.stop_gradient(jnp.min(jnp.stack([jnp.min(jnp.asarray(v, float)) for v in values])))
 
 
 def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
@@ -367,7 +380,10 @@ def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
     found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
     if hasattr(result, "thickness"):
         last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
-        found["narrow_growth"] = _narrowest(last - experiment.film_map.at_first, along, grid.periodic)
+        grown, least = last - experiment.film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
+        found["narrow_growth"] = _narrowest(
+            jnp.where(jnp.abs(grown) > least, grown, 0.0), along, grid.periodic
+        )
     return found
 
 
@@ -376,7 +392,9 @@ def _narrowest(grown: Array, axes: list[int], periodic: tuple[bool, bool]) -> Ar
     highest = jnp.full_like(grown, -jnp.inf)
     for axis in axes:
         ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
-        padded = jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
+        padded = (
+            jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
+        )
         for start in (0, 2):
             beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
             highest = jnp.maximum(highest, beside)

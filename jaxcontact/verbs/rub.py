@@ -26,7 +26,7 @@ from jaxcontact.history.track import as_array, at_fine_times, mean_speed, over_t
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Control, check_friction
 from jaxcontact.inputs.grid import Grid, MovedGrid
-from jaxcontact.inputs.laws import SumOfLaws, check_law, is_sheared
+from jaxcontact.inputs.laws import SumOfLaws, check_law, is_sheared, temperatures_of
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
 from jaxcontact.inputs.thermal import Thermal, check_thermal
 from jaxcontact.operators import spectral
@@ -246,6 +246,10 @@ class RubExperiment(TimedExperiment):
         return jnp.zeros(self.grid.shape) if self.film_map is None else self.film_map.values
 
     @property
+    def temperatures(self) -> list[Any]:
+        return temperatures_of(self.kinetics) + ([] if self.thermal is None else [self.thermal.ambient])
+
+    @property
     def profile(self) -> Array:
         """As of every experiment; with a path at its first position."""
         if self.path is None:
@@ -329,9 +333,12 @@ def _motion(velocity: Any, path: Any, count: int) -> tuple[Any, Any, Verdict]:
         shape in ((count,), (count, 2)),
         f"path [m]: expected shape ({count},) or ({count}, 2) as times, got {shape}",
     )
-    along_x = jnp.asarray(path, float)
-    both = jnp.stack([along_x, jnp.zeros(count)], -1) if along_x.ndim == 1 else along_x
-    return None, both if not is_concrete(path) else np.asarray(both), checks.finite("path [m]", path)
+    numbers: Any = (
+        np if is_concrete(path) else jnp
+    )  # known values stay so inside jit, where operations of jax trace them
+    along_x = numbers.asarray(path, float)
+    both = numbers.stack([along_x, numbers.zeros(count)], -1) if along_x.ndim == 1 else along_x
+    return None, both, checks.finite("path [m]", path)
 
 
 def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:

@@ -186,6 +186,10 @@ class Sliding(TimedExperiment):
             beside={"friction": jnp.broadcast_to(friction, grid.shape)},
         )
 
+    @property
+    def temperatures(self) -> list[Any]:
+        return [] if self.thermal is None else [self.thermal.ambient]
+
     def _heating(self, scale: Scale) -> Heating | None:
         """Return what heats the surface at each pressure, None without heat."""
         thermal = self.thermal

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,15 +23,21 @@ from jaxcontact.history.track import as_array, check_along_x, check_rubbing
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.controls import Approach, Control
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, separate_map
+from jaxcontact.operators.base import Operator
 from jaxcontact.operators.kernels import Errors, Kernels
+from jaxcontact.operators.moving import Moving
 from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.thickness_kernels import VaryingKernels
 from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.response.limits import limits_of
 from jaxcontact.results.sliding import SteadySliding, with_totals
 from jaxcontact.verbs.experiment import Experiment, reported
+from jaxcontact.verbs.steady.film_wake import FilmWake, film_wake_of
 from jaxcontact.verbs.steady.rubbed_wake import RubbedWake
 from jaxcontact.verbs.steady.wake import Wake, doubled, wake_of
+
+ALONG = 1e-9  # of the largest thickness: what a film may vary along the track
 
 
 def slide_steady(
@@ -58,7 +66,10 @@ def slide_steady(
 
     Args:
         velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
-        body, indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
+        body: as in ``indent``; the thickness of the only layer on an elastic substrate may also vary across the track,
+            (nx, ny) with equal values along x, if the velocity is a number and there is no friction. The film's surface is
+            then higher where it is thicker.
+        indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
             time, since its wake is computed on a larger grid.
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
             contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
@@ -85,8 +96,12 @@ def slide_steady(
     velocity = as_array(velocity)
     _check_single(control, velocity, grid)
     given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, **given)
+    body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, film_map=film_map, **given)
     experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
+    experiment = experiment.also(valid)
+    if film_map is not None:
+        experiment = experiment.also(_check_across(film_map, velocity, grid, friction, kernels))
     result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
     return reported(result, errors, experiment)
 
@@ -98,6 +113,33 @@ def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
     check_along_x(shape, grid)
     name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
+
+
+def _check_across(
+    film_map: ThicknessMap, velocity: Array, grid: Grid, friction: Any, kernels: Kernels | None
+) -> Verdict:
+    """Check a film whose thickness varies across the track: it does not along it, and nothing is asked that needs one
+    thickness."""
+    thickness = film_map.values
+    checks.require(
+        np.shape(velocity) == () and not all(grid.periodic) and not film_map.over_times,
+        "layer thickness in the plane: expected (nx, ny) with a number as velocity, along x, on a grid that is not"
+        f" periodic along both axes, got shape {thickness.shape}, a velocity of shape {np.shape(velocity)}, periodic="
+        f"{grid.periodic}",
+    )
+    checks.require(
+        friction is None and kernels is None,
+        "layer thickness in the plane: expected no friction and no kernels",
+    )
+    along = jnp.max(jnp.abs(thickness - thickness[:1]))
+    if not is_concrete(along):
+        return along <= ALONG * jnp.max(thickness)
+    checks.require(
+        bool(along <= ALONG * jnp.max(thickness)),
+        "layer thickness [m]: expected one that varies along y alone, across the track, got changes along x by up to"
+        f" {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
+    )
+    return True
 
 
 def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
@@ -139,29 +181,47 @@ def _tilts_or_thins(experiment: Experiment) -> bool:
 @Program
 def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
     """The compiled core: one trace for equal shapes and flags."""
-    kernels = experiment.ready_kernels
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
-    symbols = wake.symbols()
-    profile = experiment.indenter.profile(experiment.grid) / kernels.scale.length
-    lowest, target = jnp.min(profile), experiment.target(kernels.scale)
-    rubbed = None if friction is None else _rubbed(experiment, wake, friction)
-    operator = wake.operator(symbols) if rubbed is None else rubbed.added_to(wake.operator(symbols))
+    kernels, wake = _kernels_and_wake(experiment, vector, across=velocity.ndim > 0)
+    scale, symbols = wake.kernels.scale, wake.symbols()
+    profile = experiment.profile / scale.length
+    lowest, target = jnp.min(profile), experiment.target(scale)
+    rubbed = _rubbed(experiment, wake, friction)
+    operator: Operator = wake.operator(symbols)
+    if isinstance(operator, Moving) and rubbed is not None:
+        operator = rubbed.added_to(operator)
     problem = Problem(operator, profile, target, lowest, experiment.load_controlled)
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, vector)
-    fields = _fields(wake, symbols, problem, solution, rubbed) | {"status": status}
-    in_si = with_totals(kernels.scale.to_si(**fields), vector)
-    errors = kernels.errors() if rubbed is None else joint_errors(kernels, rubbed.rubbing.expansion)
+    observer = Observer.of(
+        experiment.indenter.profile(experiment.grid) / scale.length, wake.ratio, wake.periodic
+    )
+    fields = _fields(wake, symbols, problem, solution, rubbed, observer) | {"status": status}
+    in_si = with_totals(scale.to_si(**fields), vector)
+    errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
     rubs = jnp.zeros(()) if friction is None else friction
     mu = jnp.broadcast_to(rubs, profile.shape)
     return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), errors
 
 
-def _rubbed(experiment: Experiment, wake: Wake, friction: Array) -> RubbedWake:
-    """Return the wake with the contribution of friction."""
+def _kernels_and_wake(
+    experiment: Experiment, velocity: Array, *, across: bool
+) -> tuple[Kernels | VaryingKernels, Wake | FilmWake]:
+    """Return the kernels of an experiment, and the wake at a velocity (2,) [m/s]."""
+    if experiment.film_map is not None:
+        varying = experiment.varying_kernels
+        moved = velocity / varying.uniform.scale.length
+        return varying, film_wake_of(experiment, varying, moved, experiment.film_map.values)
+    kernels = experiment.ready_kernels
+    return kernels, wake_of(experiment, kernels, velocity / kernels.scale.length, across=across)
+
+
+def _rubbed(experiment: Experiment, wake: Wake | FilmWake, friction: Array | None) -> RubbedWake | None:
+    """Return the wake with the contribution of friction, None without."""
+    if friction is None or isinstance(wake, FilmWake):
+        return None
     wide = replace(experiment.grid, shape=doubled(experiment.grid.shape, experiment.grid.periodic))
     rubbing = rub(experiment.body, experiment.indenter, wide, wake.kernels.scale, friction)
     return RubbedWake(wake, rubbing, wake.direction)
@@ -175,11 +235,11 @@ def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array)
 
 
 def _fields(
-    wake: Wake, symbols: Array, problem: Problem, solution: Solution, rubbed: RubbedWake | None
-) -> dict[str, Array]:
-    """Return the observables of a steady contact, scaled, by the names of the result."""
+    wake: Wake | FilmWake, symbols: Array, problem: Problem, solution: Solution, rubbed: RubbedWake | None,
+    observer: Observer,
+) -> dict[str, Array]:  # fmt: skip
+    """Return the observables of a steady contact, scaled, by the names of the result; observer: of the indenter."""
     p, direction, none = solution.pressure, wake.direction, jnp.zeros(())
-    observer = Observer.of(problem.gap, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
     hysteresis = none
     if wake.kernels.rates.size:

@@ -85,6 +85,23 @@ class Study:
         missing = np.full(shapes.pop(), np.nan)
         return np.stack([found[i][name] if i in found else missing for i in range(len(self))])
 
+    def plot(self, name: str) -> Any:
+        """Return a figure of one result over the values that the cases vary: a map of two, or a line of one.
+
+        Axes are logarithmic where the values have equal ratios. Cells of cases that failed, or that do not exist, stay
+        empty.
+
+        Args:
+            name: of a result that is one number in each case; of a time series, the last value is drawn.
+
+        Raises:
+            ValueError: an unknown name, or cases that vary none or more than two numbers.
+        """
+        from jaxcontact.results.study_figures import study_figure
+
+        values = self.stacked(name)
+        return study_figure(self.cases, values.reshape(len(self), -1)[:, -1], name)
+
     def __str__(self) -> str:
         done = len(self) - len(self.failures)
         lines = [f"{done} of {len(self)} cases are in {self.folder}"]

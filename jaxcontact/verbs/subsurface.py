@@ -26,7 +26,7 @@ from jaxcontact.response.influence.interior_coefficients import (
     subsurface_images,
     summed,
 )
-from jaxcontact.response.interior import poisson_at
+from jaxcontact.response.interior import depths_of_interfaces, poisson_at
 from jaxcontact.response.stack import solids, spectra
 from jaxcontact.response.time.band import creeps
 from jaxcontact.response.time.interior_time import Lags, lags_before_the_last
@@ -169,7 +169,8 @@ def _fields(
         return stress, displacement, images.error(jax.lax.stop_gradient(sizes))
 
     stress, displacement, error = jax.lax.map(at, depths)
-    return InteriorFields(grid, depths, stress, displacement, error)
+    interfaces = depths_of_interfaces(body)
+    return InteriorFields(grid, depths, stress, displacement, error, interfaces if interfaces.size else None)
 
 
 Rows = list[list[Array]]

@@ -59,6 +59,52 @@ def film(n: int, steps: int) -> Problem:
     return Problem(lambda: jc.indent(BODY, BALL, jc.Load(60.0), times, grid=grid, save="last"), steps)
 
 
+def patchy(n: int) -> jax.Array:
+    """The thickness of the film in patches and with bare steel between them [m], (n, n)."""
+    heights = jc.self_affine(
+        jc.Grid.square(n, WIDTH), hurst=0.8, rms_slope=1.0, shortest=16 * WIDTH / n, longest=WIDTH / 2, seed=3
+    )
+    return 150e-9 * jnp.clip(0.5 + heights / (2.0 * jnp.std(heights)), 0.0, 2.0)
+
+
+def varying(n: int, steps: int) -> Problem:
+    """As ``film``, in patches that stay as they are."""
+    times, grid = jnp.linspace(0.0, 7200.0, steps + 1), jc.Grid.square(n, WIDTH)
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, patchy(n))], STEEL)
+    return Problem(lambda: jc.indent(body, BALL, jc.Load(60.0), times, grid=grid, save="last"), steps)
+
+
+def rubbed(n: int, steps: int) -> Problem:
+    """As ``varying``, with patches that grow by shear stress and are removed."""
+    times, grid = jnp.linspace(0.0, 7200.0, steps + 1), jc.Grid.square(n, WIDTH)
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, patchy(n))], STEEL)
+    law = jc.StressActivated(1e-4, 8e-20, 4e-29, 373.0, stress="shear") + jc.ProportionalRemoval(2e-4)
+    return Problem(
+        lambda: jc.rub(
+            body, BALL, jc.Load(60.0), times, velocity=0.1, friction=0.1, law=law, grid=grid, save="last"
+        ),
+        steps,
+    )
+
+
+def rubbed_rough(n: int, steps: int) -> Problem:
+    """A rough steel surface, waves of 8 cells and more, on patches that grow by shear stress and are removed; 2 s a step."""
+    grid = jc.Grid((n, n), (4e-6, 4e-6), periodic=True)
+    given = {"hurst": 0.8, "shortest": 32e-6, "longest": n * 2e-6}
+    heights = jc.self_affine(grid, rms_slope=0.005, seed=1, **given)
+    patches = jnp.clip(50.0 * jc.self_affine(grid, rms_slope=1e-5, seed=2, **given), 0.0, 150e-9)
+    body = jc.LayeredHalfSpace([jc.Layer(FILM, patches)], STEEL)
+    law = jc.StressActivated(1e-4, 8e-20, 4e-29, 373.0, stress="shear") + jc.ProportionalRemoval(2e-3)
+    times, load = 2.0 * jnp.arange(steps + 1), 12.0 * (n / 128) ** 2
+    return Problem(
+        lambda: jc.rub(
+            body, jc.HeightField(heights, STEEL), jc.Load(load), times, velocity=0.1, friction=0.1, law=law, grid=grid,
+            save="last", thickest=500e-9,
+        ),
+        steps,
+    )  # fmt: skip
+
+
 def peak_of(n: int, steps: int) -> Callable[[Any], jax.Array]:
     times, grid = jnp.linspace(0.0, 7200.0, steps + 1), jc.Grid.square(n, WIDTH)
     return lambda case: jnp.max(jc.indent(*case, times, grid=grid, save="last").pressure) / 1e9
@@ -128,6 +174,9 @@ PROBLEMS: dict[str, Callable[[int, int], Problem]] = {
     "film, one program": traced,
     "film, reverse gradient": reverse,
     "film, four tangents": tangents,
+    "film, varying thickness": varying,
+    "film, rubbed": rubbed,
+    "rough film, rubbed": rubbed_rough,
     "slide": slide,
     "shear": shear,
 }
@@ -137,6 +186,8 @@ COUNTED = (
     "rough, a tenth in contact",
     "rough, a third in contact",
     "film",
+    "film, varying thickness",
+    "film, rubbed",
     "slide",
     "shear",
 )

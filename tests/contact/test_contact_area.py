@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from oblique_edges import line_contact, on_grid, rows
 from scipy.special import ellipe, ellipk
 
 import jaxcontact as jc
@@ -105,6 +106,23 @@ def test_the_memory_of_a_cell_is_local_and_scales_with_its_history():
         np.testing.assert_array_equal(memory_factor(u, 0.0 * u, periodic), 1.0)
 
 
+HELD = 0.86001  # displacement of a cell of 1 under unit pressure for E* = 1, its neighbours held
+
+
+@pytest.mark.parametrize(("a", "b"), [(0, 1), (1, 1), (1, 2), (1, 3), (2, 3)])
+def test_the_edge_of_a_line_contact_in_any_direction(a, b):
+    """Solved row by row, for eight places of the edge among the cells: the half-width to 0.004 of a cell, in the mean to
+    0.002, and its slope to 4 %. Before, with constants for Hertz contacts alone, they were 0.03, 0.025 and 23 %."""
+    length, period, places = np.hypot(a, b), int(60 * np.hypot(a, b)), 8
+    kernel, widths = rows(a, b, period), 25.0 + np.arange(places) / (np.hypot(a, b) * places)
+    fields = [[on_grid(f, a, b) for f in line_contact(width, kernel, length, period)] for width in widths]
+    area = jax.jit(lambda p, g: contact_cells(p, g, jnp.asarray(HELD), PERIODIC))
+    errors = np.array([float(area(*f)) for f in fields]) / (2.0 * period * length) - widths
+    slopes = np.diff(np.append(errors, errors[0])) / (widths[1] - widths[0])
+    assert abs(np.mean(errors)) < 0.002 and np.max(np.abs(errors)) < 0.004
+    assert np.max(np.abs(slopes)) < 0.04
+
+
 # Hertz -----------------------------------------------------------------------------------------------------
 
 
@@ -134,12 +152,12 @@ def solver(n):
 
 
 @pytest.mark.parametrize(("n", "radius", "cells"), [
-    pytest.param(12, 1.5, 0.07, marks=pytest.mark.slow), (12, 2.5, 0.035),
-    pytest.param(24, 5.0, 0.02, marks=pytest.mark.slow),
-    pytest.param(48, 10.0, 0.02, marks=pytest.mark.slow), pytest.param(96, 20.0, 0.02, marks=pytest.mark.slow),
+    pytest.param(12, 1.5, 0.07, marks=pytest.mark.slow), (12, 2.5, 0.03),
+    pytest.param(24, 5.0, 0.008, marks=pytest.mark.slow),
+    pytest.param(48, 10.0, 0.005, marks=pytest.mark.slow), pytest.param(96, 20.0, 0.0025, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_hertz_at_random_places_on_the_grid(n, radius, cells):
-    """W = 4 E a^3/(3 R): the radius to a few hundredths of a cell."""
+    """W = 4 E a^3/(3 R): the error of the radius, in cells, decreases with the size of the cells."""
     area = jax.jit(solver(n))
     for a, centre in shifted(n, radius):
         found = area(np.log(4.0 / 3.0 * E * a**3 / 1e3), jnp.asarray(paraboloid(n, centre, (1e3, 1e3))))
@@ -148,7 +166,7 @@ def test_hertz_at_random_places_on_the_grid(n, radius, cells):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "radius", "mean", "spread"), [
-    (12, 2.5, 0.08, 0.15), (24, 5.0, 0.04, 0.08), (48, 10.0, 0.02, 0.04), (96, 20.0, 0.01, 0.02),
+    (12, 2.5, 0.04, 0.1), (24, 5.0, 0.015, 0.03), (48, 10.0, 0.008, 0.016), (96, 20.0, 0.004, 0.008),
 ])  # fmt: skip
 def test_the_slope_of_hertz_at_random_places_on_the_grid(n, radius, mean, spread):
     """dA/d log W = 2/3 A: the mean and root-mean-square error of the slope halve with the cell, and a step of 2 % in

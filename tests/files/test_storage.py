@@ -22,6 +22,7 @@ pytestmark = pytest.mark.versions
 
 NT, NX, NY = 3, 6, 5
 SIZES = {"time": NT, "x": NX, "y": NY, "direction": 2, "depth": 2, "row": 3, "column": 3, "component": 3}
+SIZES["interface"] = 2
 GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))
 
 

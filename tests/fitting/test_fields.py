@@ -201,6 +201,42 @@ def test_intervals_from_every_field_hold_the_truth():
         assert found.held >= 0.85 and abs(found.bias) < found.half and found.refused <= 0.05, name
 
 
+def imprint_of(p):
+    """A half-space that has lost most of its instantaneous strain ten seconds after unloading."""
+    solid = jc.StandardLinearSolid(G1=1e9, G2=0.5e9, eta2=0.5e9 * p["tau"], nu=0.3)
+    return jc.LayeredHalfSpace([], substrate=solid)
+
+
+@pytest.mark.slow
+def test_a_rotated_residual_imprint_finds_the_retardation_time_and_the_angle():
+    """The displacement under no load after a hold, under a ball of two radii, on a grid of twice the cells; the image is
+    rotated by 0.3 and shifted by ``scipy.ndimage``."""
+    times, load, n, width = [0.0, 20.0, 20.0, 30.0], jc.Load([2.0, 2.0, 0.0, 0.0]), 24, 600e-6
+    shape = lambda grid: jc.HeightField(
+        -(grid.coordinates()[0] ** 2) / 20e-3 - grid.coordinates()[1] ** 2 / 4e-3
+    )
+    model, fine = jc.Grid.square(n, width), jc.Grid.square(2 * n, width)
+    truth = jc.indent(imprint_of({"tau": 15.0}), shape(fine), load, times, grid=fine)
+    assert not np.any(truth.status) and float(truth.load[-1]) == 0.0
+    left, angle, shift = np.asarray(truth.displacement[-1]), 0.3, np.array([7e-6, -4e-6])
+    back = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    middle = np.full(2, n - 0.5)
+    moved = middle - back @ (middle + shift / (width / (2 * n)))
+    image = ndimage.affine_transform(left, back, moved, order=3, mode="nearest")
+    images = np.full((4, 2 * n, 2 * n), np.nan)
+    images[3] = image + 0.03 * image.max() * np.random.default_rng(0).standard_normal(image.shape)
+    data = fitting.ContactData(times, load, {"displacement": images}, fine)
+    fit = fitting.fit_fields(
+        data, imprint_of, {"tau": 8.0}, bounds={"tau": (2.0, 60.0)}, indenter=shape(model), grid=model,
+        align="shift and rotation",
+    )  # fmt: skip
+    low, high = fit.intervals["tau"]
+    assert low < 15.0 < high and high / low < 1.5
+    assert fit.view["angle"] == pytest.approx(angle, abs=0.03)
+    assert fit.view["shift_x"] == pytest.approx(7e-6, abs=2e-6)
+    assert fit.view["shift_y"] == pytest.approx(-4e-6, abs=2e-6)
+
+
 WRONG_DATA = {
     "unknown field": ({"fields": {"heat": np.zeros((4, 4))}}, "fields: expected some of"),
     "shape": ({"fields": {"gap": np.zeros((5, 4))}}, r"fields\['gap'\]: expected shape"),
@@ -254,3 +290,17 @@ def test_wrong_input_of_a_fit_is_named(case):
     }
     with pytest.raises(ValueError, match=words):
         fitting.fit_fields(**(right | changed))
+
+
+def test_notes_of_the_solver_are_those_of_the_fit():
+    """The contact radius, (3 W R/(8 G/(1 - nu)))^(1/3)/R = 0.4, exceeds a third of the radius of the ball."""
+    load, image = 0.4**3 * 5e-3**2 * 8.0 * TRUE / (3.0 * 0.7), jc.Grid.square(16, 8e-3)
+    data = fitting.ContactData([0.0], jc.Load(load), {"pressure": np.ones((16, 16))}, image)
+    sought = Sought(structure := BodyParameters.of(plate, {"G": "Pa"}), limits(structure, None, None), None)
+    model = (BALL, jc.Grid.square(16, 8e-3), 1e-8)
+    search = FieldSearch.of(data, sought, {"G": TRUE}, model, ALIGN["none"], 0.0, "constant")
+    notes = " ".join(search.notes(np.log([TRUE]), np.zeros(1)))
+    assert (
+        "of the ball's radius: above a third a paraboloid" in notes
+        and "cells across the smallest contact" in notes
+    )

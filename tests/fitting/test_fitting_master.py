@@ -209,6 +209,17 @@ def test_bad_choices():
         fitting.fit_master(curves(), reference=20.0)
     with pytest.raises(ValueError, match="temperature: expected a number > 0 K, got -20"):
         fitting.OscillationData(OMEGA, OMEGA, OMEGA, temperature=-20)
+    with pytest.raises(ValueError, match="c2: expected more than 20 K"):
+        fitting.fit_master(curves(), reference=400.0, fixed={"c2": 15.0})
+
+
+def test_times_are_infinite_where_the_law_of_williams_landel_and_ferry_ends():
+    """ln a_T rises to infinity towards reference - c2 = 326.4 K, and does not come back from minus infinity below."""
+    law = jc.WLFShift(17.44, 51.6, 378.0)
+    above = np.asarray(law.log_factor(np.array([326.41, 350.0, 378.0])))
+    expected = [np.log(10.0) * 17.44 * d / (51.6 - d) for d in (51.59, 28.0, 0.0)]
+    np.testing.assert_allclose(above, expected, rtol=1e-9, atol=1e-12)
+    assert np.all(np.isposinf(law.log_factor(np.array([326.4, 293.0]))))
 
 
 def test_the_shell_chooses_the_law_and_writes_the_factors(tmp_path, capsys):
@@ -279,3 +290,18 @@ def test_a_temperature_ramp_is_no_curve(tmp_path):
     path.write_text("omega [rad/s],G' [Pa],G'' [Pa],T [°C]\n" + rows)
     with pytest.raises(ValueError, match="expected one temperature within a curve, got 131 to 141"):
         fitting.read_sweeps(path)
+
+
+def test_a_clock_that_runs_on_over_several_relaxations_is_refused(tmp_path):
+    """G is a function of the time since its own strain step, and the second test is not one of 200 to 300 s."""
+    t, rows = np.geomspace(0.1, 100.0, 12), []
+    for k, T in enumerate((60, 80, 100)):
+        rows += [f"{200 * k + one:.6g},{1e6 * (1.0 + one) ** -0.3:.6g},{T}" for one in t]
+    file, again = tmp_path / "on.csv", tmp_path / "again.csv"
+    file.write_text("t [s],G(t) [Pa],T [°C]\n" + "\n".join(rows))
+    with pytest.raises(ValueError, match="times that go on at 200"):
+        fitting.read_sweeps(file)
+    own = [f"{float(row.split(',')[0]) % 200:.6g}," + row.split(",", 1)[1] for row in rows]
+    again.write_text("t [s],G(t) [Pa],T [°C]\n" + "\n".join(own))
+    for one in fitting.read_sweeps(again):
+        np.testing.assert_allclose(one.t, t, atol=1e-3)

@@ -3,6 +3,7 @@
 import functools
 import json
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -56,6 +57,25 @@ def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
         assert fit.youngs_modulus[0] == pytest.approx(E, rel=3e-3)
         low, high = fit.nuisances["contact_point"][1:]
         assert high - low < 0.02 * depth.max()
+
+
+def test_a_sample_on_an_elastic_base_is_recovered():
+    """A layer a third as stiff as its base, up to a contact as wide as the thickness, by the other solution."""
+    nu, h, G = 0.4, 1e-6, E / 2.8
+    body = abel.Layered(1.0, nu, 1.0, 3.0, 0.2)
+    found = [abel.solve_radius(a, body, 1.0, modes=16) for a in np.geomspace(0.05, 1.5, 20)]
+    deep, known = np.array([(one.approach, one.load) for one in found]).T
+    depth = Z * 0.9 * h**2 / RADIUS
+    scaled = np.maximum(depth, 0.0) * RADIUS / h**2
+    ratio = np.exp(CubicSpline(np.log(deep), np.log(known / deep**1.5))(np.log(np.maximum(scaled, deep[0]))))
+    load = noisy(G * h**3 / RADIUS * ratio * scaled**1.5, 0)
+    base = jc.Elastic(3.0 * G, 0.2)
+    fit = fitting.fit_force(curve(load, depth), indenter=BALL, nu=nu, thickness=h, substrate=base)
+    low, high = fit.intervals["G"]
+    assert not fit.refused and low < G < high and high / low < 1.02
+    assert "in shear" in fit.summary()
+    rigid = fitting.fit_force(curve(load, depth), indenter=BALL, nu=nu, thickness=h)
+    assert rigid.values["G"] < 0.9 * G
 
 
 @pytest.mark.parametrize("tip", [BALL, jc.Cone(0.6), jc.FlatPunch(2e-6)], ids=["ball", "cone", "punch"])
@@ -266,3 +286,17 @@ def test_bad_errors_of_the_calibration():
     ):
         with pytest.raises(ValueError, match=words):
             fitting.fit_force(data, indenter=BALL, errors=errors)
+
+
+@pytest.mark.parametrize("trend", [False, True])
+def test_a_propagated_result_has_the_systematic_errors_of_the_interval(trend):
+    """A curve whose noise alone allows 0.1 %: an error of 10 % of the spring constant, and a trend of the residuals."""
+    load = noisy(hertz(Z * DEEP) * (1.0 + 0.05 * trend * np.maximum(Z, 0.0)), seed=3)
+    errors = {} if trend else {"spring_constant": 0.1}
+    fit = fitting.fit_force(curve(load), indenter=BALL, errors=errors)
+    band = fitting.propagate(fit, lambda material: jnp.log(material.G))
+    low, high = np.log(fit.intervals["G"])
+    assert high - low > (0.02 if trend else 0.3)
+    assert float(band.high - band.low) == pytest.approx(high - low, rel=0.02)
+    low, high = fit.band(np.array([1.0]))  # of 1/G
+    assert float(np.log(high / low)[0]) == pytest.approx(float(band.high - band.low), rel=0.02)

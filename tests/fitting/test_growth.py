@@ -283,8 +283,10 @@ def test_data_out_of_range_are_refused(given, message):
         changed(**given)
 
 
-def test_degrees_celsius_are_noticed():
+def test_other_units_are_noticed():
     assert "°C" in changed(temperature=100.0).notes[0] and not changed().notes
+    assert "not in MPa" in changed(stress=650.0).notes[0] and not changed(stress=0.0).notes
+    assert "not in nm" in changed(thickness=np.linspace(1.0, 60.0, changed().t.size)).notes[0]
 
 
 @pytest.mark.parametrize(

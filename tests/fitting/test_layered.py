@@ -173,3 +173,20 @@ def test_bad_films_are_named(options, word):
     data = fitting.IndentationData(t=t, load=np.ones(11), depth=1e-6 * (1 + t))
     with pytest.raises(ValueError, match=word):
         fitting.fit_indentation(data, indenter=BALL, nu=0.3, **options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.4, 0.1])
+def test_a_film_that_is_strained_far_has_a_note(share):
+    """A film on a base that does not yield is strained by its indentation over its thickness."""
+    ball, h = jc.Sphere(1e-4), 1e-5
+    depth = h * share * np.linspace(0.2, 1.0, 12)
+    factor = np.asarray(fitting.thin_layer_factor(ball, depth, h, 0.3))
+    load = 8.0 / 3.0 * 1e6 / 0.7 * np.sqrt(1e-4) * depth**1.5 * factor
+    data = fitting.IndentationData(np.arange(12.0), load, depth)
+    given = {"indenter": ball, "nu": 0.3, "layer": h, "substrate": STEEL, "control": "depth", "grid": 24}
+    found = fitting.fit_indentation(data, "Elastic", **given)
+    assert found.values["G"] == pytest.approx(1e6, rel=0.02)
+    told = [note for note in found.notes if "strain of the top layer" in note]
+    assert len(told) == (share > 0.2)
+    assert not told or "reaches 0.4:" in told[0]

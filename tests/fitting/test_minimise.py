@@ -122,6 +122,7 @@ def test_the_radius_of_a_ball_is_found_from_its_approach():
         ({"start": 3.0, "bounds": (0.0, 1.0)}, "inside the bounds"),
         ({"start": 0.0}, "expected a scale or bounds"),
         ({"start": {}}, "without any"),
+        ({"start": {"a": 1.0, "b": "steel"}}, r"start\['b'\]: expected a number"),
         ({"start": 1.0, "bounds": (2.0, 1.0)}, "low < high"),
         ({"start": {"b": 1.0}, "bounds": {"a": (0.0, 1.0)}}, "a tree like start"),
         ({"start": 1.0, "scale": -1.0}, "expected > 0"),
@@ -174,3 +175,11 @@ def test_a_truncated_state_and_a_loss_of_several_numbers_are_named(tmp_path):
         fitting.minimise(rosenbrock, START, state=path)
     with pytest.raises(ValueError, match=r"loss: expected one number, got shape \(4,\)"):
         fitting.minimise(lambda p: p["x"] ** 2, START)
+
+
+@pytest.mark.parametrize("unit", [1e-20, 1e-30, 1e-60])
+def test_the_unit_of_the_loss_does_not_matter(unit):
+    """Squares of displacements in metres; no step was taken from a gradient of 1e-29, and the search said it converged."""
+    found = fitting.minimise(lambda p: unit * jnp.sum((p - 2.0) ** 2), jnp.array([1.0, 10.0]))
+    assert found.converged
+    np.testing.assert_allclose(found.point, 2.0, rtol=1e-4)

@@ -252,3 +252,63 @@ def test_a_frequency_sweep_from_the_shell(tmp_path):
     assert (out / "curve.csv").read_text().startswith("omega [rad/s]")
     with pytest.raises(ValueError, match="read_oscillation"):
         fitting.read_creep(path)
+
+
+def test_standard_deviations_of_a_descending_sweep_are_refused_with_the_order_that_they_would_get():
+    """An array follows the points as they were given, and the data sort them."""
+    omega, sigma = OMEGA[::-1], np.where(OMEGA[::-1] > 1.0, 3e4, 300.0)
+    G = dynamic(omega, **TRUTH)
+    data = fitting.OscillationData(omega, G.real, G.imag)
+    for fit in (fitting.fit_oscillation, lambda data, **given: fitting.fit_maxwell(data, [1.0], **given)):
+        with pytest.raises(ValueError, match="frequencies in ascending order"):
+            fit(data, weights=None, sigma=sigma)
+    ascending = fitting.OscillationData(omega[::-1], G.real[::-1], G.imag[::-1])
+    assert data.reordered and not ascending.reordered
+    assert fitting.fit_maxwell(ascending, [1.0], sigma=sigma[::-1]).weights == "sigma"
+
+
+def test_moduli_at_one_frequency_are_refused():
+    with pytest.raises(ValueError, match="expected several frequencies, got 2 rad/s throughout"):
+        fitting.OscillationData([2.0] * 6, [1.0] * 6, [1.0] * 6)
+
+
+@pytest.mark.parametrize("kind", ["relaxation", "oscillation"])
+def test_models_of_a_modulus_are_ranked(kind, tmp_path, capsys):
+    """A standard linear solid is the best of three, and the command prints the same table."""
+    solid, x = jc.StandardLinearSolid(2e6, 1e6, 3e6, nu=0.3), np.geomspace(1e-2, 1e2, 40)
+    e = 1.0 + 0.01 * np.random.default_rng(0).standard_normal((2, 40))
+    path = tmp_path / "test.csv"
+    if kind == "relaxation":
+        G = np.asarray(solid.relaxation(x)) * e[0]
+        data = fitting.RelaxationData(t=x, modulus=G)
+        rows = "t [s],relaxation modulus [Pa]\n" + "".join(f"{a},{b}\n" for a, b in zip(x, G, strict=True))
+    else:
+        G = np.asarray(solid.complex_modulus(x))
+        data = fitting.OscillationData(x, G.real * e[0], G.imag * e[1])
+        both = zip(x, data.storage, data.loss, strict=True)
+        rows = "omega [rad/s],G' [Pa],G'' [Pa]\n" + "".join(f"{a},{b},{c}\n" for a, b, c in both)
+    table = fitting.compare(
+        data, ["Maxwell", "StandardLinearSolid", "KelvinVoigt"][: 2 + (kind == "oscillation")]
+    )
+    assert table.fits[0].model is jc.StandardLinearSolid and table.fits[0].bic < table.fits[1].bic - 10.0
+    with pytest.raises(ValueError, match="weights: expected"):
+        fitting.compare(data, ["Maxwell"], weights="estimated")
+    path.write_text(rows)
+    flags = ["--of", kind, "--models", "Maxwell,StandardLinearSolid", "-o", str(tmp_path / "out")]
+    main(["fit", "compare", str(path), *flags, *(["--start", "0"] if kind == "relaxation" else [])])
+    assert capsys.readouterr().out.splitlines()[1].startswith("StandardLinearSolid")
+
+
+@pytest.mark.parametrize(("phase", "common"), [(0.0, True), (0.01, False)])
+def test_common_errors_of_both_moduli_have_a_note(phase, common):
+    """An error of the amplitude multiplies G' and G'' by one factor: of 80 sweeps 82 % of the intervals held G1."""
+    rng = np.random.default_rng(4)
+    own = 1.0 + 0.01 * rng.standard_normal(30) + 1j * phase * rng.standard_normal(30)
+    G = dynamic(OMEGA, **TRUTH) * own
+    data = fitting.OscillationData(OMEGA, G.real, G.imag)
+    G1, G2, eta1, eta2 = TRUTH.values()
+    tau = -1.0 / np.roots([eta2 / G1, G2 / G1 + eta2 / eta1 + 1.0, G2 / eta1]).real
+    for fit in (fitting.fit_oscillation(data, "Burgers"), fitting.fit_maxwell(data, tau, equilibrium=False)):
+        told = [note for note in fit.notes if "have common errors" in note]
+        assert len(told) == common
+        assert not told or "up to 1.4 times" in told[0]

@@ -89,3 +89,35 @@ def test_a_cone_that_is_drawn_back_follows_ting():
 def test_a_punch_on_a_film_is_refused():
     with pytest.raises(ValueError, match="expected a Sphere or a Cone on a film, got FlatPunch"):
         fit(np.ones(T.size), 1e-6 * (1 + T), jc.FlatPunch(R), layer=1e-6, substrate=jc.Elastic(1e9))
+
+
+def pressed_ball(deepest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and load of a rigid sphere, no paraboloid, of R = 1 m on a half-space of E = 1 Pa, nu = 0.5.
+
+    Sneddon (1965), sec. 6: the profile 1 - (1 - r^2)^(1/2) by Abel's transform.
+    """
+    a = np.linspace(0.0, deepest, 400)
+    log = np.log((1.0 + a) / (1.0 - a))
+    return a / 2.0 * log, ((a**2 + 1.0) / 2.0 * log - a) / 0.75
+
+
+@pytest.mark.parametrize(("deepest", "deep"), [(0.7, True), (0.3, False)])
+def test_a_ball_that_is_no_paraboloid_has_a_note_with_the_error_of_the_modulus(deepest, deep):
+    depth, load = pressed_ball(deepest)
+    t = np.linspace(0.0, 1.0, 400)
+    curve = fitting.IndentationData(t[1:], load[1:], depth[1:])
+    baseline = np.linspace(-0.3, 0.0, 100)
+    whole = fitting.IndentationData(
+        np.linspace(0.0, 1.0, 499), np.append(0.0 * baseline, load[1:]), np.append(baseline, depth[1:])
+    )
+    ball = jc.Sphere(1.0)
+    force = fitting.fit_force(whole, indenter=ball)
+    both = (force, fitting.fit_indentation(curve, "Elastic", indenter=ball, nu=0.5, control="depth"))
+    for fit in both:
+        off = 1.0 - 3.0 * fit.values["G"]
+        told = [note for note in fit.notes if "radius of the ball" in note]
+        assert len(told) == deep
+        if deep:
+            assert 0.03 < off < 0.07 and "up to 6.1 % too low" in told[0]  # 1 - 0.607/10 at the largest depth
+        else:
+            assert off < 0.011

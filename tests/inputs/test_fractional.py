@@ -51,7 +51,7 @@ def test_the_cut_of_a_kelvin_voigt_solid_keeps_its_error(tau, tolerance):
     np.testing.assert_allclose(law.prony(TIMES[0], TIMES[-1], tolerance).creep(TIMES), exact, rtol=tolerance)
 
 
-@pytest.mark.parametrize("alpha", [0.05, 0.8, 0.95])
+@pytest.mark.parametrize("alpha", [0.05, 0.8, 0.95, 0.98, 0.999])
 def test_the_cut_of_other_orders_keeps_its_error(alpha):
     """Against the creep that is checked above, for which the mode of a dashpot is the hard one."""
     law = jc.FractionalKelvinVoigt(G=50.0, V=80.0, alpha=alpha)

@@ -27,6 +27,7 @@ def recipes():
 
 
 recipes_page = script("recipes.py")
+EQUATIONS = script("equations.py").EQUATIONS
 SETUP, RECIPES, OUTPUTS = recipes()
 
 
@@ -39,6 +40,12 @@ def test_there_are_twenty_recipes_of_about_ten_lines():
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 
 
+def assert_printed_as_shown(found, shown):
+    assert NUMBER.sub("#", found).split() == NUMBER.sub("#", shown).split()
+    numbers = [np.array(NUMBER.findall(text), float) for text in (found, shown)]
+    np.testing.assert_allclose(*numbers, rtol=1e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("heading", RECIPES)
 def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(
@@ -47,18 +54,23 @@ def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(
     """The words are equal, and the numbers within 1e-3: compilers and processors round differently."""
     monkeypatch.chdir(tmp_path)
     exec(SETUP + RECIPES[heading], {"__name__": "__main__"})
-    found, shown = recipes_page.shown(capsys.readouterr().out), OUTPUTS[heading]
-    assert NUMBER.sub("#", found).split() == NUMBER.sub("#", shown).split()
-    numbers = [np.array(NUMBER.findall(text), float) for text in (found, shown)]
-    np.testing.assert_allclose(*numbers, rtol=1e-3)
+    assert_printed_as_shown(recipes_page.shown(capsys.readouterr().out), OUTPUTS[heading])
 
 
 @pytest.mark.slow
 def test_the_first_page_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    exec("\n".join(BLOCK.findall((DOCS / "start.md").read_text())), {"__name__": "__main__"})
+    page = (DOCS / "start.md").read_text()
+    exec("\n".join(BLOCK.findall(page)), {"__name__": "__main__"})
     out = capsys.readouterr().out
     assert "13 converged" in out and "REJECTED" not in out and "not determined" not in out
+    assert_printed_as_shown(out, "\n".join(OUTPUT.findall(page)))
+
+
+def test_every_equation_of_the_pages_stands_in_a_docstring():
+    sources = [*(ROOT / "jaxcontact").rglob("*.py"), *(ROOT / "fitting").rglob("*.py")]
+    text = "\n".join(" ".join(path.read_text().split()) for path in sources)
+    assert len(EQUATIONS) > 15 and not [key for key in EQUATIONS if key not in text]
 
 
 def test_every_test_that_verification_names_is_there():

@@ -41,6 +41,8 @@ GIVEN = [  # what users are given, and do not make
         fitting.CreepFit,
         fitting.Design,
         fitting.ForceFit,
+        fitting.StiffnessFit,
+        fitting.SpectrumFit,
         fitting.GrowthFit,
         fitting.IndentationFit,
         fitting.MasterFit,

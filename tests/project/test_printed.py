@@ -95,6 +95,11 @@ def relaxation():
     return fitting.RelaxationData(t=T, modulus=1e6 * np.exp(-T / 5.0), start=0.0)
 
 
+def stiffness():
+    depth = np.linspace(2e-8, 4e-7, 30)
+    return fitting.StiffnessData(depth=depth, stiffness=1e11 * np.sqrt(5e-6 * depth))
+
+
 def oscillation():
     omega = np.geomspace(1e-2, 1e2, 50)
     return fitting.OscillationData(
@@ -170,6 +175,9 @@ OF_FITS = {
     ),
     "MaxwellFit": lambda: fitting.fit_maxwell(relaxation()),
     "MasterFit": lambda: fitting.fit_master(melts()),
+    "StiffnessData": stiffness,
+    "SpectrumFit": lambda: fitting.fit_spectrum(oscillation()),
+    "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),

@@ -36,6 +36,7 @@ fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fi
 read_creep read_force read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
 thin_layer_factor
 ContactData FieldFit fit_fields RubbedContact
+StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum
 """
 
 
@@ -59,7 +60,7 @@ def test_no_public_name_disappears_or_comes_unannounced(module, names):
 MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
-    jc.AdhesiveHistory: "jumps jump_energy cohesive_cells tabor_number",
+    jc.AdhesiveHistory: "jumps jump_energy viscous_energy cohesive_cells tabor_number",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",

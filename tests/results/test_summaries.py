@@ -82,6 +82,47 @@ def test_stresses_below_are_drawn_in_the_cut_through_their_peak():
     np.testing.assert_allclose(over_depth.lines[0].get_xydata(), [[0, 1], [4, 2], [0, 5]], atol=1e-12)
 
 
+def test_the_sheet_has_the_dimensions_of_the_contact_and_axes_from_zero(history):
+    """Outline and surface are those of the fields, equal in contact; the load is constant and stands in the title."""
+    figure = history.plot(RUBBER)
+    section = figure.axes[0]
+    text = " ".join(one.get_text() for one in section.texts)
+    width, depth = 2e6 * float(history.contact_radius[-1]), 1e6 * float(history.approach[-1])
+    assert f"2a = {width:.4g} µm" in text and f"approach {depth:.4g} µm" in text
+    assert "load 5 mN" in text and "radius 10 mm" in text and "Maxwell, G = 1 MPa" in text
+    outline, surface = (line.get_xydata() for line in section.lines[:2])
+    touching = np.abs(outline[:, 0]) < 0.9 * float(history.contact_radius[-1])
+    np.testing.assert_allclose(outline[touching], surface[touching], atol=1e-6 * depth * 1e-6)
+    far = np.abs(outline[:, 0]) > 1.5 * float(history.contact_radius[-1])
+    assert np.all(outline[far, 1] > surface[far, 1])
+    assert figure.get_suptitle() == "load 5 mN"
+    over_time = [ax for ax in figure.axes if ax.get_xlabel() == "time [s]"]
+    assert len(over_time) == 3 and all(ax.get_ylim()[0] == 0.0 for ax in over_time)
+
+
+def test_interfaces_and_the_maximum_are_marked_where_they_are():
+    stress = np.zeros((3, 3, 3, *GRID.shape))
+    stress[1, 0, 0, 20, 5] = 4e6
+    fields = np.array([1e-6, 2e-6, 5e-6]), stress, np.zeros((3, 3, *GRID.shape))
+    inside = jc.InteriorFields(
+        GRID, *fields, interfaces=np.array([3e-6, 9e-6])
+    )  # the second below the drawing
+    cut, over_depth = inside.plot().axes[:2]
+    interface, cross = cut.lines
+    assert set(interface.get_ydata()) == {3.0} and cut.get_title() == "+ 4 MPa, dashed: interface"
+    np.testing.assert_allclose(cross.get_xydata(), [[float(GRID.axes()[0][20]) * 1e6, 2.0]])
+    assert set(over_depth.lines[1].get_ydata()) == {3.0}
+
+
+def test_a_sheet_takes_a_body_and_fields_below_it(history):
+    with pytest.raises(ValueError, match="body: expected a LayeredHalfSpace or None, got Maxwell"):
+        history.plot(RUBBER.substrate)
+    with pytest.raises(
+        ValueError, match="inside: expected the result of subsurface or None, got ContactHistory"
+    ):
+        history.plot(None, history)
+
+
 def test_rounding_beside_a_load_is_shown_as_nothing():
     """And a small component that is more than that is shown as it is."""
     shown = component(np.array([[3.0, 2e-13], [1e-7, 0.0]]), "x"), component(np.array([[3.0, 2e-13]]), "y")

@@ -54,6 +54,12 @@ MOTION = {
         lambda: rub(velocity=None, path=TRACK, times=[1.0, 1.0]),
         r"path \[m\]: expected no move between two equal times, got one",
     ),
+    "a path that starts again after a lap": (
+        lambda: rub(
+            velocity=None, path=np.array([0.0, 2e-4, -2e-4, 0.0]), times=np.arange(4.0), grid=PERIODIC
+        ),
+        r"path \[m\]: expected positions that go on around the periodic axis x, .* got one of -0.0004 back",
+    ),
     "a rough surface on a path": (
         lambda: rub(velocity=None, path=TRACK, indenter=jc.HeightField(np.zeros((8, 8)))),
         r"indenter: expected a Sphere, Cone or Cylinder with path, got HeightField",

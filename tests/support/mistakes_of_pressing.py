@@ -20,6 +20,7 @@ from right_calls import (
     on,
     rub,
     steady,
+    uneven,
     varying,
 )
 
@@ -64,8 +65,20 @@ PRESSING = {
         r"layer: expected at most 1e\+06 times the substrate's modulus, got 5e\+06 times",
     ),
     "a thickness over the plane": (
-        lambda: steady(1.0, body=varying()),
-        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): .* is for a Layer in indent and rub alone",
+        lambda: jc.slide(varying(), BALL, LOAD, TIMES, velocity=1.0, grid=GRID),
+        r"layer thickness \[m\]: expected a number, got shape \(8, 8\): .* is for a Layer in indent, rub and",
+    ),
+    "a thickness that varies along the track": (
+        lambda: steady(1.0, body=uneven(0)),
+        r"layer thickness \[m\]: expected one that varies along y alone, .* got changes along x by up to 7e-08",
+    ),
+    "a thickness across a track that is not along x": (
+        lambda: steady((1.0, 1.0), body=uneven(1)),
+        r"layer thickness in the plane: expected \(nx, ny\) with a number as velocity, .*, a velocity of shape \(2,\)",
+    ),
+    "friction on a film that varies across the track": (
+        lambda: steady(1.0, body=uneven(1), friction=0.1),
+        r"layer thickness in the plane: expected no friction and no kernels",
     ),
     "a thickness of another plane": (
         lambda: indent(body=varying((8, 9))),
@@ -145,6 +158,10 @@ PRESSING = {
         lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.WLFShift(1.0, 50.0, 0.0))),
         r"WLFShift reference \[K\]: expected > 0",
     ),
+    "a shift with infinite times": (
+        lambda: rub(thermal=jc.Thermal(293.0, 46.0, shift=jc.WLFShift(17.44, 51.6, 378.0))),
+        r"ln a_T of Thermal shift at ambient, inf where the body has infinite times: expected finite",
+    ),
     "heat without friction": (
         lambda: rub(thermal=jc.Thermal(300.0, 46.0), friction=0.0),
         r"friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
@@ -161,6 +178,18 @@ PRESSING = {
     "an activation volume without end": (
         lambda: rub(law=jc.StressActivated(1.0, 1e-19, np.inf, 300.0)),
         r"StressActivated activation_volume \[m3\]: expected finite",
+    ),
+    "an activation energy in eV": (
+        lambda: rub(law=jc.StressActivated(1.0, 0.8, 1e-30, 300.0)),
+        r"StressActivated activation_energy \[J\]: expected <= 1e-17 \(in J per molecule: .*, got 0.8",
+    ),
+    "an activation volume in nm3": (
+        lambda: rub(law=jc.StressActivated(1.0, 1e-19, 0.13, 300.0)),
+        r"StressActivated activation_volume \[m3\]: expected <= 1e-24 \(in m3 per molecule: .*, got 0.13",
+    ),
+    "a shift by an energy per mole": (
+        lambda: rub(thermal=jc.Thermal(300.0, 46.0, shift=jc.ArrheniusShift(8e4, 300.0))),
+        r"ArrheniusShift activation_energy \[J\]: expected <= 1e-17 \(in J per molecule",
     ),
     "growth by another stress": (
         lambda: rub(law=jc.StressActivated(1.0, 1e-19, 1e-30, 300.0, stress="tension")),

@@ -57,6 +57,14 @@ def varying(shape=(8, 8), value=1e-7, layers=1, substrate=STEEL):
     return jc.LayeredHalfSpace([jc.Layer(FILM, np.full(shape, value))] * layers, substrate)
 
 
+def uneven(axis):
+    """A film on steel whose thickness varies along one axis of ``GRID``."""
+    thickness = 1e-7 + 1e-8 * np.arange(8.0)
+    return jc.LayeredHalfSpace(
+        [jc.Layer(FILM, np.broadcast_to(np.expand_dims(thickness, 1 - axis), (8, 8)))], STEEL
+    )
+
+
 def rough(grid=GRID, **keywords):
     return jc.self_affine(grid, **{"shortest": 2e-4, "longest": 5e-4} | keywords)
 

@@ -203,12 +203,12 @@ def test_derivatives_by_law_load_and_speed():
 DISC = jc.Grid.square(16, 64e-6)
 
 
-def heated(law, thermal, friction=0.3, **options):
+def heated(law, thermal, friction=0.3, load=2.0, velocity=2.0, **options):
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(G=1e9, nu=0.3), 1e-7)], BASE)
     times = np.linspace(0.0, 10.0, 3)
     return jc.rub(
-        body, jc.Sphere(2e-3), jc.Load(2.0), times, velocity=2.0, law=law, grid=DISC, friction=friction, thermal=thermal,
-        thickest=3e-7, **options,
+        body, jc.Sphere(2e-3), jc.Load(load), times, velocity=velocity, law=law, grid=DISC, friction=friction,
+        thermal=thermal, thickest=3e-7, **options,
     )  # fmt: skip
 
 
@@ -231,6 +231,36 @@ def test_friction_heats_the_surface_and_heat_drives_growth(tmp_path):
     assert jc.load(jc.save(cold, tmp_path / "cold.npz")).temperature is None
     work = np.sum(cold.friction_work) * DISC.cell_area
     assert work == pytest.approx(0.3 * 2.0 * 2.0 * 10.0, rel=1e-6)
+
+
+def test_derivatives_of_a_heated_film():
+    """Of final thickness, peak pressure and peak temperature by all that growth under shear stress, removal and heat depend
+    on: forward and reverse mode, and central differences."""
+    point = jnp.array([4e-9, 2e-20, 2e-29, 1e-2, 2.0, 2.0, 46.0])
+
+    def found(scale):
+        rate, energy, volume, removal, load, speed, conductivity = scale * point
+        law = jc.StressActivated(rate, energy, volume, None, stress="shear") + jc.ProportionalRemoval(removal)
+        run = heated(law, jc.Thermal(350.0, conductivity), load=load, velocity=speed, tolerance=1e-11)
+        peak = jnp.max(run.pressure[-1]) * 1e-9
+        return jnp.stack([jnp.max(run.thickness[-1]) * 1e7, peak, jnp.max(run.temperature[-1]) * 1e-2])
+
+    one, run = jnp.ones(7), jax.jit(found)
+    forward, reverse = jax.jit(jax.jacfwd(found))(one), jax.jit(jax.jacrev(found))(one)
+    np.testing.assert_allclose(reverse, forward, rtol=1e-7, atol=1e-7 * np.abs(forward).max())
+    differences = [(run(one + step) - run(one - step)) / 2e-4 for step in 1e-4 * np.eye(7)]
+    np.testing.assert_allclose(forward, np.stack(differences, 1), rtol=1e-4, atol=1e-5)
+    assert np.all(np.abs(forward[0]) > 3e-4)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("kelvin", "noted"), [(100.0, True), (373.0, False)])
+def test_degrees_celsius_are_noticed(kelvin, noted):
+    law = jc.StressActivated(1e-9, 0.0, 0.0, kelvin)
+    run = jax.jit(lambda: in_full_contact(law))()
+    assert any(note.startswith("a temperature of 100 K") for note in run.notes) == noted
+    hot = jax.jit(lambda: heated(jc.Archard(0.0), jc.Thermal(kelvin, 46.0)))()
+    assert any(note.startswith("a temperature of 100 K") for note in hot.notes) == noted
 
 
 def test_what_save_keeps_of_a_rubbing():
@@ -334,3 +364,20 @@ def test_long_steps_on_a_film_thinner_than_the_approach_are_noted(count, noted):
     error = np.asarray(run.thickness)[:, 0, 0] / 1e-9 - np.log(np.e + 0.1 * times)
     found = [note for note in run.notes if note.startswith("the time steps")]
     assert np.all(run.converged) and (np.abs(error).max() > 0.3) == bool(found) == noted
+
+
+def test_a_known_path_along_x_may_be_given_inside_jit():
+    film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.3), 1e-6)], jc.Elastic.from_young(70e9))
+    given = {"path": [-1e-6, 0.0, 1e-6], "law": jc.Archard(1e-17), "grid": jc.Grid.square(16, 12e-6)}
+    run = lambda load: jc.rub(film, jc.Sphere(1e-4), jc.Load(load), [0.0, 0.5, 1.0], **given).position
+    assert jax.eval_shape(run, 1e-3).shape == (3, 2)
+
+
+def test_a_film_without_growth_has_no_peaks_by_rounding():
+    grid = jc.Grid(shape=(24, 20), spacing=(1e-6, 1.5e-6))
+    x, y = (np.asarray(axis) for axis in grid.coordinates())
+    thickness = 2e-6 + 0.3e-6 * np.sin(2 * np.pi * y / 30e-6) + 0.1e-6 * np.cos(2 * np.pi * x / 24e-6)
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.4), thickness)], BASE)
+    still = jc.rub(body, jc.Sphere(1e-4), jc.Load(5e-4), [0.0, 1.0], velocity=0.1, law=None, grid=grid)
+    np.testing.assert_allclose(still.thickness[-1], thickness, rtol=1e-12)
+    assert not any("grown peaks" in note for note in still.notes)

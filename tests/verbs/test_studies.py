@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
+from jaxcontact.verbs import studies
 
 CASES = [{"x": float(x), "log": ""} for x in range(6)]
 
@@ -348,3 +349,32 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(ValueError, match="out: expected a folder that can be made"):
         jc.sweep(lambda case: {"a": 1.0}, [{"x": 1.0}], tmp_path / "file" / "study")
+
+
+def made_up_study(tmp_path, cases, values):
+    """A study whose results are already in its folder."""
+    for case, value in zip(cases, values, strict=True):
+        np.savez(tmp_path / studies._file(case), peak=value)
+    return studies.Study(tmp_path, tuple(cases), {})
+
+
+def test_a_study_of_two_numbers_is_drawn_as_a_map_over_both(tmp_path):
+    """Each value is in its cell, axes of equal ratios are logarithmic, and a missing combination is empty."""
+    cases = [{"W": w, "h": h, "n": 1} for w in (1.0, 2.0, 3.0) for h in (1e-6, 1e-5, 1e-4)][:-1]
+    study = made_up_study(tmp_path, cases, [case["W"] * case["h"] for case in cases])
+    ax = study.plot("peak").axes[0]
+    drawn = ax.collections[0].get_array()
+    np.testing.assert_allclose(drawn[:, :2], np.outer([1e-6, 1e-5, 1e-4], [1.0, 2.0]))
+    assert np.ma.getmaskarray(drawn).nonzero() == (2, 2)
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("W", "h", "peak")
+
+
+def test_a_study_of_one_number_is_a_line_and_of_none_or_three_is_refused(tmp_path):
+    study = made_up_study(
+        tmp_path, [{"W": w} for w in (3.0, 1.0, 2.0)], [np.array([0.0, v]) for v in (9.0, 1.0, 4.0)]
+    )
+    np.testing.assert_array_equal(study.plot("peak").axes[0].lines[0].get_xydata(), [[1, 1], [2, 4], [3, 9]])
+    for cases in ([{"W": 1.0}], [{"a": i, "b": i, "c": i} for i in (1, 2)], [{"a": "x"}, {"a": "y"}]):
+        with pytest.raises(ValueError, match="numbers that vary"):
+            made_up_study(tmp_path, cases, [1.0] * len(cases)).plot("peak")

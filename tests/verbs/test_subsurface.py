@@ -51,6 +51,7 @@ def test_three_layers_under_a_uniform_disc():
     tractions = jnp.concatenate([jnp.zeros((2, 65, 65)), jnp.asarray(p)[None]])
     inside = _fields(jc.LayeredHalfSpace(layers, young(40e6, 0.4)), grid, tractions[None], jnp.zeros(1), None)
     assert float(inside.displacement[0, 2, 32, 32]) == pytest.approx(1.0508e-3, abs=5e-8)
+    np.testing.assert_allclose(inside.interfaces, [0.15, 0.75])
 
 
 H, SPACING = 0.6, 0.02

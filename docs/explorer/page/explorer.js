@@ -16,6 +16,7 @@ const PRESETS = {
   "Soft coating": { load: 2e-3, radius: 1e-3, thickness: 2e-5, modulus: 1e8, softening: 3, delay: 50, flow: 1e6 },
   "Stiff coating that flows": { load: 0.05, radius: 1e-3, thickness: 3e-6, modulus: 8e9, softening: 0.2, delay: 20, flow: 2e3 },
 };
+const TICKS = { 1: "1 s", 10: "10", 100: "100", 1000: "1,000", 10000: "10⁴ s" }; // short enough for a narrow screen
 const CHARTS = {
   approach: { label: "Approach", unit: "m", low: 1e-9, high: 1e-5 },
   contact_radius: { label: "Contact radius", unit: "m", low: 1e-6, high: 1e-4 },
@@ -89,7 +90,7 @@ function chart(name, result, ghost) {
   );
   const columns = decades(1, 1e4).map(
     (t) => `<line class="grid" x1="${across(t)}" x2="${across(t)}" y1="${TOP}" y2="${bottom}"/>
-      <text class="tick" x="${across(t)}" y="${HEIGHT - 6}" text-anchor="${t === 1e4 ? "end" : "middle"}">${t.toLocaleString("en")}${t > 1 && t < 1e4 ? "" : " s"}</text>`,
+      <text class="tick" x="${across(t)}" y="${HEIGHT - 6}" text-anchor="${t === 1e4 ? "end" : "middle"}">${TICKS[t]}</text>`,
   );
   const description = `${label} over time: ${quantity(result(1)[name], unit)} after 1 s, ${quantity(result(1e4)[name], unit)} after 10,000 s`;
   return `<div><h2><span>${label}</span><span>${quantity(value, unit)} after ${quantity(now.time, "s")}</span></h2>

@@ -144,20 +144,28 @@ class Wake:
         return Moving(spectrum, self.circulant(), self.periodic)
 
     def lost_power(self, symbols: Array, pressure: Array) -> Array:
-        """Taken up by the dashpots: lambda_k C_k (p - lambda_k eta_k) is the speed on which p works."""
+        """Return the power that the dashpots take up, ()."""
+        lost = spectral.convolve(self.lost_spectrum(symbols), pressure, self.periodic)
+        return jnp.sum(pressure * lost)
+
+    def lost_spectrum(self, symbols: Array) -> Array:
+        """Return the spectrum (my/2 + 1, mx) of the speed on which the pressure works: lambda_k C_k (p - lambda_k eta_k)."""
         rates = self.kernels.rates
         speeds = self.without_history(jnp.ones_like(rates)) - self.without_history(jnp.zeros_like(rates))
-        lost = spectral.convolve(speeds - self.kernel(rates, symbols), pressure, self.periodic)
-        return jnp.sum(pressure * lost)
+        return speeds - self.kernel(rates, symbols)
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
         """Shortening of the film over its thickness at its deepest point; zero without a film."""
         film = self.kernels.film
         if film is None:
             return jnp.zeros(())
-        history = on_grid(jnp.tensordot(film.weights[1:], symbols, 1), self.shape, self.periodic)
-        strain = film.weights[0] * pressure + spectral.convolve(history, pressure, self.periodic)
-        return deepest_strain(film.coefficients, strain)
+        history = spectral.convolve(self.film_history(symbols), pressure, self.periodic)
+        return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
+
+    def film_history(self, symbols: Array) -> Array:
+        """Return the spectrum (my/2 + 1, mx) of the film's weighted history over p; there is a film."""
+        assert self.kernels.film is not None
+        return on_grid(jnp.tensordot(self.kernels.film.weights[1:], symbols, 1), self.shape, self.periodic)
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""

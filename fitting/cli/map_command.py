@@ -1,0 +1,207 @@
+"""The command ``jaxcontact fit map``: the force curves of a map, or of a folder, as one table and one figure.
+
+The curves are fitted in processes by ``jaxcontact.sweep``, which stores each as soon as it is finished, so that the same
+command continues a map that was stopped.
+"""
+
+import argparse
+import csv
+import dataclasses
+import io
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import jaxcontact as jc
+from fitting.cli import force_command
+from fitting.io import afm
+from fitting.views import map_picture, output
+from fitting.views.shell_words import in_flags
+
+RESULTS = ("map.csv", "map.png", "summary.json")
+STORE = "curves"  # folder of the stored fits
+TEXTS = (".txt", ".csv", ".tab", ".tsv")
+LOCAL = ("command", "directory", "force", "file", "processes")  # options that do not change a fit
+
+
+@dataclasses.dataclass(frozen=True)
+class MapPoint:
+    """The fit of a curve: place [m], nan where unknown; E, low, high [Pa]; contact [m], a depth as measured; depth [m]: the
+    largest; verdict: "accepted", "rejected" or "failed"; reason."""
+
+    file: str
+    curve: int
+    x: float
+    y: float
+    E: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    contact: float = math.nan
+    depth: float = math.nan
+    verdict: str = "failed"
+    reason: str = ""
+
+
+def add_map(parser: Any) -> None:
+    """Add the flags of ``fit map``."""
+    what = "maps of force curves, single curves, or folders of them"
+    parser.add_argument("file", metavar="PATH", nargs="+", help=what)
+    parser.add_argument(
+        "-o", dest="directory", type=Path, metavar="DIR", required=True, help="directory of the results"
+    )
+    parser.add_argument("--force", action="store_true", help="fit all curves again")
+    each = "number of processes (one for each core)"
+    parser.add_argument("--processes", type=int, metavar="N", help=each)
+    force_command.add_sample(parser)
+    parser.set_defaults(command=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fit the curves that are missing, and write table and figure; a curve that cannot be fitted does not stop others."""
+    cases = [case for path in options.file for file in _files(path) for case in _curves(file)]
+    if not cases:
+        raise ValueError(f"{', '.join(options.file)}: expected force curves, got none")
+    _, assumed = force_command.tip_of(options)
+    given = {name: value for name, value in vars(options).items() if name not in LOCAL}
+    _check_directory(options, given)
+    study = jc.sweep(
+        _fitted(given),
+        cases,
+        options.directory / STORE,
+        processes=options.processes,
+        version=f"map {jc.__version__}",
+    )
+    points = [_point(case, study, k) for k, case in enumerate(cases)]
+    output.write_json(options.directory / "summary.json", _summary(options, given, points))
+    output.write_text(options.directory / "map.csv", _table(points))
+    output.write(
+        options.directory / "map.png",
+        lambda path: map_picture.draw(points).savefig(path, dpi=150, format="png"),
+    )
+    if assumed:
+        print(assumed)
+    _report(points)
+    print(f"in {options.directory}: map.csv, map.png, summary.json")
+    return 0
+
+
+def _files(path: str) -> list[Path]:
+    """Return a file, or the files of a folder that may be force curves, sorted."""
+    place = Path(path)
+    if not place.is_dir():
+        if not place.is_file():
+            raise ValueError(f"{path}: expected a file or a folder, got neither")
+        return [place]
+    return sorted(one for one in place.iterdir() if afm.is_force_curve(one) or one.suffix.lower() in TEXTS)
+
+
+def _curves(file: Path) -> list[dict[str, Any]]:
+    """Return the cases of a file, one for each curve; a file that cannot be read is one case, which fails."""
+    try:
+        places = afm.places(file)
+    except ValueError:
+        places = [afm.Place(0, math.nan, math.nan)]
+    plain = lambda value: None if math.isnan(value) else value
+    stamp = file.stat().st_mtime_ns
+    several = len(places) > 1
+    return [
+        {
+            "file": str(file.resolve()), "changed": stamp, "curve": one.curve, "choose": several,
+            "x": plain(one.x), "y": plain(one.y),
+        }
+        for one in places
+    ]  # fmt: skip
+
+
+def _check_directory(options: argparse.Namespace, given: dict[str, Any]) -> None:
+    """Raise ValueError unless the directory is new, empty, or that of a map with the same options."""
+    directory: Path = options.directory
+    known = directory / "options.json"
+    text = "\n".join(f"{name} = {value!r}" for name, value in sorted(given.items()))
+    if directory.is_dir() and any(directory.iterdir()):
+        same = known.is_file() and known.read_text(encoding="utf-8") == text
+        if not same and not options.force:
+            what = "that is not empty and not of a map with these options"
+            raise ValueError(f"{directory}: found a directory {what}; --force overwrites it")
+        if options.force and (directory / STORE).is_dir():
+            for path in (directory / STORE).glob("*"):
+                path.unlink()
+    directory.mkdir(parents=True, exist_ok=True)
+    output.write_text(known, text)
+
+
+def _fitted(given: dict[str, Any]) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    """Return the function that fits one curve with these options."""
+
+    def fitted(case: dict[str, Any]) -> dict[str, Any]:
+        options = argparse.Namespace(**given)
+        try:
+            found = force_command.fitted(options, case["file"], case["curve"] if case["choose"] else None)
+        except ValueError as error:
+            return {"numbers": np.full(5, np.nan), "words": _coded("failed", str(error))}
+        numbers = [*found.youngs_modulus, found.nuisances["contact_point"][0], float(found.depth.max())]
+        return {"numbers": np.array(numbers), "words": _coded(found.verdict, "; ".join(found.refused))}
+
+    return fitted
+
+
+def _coded(verdict: str, reason: str) -> np.ndarray:
+    """Return texts as an array of bytes, since a study stores numbers."""
+    return np.frombuffer(json.dumps([verdict, reason]).encode(), dtype=np.uint8)
+
+
+def _point(case: dict[str, Any], study: Any, k: int) -> MapPoint:
+    """Return the result of a case."""
+    place = [math.nan if case[name] is None else case[name] for name in ("x", "y")]
+    point = MapPoint(str(Path(case["file"])), case["curve"], *place)
+    if k in study.failures:
+        return dataclasses.replace(point, reason=study.failures[k])
+    found = study[k]
+    verdict, reason = json.loads(found["words"].astype(np.uint8).tobytes())
+    numbers = dict(zip(("E", "low", "high", "contact", "depth"), found["numbers"].tolist(), strict=True))
+    return dataclasses.replace(point, **numbers, verdict=verdict, reason=in_flags(reason))
+
+
+def _accepted(points: list[MapPoint]) -> np.ndarray:
+    """Return Young's moduli of the accepted fits."""
+    return np.array([one.E for one in points if one.verdict == "accepted"])
+
+
+def _report(points: list[MapPoint]) -> None:
+    """Print the numbers of accepted and rejected curves, the moduli, and the reasons."""
+    E = _accepted(points)
+    print(f"{E.size} of {len(points)} curves accepted")
+    if E.size:
+        low, middle, high = np.percentile(E, [25, 50, 75])
+        print(f"E = {middle:.4g} Pa (median), {low:.4g} to {high:.4g} Pa (half of them)")
+    for one in points:
+        if one.verdict != "accepted":
+            print(f"{Path(one.file).name}, curve {one.curve}: {one.verdict}: {one.reason}")
+
+
+def _summary(options: argparse.Namespace, given: dict[str, Any], points: list[MapPoint]) -> dict[str, Any]:
+    E = _accepted(points)
+    quartiles = [float(v) for v in np.percentile(E, [25, 50, 75])] if E.size else None
+    return {
+        "paths": list(options.file), "options": {name: value for name, value in given.items() if value is not None},
+        "curves": len(points), "accepted": int(E.size), "youngs_modulus_Pa_quartiles": quartiles,
+    }  # fmt: skip
+
+
+def _table(points: list[MapPoint]) -> str:
+    """Return one line for each curve."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    units = {"x": "m", "y": "m", "E": "Pa", "low": "Pa", "high": "Pa", "contact": "m", "depth": "m"}
+    names = [field.name for field in dataclasses.fields(MapPoint)]
+    table.writerow([f"{name} [{units[name]}]" if name in units else name for name in names])
+    for one in points:
+        row = [getattr(one, name) for name in names]
+        table.writerow(
+            [f"{v:.9g}" if isinstance(v, float) and math.isfinite(v) else "" if v != v else v for v in row]
+        )
+    return text.getvalue()

@@ -1,0 +1,85 @@
+"""Measured contact stiffness over depth, from continuous stiffness measurement: immutable, validated, in SI units."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fitting.data.curves import array, deviations
+from fitting.views.in_words import described
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class StiffnessData:
+    """Contact stiffness of a nanoindentation over depth, from an oscillation of the load while it increases.
+
+    Args:
+        depth: (n,) [m] > 0.
+        stiffness: (n,) storage stiffness of the contact [N/m] > 0, without that of the instrument.
+        load: (n,) mean load [N] > 0, for the contact depth of Oliver and Pharr; None if unknown.
+        sigma: (n,) standard deviations of the stiffness [N/m], or one value for all, if they are known.
+        notes: remarks on the data, which are repeated in the notes of a fit.
+
+    Raises:
+        ValueError: values out of range, with the expected and the received value.
+
+    Example:
+        >>> data = fitting.StiffnessData(depth=[1e-7, 2e-7, 3e-7, 4e-7, 5e-7], stiffness=[1e4, 2e4, 3e4, 4e4, 5e4])
+        >>> print(data.depth.size)
+        5
+    """
+
+    depth: np.ndarray
+    stiffness: np.ndarray
+    load: np.ndarray | None = None
+    sigma: Any = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = lambda name, value: object.__setattr__(self, name, value)
+        put("depth", _positive("depth", "m", array("depth", self.depth)))
+        put("stiffness", _positive("stiffness", "N/m", array("stiffness", self.stiffness, self.depth)))
+        if self.load is not None:
+            put("load", _positive("load", "N", array("load", self.load, self.depth)))
+        if self.sigma is not None:
+            spread = np.full(self.depth.size, self.sigma) if np.ndim(self.sigma) == 0 else self.sigma
+            put("sigma", deviations("sigma", spread, self.depth))
+
+    def __repr__(self) -> str:
+        rows = [("depth", self.depth, "m"), ("load", self.load, "N"), ("stiffness", self.stiffness, "N/m")]
+        rows.append(("sigma", self.sigma, "N/m"))
+        return described(f"StiffnessData: {self.depth.size} points", rows, self.notes)
+
+    def window(self, begin: float | None = None, end: float | None = None) -> "StiffnessData":
+        """Return the points with depths from ``begin`` to ``end`` [m], None for an open side.
+
+        Returns:
+            The points, with a note.
+
+        Raises:
+            ValueError: begin is not before end, or fewer than 5 points.
+
+        Example:
+            >>> depth = np.linspace(1e-8, 1e-6, 100)
+            >>> data = fitting.StiffnessData(depth=depth, stiffness=1e11 * depth)
+            >>> print(data.window(5e-8).depth.size)
+            96
+        """
+        low, high = -np.inf if begin is None else begin, np.inf if end is None else end
+        if not low < high:
+            raise ValueError(f"window: expected begin < end, got {begin!r} and {end!r}")
+        keep = (self.depth >= low) & (self.depth <= high)
+        if keep.sum() < 5:
+            raise ValueError(f"window: expected at least 5 points, got {keep.sum()} of {keep.size}")
+        names = ("depth", "stiffness", "load", "sigma")
+        some = {name: None if (y := getattr(self, name)) is None else y[keep] for name in names}
+        note = f"depths from {begin} to {end} m taken: {keep.sum()} of {keep.size} points"
+        return StiffnessData(**some, notes=(*self.notes, note))
+
+
+def _positive(name: str, unit: str, values: np.ndarray) -> np.ndarray:
+    """Return the values; ValueError unless all are > 0."""
+    if np.any(values <= 0):
+        k = int(np.argmax(values <= 0))
+        raise ValueError(f"{name}: expected values > 0 {unit}, got {values[k]:g} at index {k}")
+    return values

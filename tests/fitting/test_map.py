@@ -1,0 +1,65 @@
+"""Maps of force curves: one table and one figure of a folder, from curves with a known modulus."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from fitting.cli.map_command import MapPoint
+from fitting.views import map_picture
+from jaxcontact.__main__ import main
+
+T = np.linspace(0.0, 1.0, 300)
+Z = np.linspace(-1e-6, 1e-6, 300)
+
+
+def write(path, E, seed):
+    """A curve of a ball of 5 um on a half-space of nu = 0.5 (Hertz), with noise."""
+    load = 16.0 / 9.0 * E * np.sqrt(5e-6) * np.maximum(Z, 0.0) ** 1.5
+    load = load + 2e-3 * 4e-9 * np.random.default_rng(seed).standard_normal(T.size)
+    rows = (f"{t:.6g}\t{1e9 * P:.6g}\t{1e9 * d:.6g}\n" for t, P, d in zip(T, load, Z, strict=True))
+    path.write_text("Time (s)\tLoad (nN)\tDepth (nm)\n" + "".join(rows))
+
+
+@pytest.mark.slow
+def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys):
+    folder, out = tmp_path / "curves", tmp_path / "map"
+    folder.mkdir()
+    for k, E in enumerate((500.0, 1e3, 0.0)):
+        write(folder / f"{k}.txt", E, k)
+    (folder / "notes.txt").write_text("no curve\n")
+    command = ["fit", "map", str(folder), "-o", str(out), "--radius", "5e-6", "--processes", "1"]
+    main(command)
+    assert "2 of 4 curves accepted" in capsys.readouterr().out
+    with (out / "map.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["verdict"] for row in rows] == ["accepted", "accepted", "failed", "failed"]
+    assert "rises with depth" in rows[2]["reason"]
+    for row, E in zip(rows, (500.0, 1e3), strict=False):
+        assert float(row["low [Pa]"]) < E < float(row["high [Pa]"])
+    assert (out / "map.png").stat().st_size > 1e4
+    stored = {path: path.stat().st_mtime_ns for path in (out / "curves").glob("*.npz")}
+    write(folder / "3.txt", 2e3, 3)
+    main(command)
+    assert "3 of 5 curves accepted" in capsys.readouterr().out
+    assert all(path.stat().st_mtime_ns == when for path, when in stored.items())  # none was fitted again
+    with pytest.raises(SystemExit) as ended:
+        raise SystemExit(main([*command, "--nu", "0.3"]))
+    assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
+
+
+def test_the_figure_of_a_map_shows_places_and_verdicts():
+    points = [
+        MapPoint("a", k, 1e-6 * (k % 3), 1e-6 * (k // 3), 1e3 + k, 900.0, 2e3, 1e-7 * k, 1e-7, verdict)
+        for k, verdict in enumerate(["accepted"] * 5 + ["rejected", "failed"])
+    ]
+    axes = map_picture.draw(points).axes
+    assert axes[0].get_xlabel() == "x [µm]" and "Young's modulus" in axes[0].get_title()
+    assert [text.get_text() for text in axes[2].get_legend().get_texts()] == [
+        "accepted: 5",
+        "rejected: 1",
+        "failed: 1",
+    ]
+    assert axes[0].collections[1].get_array().size == 5
+    alone = map_picture.draw([MapPoint("a", 0, np.nan, np.nan, 1e3, 900.0, 2e3, 0.0, 1e-7, "accepted")])
+    assert alone.axes[0].get_xlabel() == "number of the curve"
