@@ -33,9 +33,7 @@ from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
 LOOSE = 1e-2  # largest tolerance of a round
-TIGHTER = (
-    0.1  # tolerance of a round, in parts of the error of coupling before it, and of the share of the step
-)
+TIGHTER = 0.1  # tolerance of a round over the error of coupling before it and the share of the step
 FINAL = 0.3  # of the tolerance: both problems are not solved to less, and in the first round not to less than all of it
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
