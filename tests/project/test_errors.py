@@ -92,6 +92,7 @@ ELSEWHERE = {  # reached by no row, and why
             ),
         )
     },
+    **{f"study_figures.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
     **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_reject", "_module")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
