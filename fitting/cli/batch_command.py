@@ -10,20 +10,12 @@ from typing import Any, NamedTuple
 
 from tqdm import tqdm
 
-from fitting.cli import batch_page, flags
-from fitting.fits.creep import fit_creep
-from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.cli import batch_page, kinds
 from fitting.inference.result import Fit
-from fitting.io.modulus_reader import read_oscillation, read_relaxation
-from fitting.views import output
+from fitting.views import output, report
 from fitting.views.shell_words import in_flags
 
 RESULTS = ("summary.json", "table.csv", "report.html")
-MODULI: dict[str, tuple[Any, Any]] = {
-    "relaxation": (read_relaxation, fit_relaxation),
-    "oscillation": (read_oscillation, fit_oscillation),
-}
-KINDS = ("creep", *MODULI)
 
 
 class FileFit(NamedTuple):
@@ -35,17 +27,10 @@ class FileFit(NamedTuple):
     error: str | None
 
 
-def add_kind(parser: Any, relative: str) -> None:
-    """Add the flag for the kind of the curves; relative: the kinds whose weights are relative by default."""
-    what = (
-        "kind of the curves (creep); --stress, --convention and --resample are for creep;"
-        f" {relative} has relative weights by default"
-    )
-    parser.add_argument("--of", default="creep", choices=KINDS, help=what)
-
-
 def run(options: argparse.Namespace) -> int:
     """Fit every file; a file that cannot be read or fitted is listed with the reason and does not stop the others."""
+    options = kinds.checked(options)
+    options.file = _files(options.file)
     folders = folders_of(options.file)
     written = [f"{folder}/{name}" for folder in folders for name in output.RESULTS]
     output.check_directory(options, (*RESULTS, *written))
@@ -56,39 +41,40 @@ def run(options: argparse.Namespace) -> int:
             f"{found[0].error} (and no other file could be fitted)" if found[1:] else str(found[0].error)
         )
     for one in found:
-        print(one.error if one.fit is None else f"{one.file}: {one.fit.verdict}")
+        print(one.error if one.fit is None else f"{one.file}: {one.fit.verdict}, {report.in_words(one.fit)}")
     rows = [
         {"file": one.file, "folder": one.folder, "error": one.error} | (one.fit.to_dict() if one.fit else {})
         for one in found
     ]
     output.write_json(options.directory / "summary.json", {"model": options.model, "fits": rows})
     output.write_text(options.directory / "table.csv", _table(rows))
-    output.write_text(options.directory / "report.html", batch_page.page(options.model, found, options.of))
+    output.write_text(options.directory / "report.html", batch_page.page(options.model, found, options.kind))
     print(f"in {options.directory}: report.html, summary.json, table.csv, and a folder for each fit")
     return 0
+
+
+def _files(paths: Sequence[str]) -> list[str]:
+    """Return the files, with those of each folder in place of it, by name."""
+    found: list[str] = []
+    for path in paths:
+        if not Path(path).is_dir():
+            found.append(path)
+            continue
+        inside = sorted(one for one in Path(path).iterdir() if one.is_file() and not one.name.startswith("."))
+        if not inside:
+            raise ValueError(f"{path}: expected a folder with files, got an empty one")
+        found += map(str, inside)
+    return found
 
 
 def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
     """Return the fit of a file, after writing its results, or the error."""
     try:
-        found = _fitted(options, file)
+        found = kinds.fitted(options, file)
     except ValueError as error:
         return FileFit(file, folder, None, in_flags(str(error)))
     output.leave(found, options.directory / folder, {"file": file})
     return FileFit(file, folder, found, None)
-
-
-def _fitted(options: argparse.Namespace, file: str) -> Fit:
-    """Return the fit of a file."""
-    if options.of == "creep":
-        data, given = flags.crept(options, file)
-        return fit_creep(data, options.model, **given, **flags.known(options))
-    reader, fit = MODULI[options.of]
-    start = {"start": options.start} if options.of == "relaxation" else {}
-    data, nu = flags.moduli(options, file, reader, **start)
-    return fit(
-        data, options.model, nu=nu, **flags.modulus_weights(options, options.of), **flags.known(options)
-    )
 
 
 def folders_of(files: Sequence[str]) -> list[str]:

@@ -79,7 +79,7 @@ def _row(one: Any, names: list[str], heads: list[str]) -> str:
     cells = [
         f'<a href="{quote(one.folder)}/fit.png">{escape(one.file)}</a>',
         *(_parameter(fit, name) for name in names),
-        f'<span><span class="{fit.verdict}">{fit.verdict}</span>{why}</span>',
+        f'<span><span class="{fit.verdict}">{fit.verdict}</span>, {report.in_words(fit)}{why}</span>',
     ]
     return "<tr>" + "".join(
         f'<td data-of="{escape(head, quote=True)}">{cell}</td>' for head, cell in zip(heads, cells, strict=True)

@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, indentation, force, map, stiffness, relaxation, oscillation, master, growth,
-prony, compare, batch, propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, prony, indentation, force, map, stiffness, relaxation, oscillation, master,
+growth, compare, batch, together, posterior, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags.
@@ -11,14 +11,18 @@ from typing import Any
 
 from fitting.cli import (
     batch_command,
+    design_command,
     flags,
     force_command,
-    further_commands,
     growth_command,
     indentation_command,
+    kinds,
     map_command,
     master_command,
+    posterior_command,
+    propagate_command,
     stiffness_command,
+    together_command,
 )
 from fitting.fits.creep import compare, fit_creep
 from fitting.fits.maxwell import fit_maxwell
@@ -34,10 +38,16 @@ EXAMPLES = {
     "creep": ("film.csv -o film --model StandardLinearSolid", "film.csv -o film --stress 1e3 --start 20"),
     "prony": ("film.csv -o film", "film.csv -o film --tau 1,10,100"),
     "compare": ("film.csv -o film", "sweep.csv -o sweep --of oscillation --models Maxwell,FractionalMaxwell"),
-    "batch": ("a.csv b.csv -o films", "a.csv b.csv -o films --of relaxation --model Maxwell"),
+    "batch": (
+        "a.csv b.csv -o films",
+        "holds -o gels --of indentation --radius 5e-6 --nu 0.5 --segment hold --model StandardLinearSolid",
+    ),
+    "together": ("creep.csv sweep.csv -o melt --of creep,oscillation --model Burgers",),
+    "posterior": ("film.csv -o film", "sweep.csv -o melt --of oscillation --model Maxwell"),
     "propagate": (
         "film.csv -o film --times 1e4,1e5",
-        "film.csv -o film --of depth --times 1e4 --load 1e-3 --radius 1e-3",
+        "sweep.csv -o melt --data oscillation --model Maxwell --of relaxation --times 1,10,100",
+        "film.csv -o film --of depth --times 1e4 --load 1e-3 --radius 1e-3 --layer 1e-6 --substrate-modulus 210e9",
     ),
     "design": ("--model Maxwell --value G=1e6 --value eta=1e8",),
     "indentation": (
@@ -65,64 +75,73 @@ def main(arguments: list[str]) -> int:
     return options.command(options)
 
 
-def add_parser(kinds: Any) -> None:
+def add_parser(commands: Any) -> None:
     """Add the commands to subparsers."""
     for name, command, what in (
         ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
         ("prony", _prony, "a creep curve: series of retardation times"),
-        ("compare", _compare, "a creep curve or a modulus: comparison of several models"),
-        (
-            "batch",
-            batch_command.run,
-            "many curves: a folder of results for each, a table and a report of all",
-        ),
-        (
-            "propagate",
-            further_commands.carry,
-            "prediction from a creep curve, at other times or under a ball, with a confidence band",
-        ),
     ):
-        parser = _add(kinds, name, what)
-        flags.add_file(parser, several=command is batch_command.run)
-        _add_own(parser, command)
+        parser = _add(commands, name, what)
+        flags.add_file(parser)
+        if command is _prony:
+            times = "retardation times [s]; by default chosen by BIC"
+            parser.add_argument("--tau", metavar="T,T,...", help=times)
+        else:
+            flags.add_model(parser, laws=True)
         flags.add_creep(parser)
         parser.set_defaults(command=command)
-    further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
     pressed = "indentation by a ball, cone or punch: time, load and depth"
-    indentation_command.add_indentation(_add(kinds, "indentation", pressed))
-    force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
+    indentation_command.add_indentation(_add(commands, "indentation", pressed))
+    force_command.add_force(_add(commands, "force", "Young's modulus from a force curve of a microscope"))
     several = "Young's modulus from the force curves of a map or a folder: one table and one figure"
-    map_command.add_map(_add(kinds, "map", several))
+    map_command.add_map(_add(commands, "map", several))
     over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
-    stiffness_command.add_stiffness(_add(kinds, "stiffness", over_depth))
-    _add_moduli(kinds)
-    growth_command.add_growth(_add(kinds, "growth", "growth kinetics of a film: time and thickness"))
+    stiffness_command.add_stiffness(_add(commands, "stiffness", over_depth))
+    _add_moduli(commands)
+    growth_command.add_growth(_add(commands, "growth", "growth kinetics of a film: time and thickness"))
+    _add_further(commands)
 
 
-def _add_own(parser: Any, command: Callable[..., int]) -> None:
-    """Add the flags of one of the commands for creep curves that the others do not have."""
-    if command is _prony:
-        parser.add_argument(
-            "--tau", metavar="T,T,...", help="retardation times [s]; by default chosen by BIC"
-        )
-        return
-    if command is _compare:
-        what = f"models to compare ({MODELS})"
-        parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=what)
-        batch_command.add_kind(parser, "a modulus")
-        flags.add_known(parser)
-        return
-    flags.add_model(parser, laws=True)
-    if command is batch_command.run:
-        batch_command.add_kind(parser, "an oscillation")
-    if command is further_commands.carry:
-        further_commands.add_carry(parser)
+def _add_further(commands: Any) -> None:
+    """Add the commands for several curves, and for what follows from a fit."""
+    for name, command, what in (
+        ("compare", _compare, "a creep curve or a modulus: comparison of several models"),
+        ("batch", batch_command.run, "many curves: a folder of results for each, a table and a report of all"),
+        ("together", together_command.run, "one material from several tests of it: creep, relaxation and oscillation"),
+        ("posterior", posterior_command.run, "draws from the posterior of the parameters of a fit"),
+        (
+            "propagate",
+            propagate_command.run,
+            "prediction from a fit, at other times or of another contact, with a confidence band",
+        ),
+    ):  # fmt: skip
+        parser = _add(commands, name, what)
+        flags.add_file(parser, several=name in ("batch", "together"))
+        if name == "compare":
+            models = f"models to compare ({MODELS})"
+            parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=models)
+            flags.add_known(parser)
+        else:
+            flags.add_model(parser, laws=name != "together")
+        if name == "together":
+            together_command.add_together(parser)
+        else:
+            kinds.add_kind(parser, "--data" if name == "propagate" else "--of")
+        if name == "posterior":
+            posterior_command.add_posterior(parser)
+        if name == "propagate":
+            propagate_command.add_propagate(parser)
+            kinds.add_curves(parser, "of an indentation, or of the contact that is predicted")
+        elif name != "together":
+            kinds.add_curves(parser)
+        parser.set_defaults(command=command)
+    design_command.add_design(_add(commands, "design", "planning: the shortest creep tests for a material"))
 
 
-def _add(kinds: Any, name: str, what: str) -> Any:
+def _add(commands: Any, name: str, what: str) -> Any:
     """Add a command with its description and its examples."""
     lines = [f"jaxcontact fit {name} {words}" for words in EXAMPLES[name]]
-    return kinds.add_parser(
+    return commands.add_parser(
         name,
         help=what,
         description=f"{what[0].upper()}{what[1:]}.",
@@ -131,13 +150,14 @@ def _add(kinds: Any, name: str, what: str) -> Any:
     )
 
 
-def _add_moduli(kinds: Any) -> None:
-    relaxation = _add(kinds, "relaxation", "a relaxation modulus over time")
+def _add_moduli(commands: Any) -> None:
+    relaxation = _add(commands, "relaxation", "a relaxation modulus over time")
     flags.add_file(relaxation)
     flags.add_model(relaxation, laws=True)
     flags.add_test(relaxation, "t, modulus")
+    flags.add_resample(relaxation)
     relaxation.set_defaults(command=_relaxation)
-    oscillation = _add(kinds, "oscillation", "storage and loss modulus over frequency")
+    oscillation = _add(commands, "oscillation", "storage and loss modulus over frequency")
     flags.add_file(oscillation)
     flags.add_model(oscillation, laws=True)
     errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
@@ -155,7 +175,7 @@ def _add_moduli(kinds: Any) -> None:
         smooth = "a continuous relaxation spectrum with what the data resolve of it, in place of --model"
         parser.add_argument("--spectrum", action="store_true", help=smooth)
     several = "time-temperature superposition: curves at several temperatures"
-    master_command.add_master(_add(kinds, "master", several))
+    master_command.add_master(_add(commands, "master", several))
 
 
 def _creep(options: argparse.Namespace) -> int:
@@ -192,7 +212,7 @@ def _oscillation(options: argparse.Namespace) -> int:
 
 def _fit_modulus(options: argparse.Namespace, fit: Callable[..., Any], data: Any, nu: float) -> int:
     """Fit a model, or a series of relaxation times, and write the results."""
-    given, held = flags.weighting(options, False), flags.known(options)
+    given, held = flags.weighting(options, flags.averaged(data)), flags.known(options)
     if options.spectrum and (options.tau is not None or any(held.values())):
         raise ValueError("--spectrum: expected no --tau, no --fix and no --bound beside it, got some")
     if options.tau is not None and any(held.values()):
@@ -216,15 +236,11 @@ def _times(text: str | None) -> list[float] | None:
 
 def _compare(options: argparse.Namespace) -> int:
     """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
+    if options.kind == "indentation":
+        raise ValueError("--of: expected creep, relaxation or oscillation, got indentation")
+    options = kinds.checked(options)
     output.check_directory(options)
-    if options.of == "creep":
-        data, given = flags.crept(options, options.file)
-    else:
-        reader = batch_command.MODULI[options.of][0]
-        start = {"start": options.start} if options.of == "relaxation" else {}
-        data, nu = flags.moduli(options, options.file, reader, **start)
-        default = options.weights.lower() == "estimated"
-        given = flags.weighting(options, False) | {"nu": nu} | ({"weights": "relative"} if default else {})
+    data, given = kinds.read(options, options.file)
     with flags.about(options.file):
         table = compare(data, options.models.split(","), **flags.known(options), **given)
     print(table)

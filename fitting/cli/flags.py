@@ -33,8 +33,10 @@ def add_file(parser: Any, several: bool = False) -> None:
 
 
 def add_common(parser: Any, weights: str, text: str, kinds: str, window: str = "times [s]") -> None:
-    """Add the flags for reading a file and weighting a fit; window: the quantity by which points are selected."""
-    parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
+    """Add the flags for reading a file and weighting a fit, without those for weights if the default ``weights`` is "";
+    window: the quantity by which points are selected."""
+    if weights:
+        parser.add_argument("--weights", default=weights, metavar="W", help=f"{text} ({weights})")
     parser.add_argument(
         "--level", type=float, default=0.95, metavar="L", help="confidence level of the intervals (0.95)"
     )
@@ -72,10 +74,10 @@ def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
     parser.add_argument(f"--{flag}", action="append", default=[], metavar=form, help=what)
 
 
-def add_test(parser: Any, kinds: str) -> None:
-    """Add the flags for reading and weighting a curve over time."""
+def add_test(parser: Any, kinds: str, weights: str = "estimated") -> None:
+    """Add the flags for reading and weighting a curve over time; weights: the default, "" for no such flag."""
     errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
-    add_common(parser, "estimated", errors, kinds)
+    add_common(parser, weights, errors, kinds)
     add_exclude(parser)
     add_volume(parser)
     parser.add_argument("--start", type=float, metavar="T", help="time of loading on the file's clock [s]")
@@ -114,9 +116,10 @@ def add_volume(parser: Any) -> None:
     )
 
 
-def add_creep(parser: Any) -> None:
-    """Add the flags for reading and weighting a creep curve."""
-    add_test(parser, "t, J, strain, stress, sigma: standard deviations")
+def add_creep(parser: Any, weights: bool = True) -> None:
+    """Add the flags for reading and, if ``weights``, weighting a creep curve."""
+    columns = "t, J, strain, stress, sigma: standard deviations"
+    add_test(parser, columns, "estimated" if weights else "")
     parser.add_argument(
         "--convention",
         default="J",
@@ -222,15 +225,14 @@ def moduli(
     segment = options.segment and [place(one) for one in options.segment]
     data = read(reader, file, options, segment=segment, **tensile, **given)
     data = excluded(options, file, data)
+    if "start" in given:  # measured over time
+        data = resampled(options, file, data)
     return data, options.nu if options.tension is None else options.tension
 
 
-def modulus_weights(options: argparse.Namespace, kind: str) -> dict[str, Any]:
-    """Return weights or sigma, and the level; where nothing else is given, relative weights for an oscillation."""
-    given = weighting(options, False)
-    return (
-        given | {"weights": "relative"} if (kind, given["weights"]) == ("oscillation", "estimated") else given
-    )
+def averaged(data: Any) -> bool:
+    """Return whether the data have the errors of means (``resample``)."""
+    return getattr(data, "scatter", None) is not None
 
 
 def resampled(options: argparse.Namespace, file: str, data: Any) -> Any:

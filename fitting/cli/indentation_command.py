@@ -10,6 +10,12 @@ from fitting.fits.indentation import fit_indentation
 from fitting.io.readers import read_indentation
 from fitting.views import output
 
+TEST = (
+    "curve", "spring_constant", "in_contact", "radius", "punch", "cone", "ball_modulus", "bulk_modulus", "layer",
+    "thickness", "substrate_modulus",
+)  # fmt: skip
+# flags without a default, as the names of options
+
 
 def add_indentation(parser: Any) -> None:
     """Add the flags of ``fit indentation``."""
@@ -18,9 +24,16 @@ def add_indentation(parser: Any) -> None:
     errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
     flags.add_common(parser, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
     flags.add_resample(parser)
+    flags.add_segment(parser, "approach, hold or retract; repeat to select several")
+    parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
+    add_test(parser)
+    parser.set_defaults(command=run)
+
+
+def add_test(parser: Any) -> None:
+    """Add the flags for the curve, the indenter and the sample, which other kinds of tests do not have."""
     _add_curve(parser)
     _add_indenter(parser)
-    parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
     bulk = "bulk modulus of the material [Pa], in place of --nu"
     parser.add_argument("--bulk-modulus", type=float, metavar="PA", help=bulk)
     control = "prescribed quantity, load or depth (load)"
@@ -34,12 +47,10 @@ def add_indentation(parser: Any) -> None:
         ("machine-compliance", "compliance of the instrument [m/N]"),
     ):
         parser.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
-    parser.set_defaults(command=run)
 
 
 def _add_curve(parser: Any) -> None:
     """Add the flags that select a curve and its points."""
-    flags.add_segment(parser, "approach, hold or retract; repeat to select several")
     parser.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
     spring = "spring constant of the cantilever [N/m]"
     parser.add_argument("--spring-constant", type=float, metavar="K", help=spring)
@@ -73,27 +84,42 @@ def _add_indenter(parser: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Fit an indentation curve and write the results."""
-    indenter = _indenter(options)
-    if options.layer is not None and options.substrate_modulus is None:
-        raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
+    indenter_of(options)
+    check_substrate(options)
     output.check_directory(options)
-    data = flags.resampled(options, options.file, _indented(options, indenter))
+    return output.finish(options, fitted(options, options.file))
+
+
+def fitted(options: argparse.Namespace, file: str) -> Any:
+    """Return the fit of a file."""
+    check_substrate(options)
+    indenter = indenter_of(options)
+    data = flags.resampled(options, file, _indented(options, file, indenter))
     extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
     if options.layer is not None:
-        substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
-        extra |= {"layer": options.layer, "substrate": substrate}
+        extra |= {"layer": options.layer, "substrate": substrate_of(options)}
     nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
     driven = "load" if options.control.lower() == "depth" else "depth"
     has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
-    with flags.about(options.file):
-        found = fit_indentation(
+    with flags.about(file):
+        return fit_indentation(
             data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
             control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
         )  # fmt: skip
-    return output.finish(options, found)
+
+
+def check_substrate(options: argparse.Namespace) -> None:
+    """Raise ValueError for a layer without a substrate."""
+    if options.layer is not None and options.substrate_modulus is None:
+        raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
+
+
+def substrate_of(options: argparse.Namespace) -> jc.Elastic:
+    """Return the substrate."""
+    return _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
 
 
 def _adhesion(options: argparse.Namespace) -> Any:
@@ -102,7 +128,7 @@ def _adhesion(options: argparse.Namespace) -> Any:
     return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)
 
 
-def _indenter(options: argparse.Namespace) -> Any:
+def indenter_of(options: argparse.Namespace) -> Any:
     """Return the indenter."""
     solid = (
         _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
@@ -118,17 +144,17 @@ def _indenter(options: argparse.Namespace) -> Any:
     return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
 
 
-def _indented(options: argparse.Namespace, indenter: Any) -> Any:
+def _indented(options: argparse.Namespace, file: str, indenter: Any) -> Any:
     """Return the curve, from contact on if requested; segments and window then refer to the remaining points."""
     curve = None if options.curve is None else flags.place(options.curve)
     of_file = {"curve": curve, "spring_constant": options.spring_constant}
     if options.in_contact is None:
-        return flags.read(read_indentation, options.file, options, segment=options.segment, **of_file)
+        return flags.read(read_indentation, file, options, segment=options.segment, **of_file)
     window, options.window = options.window, None
-    data = flags.read(read_indentation, options.file, options, **of_file)
+    data = flags.read(read_indentation, file, options, **of_file)
     depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
     stiffened = options.layer is not None or options.thickness is not None
-    with flags.about(options.file):
+    with flags.about(file):
         data = data.in_contact(depth, indenter, stiffened).only(*(options.segment or ()))
         return data.window(*flags.span("--window", window)) if window else data
 

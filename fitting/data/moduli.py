@@ -25,6 +25,7 @@ class RelaxationData:
             None takes t as the time since the step, and adds a note if the spacing suggests that the clock started
             earlier (``fitting/data/clock.py``).
         temperature: of the test [K], for ``fit_master``.
+        scatter: (n,) standard deviations up to a common factor, which a fit estimates; set by ``resample``.
 
     Raises:
         ValueError: any other input, with the expected and the received value.
@@ -42,6 +43,7 @@ class RelaxationData:
     notes: tuple[str, ...] = ()
     start: float | None = None
     temperature: float | None = None
+    scatter: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         since, late = since_load(times(self.t), self.start)
@@ -50,12 +52,15 @@ class RelaxationData:
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
         object.__setattr__(self, "modulus", array("modulus", self.modulus, self.t))
+        if self.scatter is not None:
+            object.__setattr__(self, "scatter", array("scatter", self.scatter, self.t))
         factor(self.convention, self.nu)
         object.__setattr__(self, "temperature", absolute(self.temperature))
 
     def __repr__(self) -> str:
         head = f"RelaxationData: {self.t.size} points, convention {self.convention}"
         rows = [("t", self.t, "s"), ("modulus", self.modulus, "Pa"), ("temperature", self.temperature, "K")]
+        rows.append(("scatter", self.scatter, ""))
         return described(head, rows, self.notes)
 
     @property

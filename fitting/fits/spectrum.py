@@ -108,7 +108,8 @@ class SpectrumFit(Evidence):
         return {units[name]: row for name, row in rows.items()} | {
             "resolved": self.resolved.tolist(), "resolved_s": plain(self.limits), "Ge_Pa": self.equilibrium,
             "smoothness": self.smoothness, "level": self.level, "weights": self.weights, "r2": plain(self.r2),
-            "noise": self.noise, "verdict": self.verdict, "reasons": list(self.refused), "notes": list(self.notes),
+            "noise": self.noise, "verdict": self.verdict, "verdict_in_words": report.in_words(self),
+            "reasons": list(self.refused), "notes": list(self.notes),
         }  # fmt: skip
 
     def to_json(self) -> str:
@@ -152,7 +153,7 @@ def fit_spectrum(
     if not isinstance(data, RelaxationData | OscillationData):
         raise ValueError(f"data: expected RelaxationData or OscillationData, got {type(data).__name__}")
     relaxed = isinstance(data, RelaxationData)
-    if weights is None and sigma is None:
+    if weights is None and sigma is None and getattr(data, "scatter", None) is None:
         weights = "estimated" if relaxed else "relative"
     _, sample, _ = weighted_sample(data, weights, sigma)
     if sample.t.size < 8:

@@ -21,6 +21,7 @@ import numpy as np
 from fitting.inference import student
 from fitting.inference.calibration import Calibration, excess
 from fitting.inference.correlation import RHO, basis, forms, inverse_forms, lag_one, log_determinant, within
+from fitting.inference.two_scales import TwoScales
 from fitting.search.uncertainty import ROUNDING
 
 WHITE = 0.3  # prior probability of white noise
@@ -51,7 +52,7 @@ class Noise(NamedTuple):
     columns: np.ndarray
     dof: float
     floor: float
-    calibration: Calibration | None = None
+    calibration: Calibration | TwoScales | None = None
 
     def rises(self, gradients: np.ndarray, level: float) -> np.ndarray:
         """Return the rise of RSS (q,) that bounds the intervals, at a level, of functions of the free coordinates.

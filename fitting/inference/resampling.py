@@ -9,12 +9,14 @@ row are given the same reduced weight. Only the ratios of these errors are passe
 any remaining correlation of the means, from its own residuals, as for any curve.
 """
 
+import dataclasses
 import math
 
 import numpy as np
 
 from fitting.data.curves import CreepData
 from fitting.data.indentation import IndentationData
+from fitting.data.moduli import RelaxationData
 from fitting.data.segments import noise
 from fitting.data.weights import noise_floor
 from fitting.inference.correlation import BEYOND_CHANCE
@@ -27,12 +29,15 @@ SURE, SAME = 3.0, 1e-6  # tolerances of reaching a level, in units of its noise 
 MOST = 0.99  # largest rho
 
 
-def resample(data: CreepData | IndentationData, per_decade: float = 20) -> CreepData | IndentationData:
+Timed = CreepData | RelaxationData | IndentationData
+
+
+def resample(data: Timed, per_decade: float = 20) -> Timed:
     """Average a curve over bins that are equal in the logarithm of time at first and equal in time later.
 
-    Time counts from the loading of a creep curve and from each of its jumps, and from the start of each segment of an
-    indentation; no bin crosses a boundary. After 15 % of each such span the bins no longer grow. The first and last
-    samples of each span, and samples in bins of fewer than four, are kept unchanged.
+    Time counts from the loading of a creep curve and from each of its jumps, from the strain step of a relaxation, and
+    from the start of each segment of an indentation; no bin crosses a boundary. After 15 % of each such span the bins no
+    longer grow. The first and last samples of each span, and samples in bins of fewer than four, are kept unchanged.
     Known standard deviations become those of the means. Without them, ``scatter`` has the ratios of the errors of the
     means, which a fit uses as weights; correlation between neighbours is accounted for. Spikes are averaged into the
     mean of their bin.
@@ -53,11 +58,24 @@ def resample(data: CreepData | IndentationData, per_decade: float = 20) -> Creep
         >>> print(short.t.size)
         115
     """
-    if not isinstance(data, CreepData | IndentationData):
-        raise ValueError(f"data: expected CreepData or IndentationData, got {type(data).__name__}")
+    if not isinstance(data, Timed):
+        raise ValueError(
+            f"data: expected CreepData, RelaxationData or IndentationData, got {type(data).__name__}"
+        )
     if not (isinstance(per_decade, int | float | np.number) and 0.0 < per_decade < math.inf):
         raise ValueError(f"per_decade: expected a number > 0, got {per_decade!r}")
+    if isinstance(data, RelaxationData):
+        return _relaxation(data, float(per_decade))
     return (_creep if isinstance(data, CreepData) else _indentation)(data, float(per_decade))
+
+
+def _relaxation(data: RelaxationData, per_decade: float) -> RelaxationData:
+    bins = _Bins(data.t, np.zeros(data.t.size, dtype=int), 0.0, per_decade)
+    rho = bins.correlation(data.modulus)
+    error = bins.error(np.hypot(noise_floor(data.t, data.modulus), data.modulus), rho)
+    return dataclasses.replace(
+        data, t=bins.mean(data.t), modulus=bins.value(data.modulus), scatter=error, notes=(*data.notes, bins.note(rho))
+    )  # fmt: skip
 
 
 def _creep(data: CreepData, per_decade: float) -> CreepData:

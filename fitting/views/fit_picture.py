@@ -68,9 +68,8 @@ def draw_tests(fit: Any, path: Any) -> Any:
 
 def title(figure: Any, fit: Any) -> None:
     """Write the verdict above a figure."""
-    lines = [textwrap.fill(f"rejected: {reason}", LETTERS) for reason in fit.refused] or [
-        "the fit is accepted"
-    ]
+    reasons = [textwrap.fill(reason, LETTERS) for reason in fit.refused]
+    lines = [f"{fit.verdict}: {report.in_words(fit)}", *reasons]
     figure.suptitle("\n".join(lines), fontsize="medium", color="C3" if fit.refused else "black")
 
 

@@ -6,6 +6,12 @@ from typing import Any
 import numpy as np
 
 WIDER = 1.05  # widening of the intervals above which it is reported
+CLEAR = 1.5  # mean square of the residuals of a third over that of any other, above which a trend has its place there
+PLACES = {
+    "s": ("short times", "intermediate times", "long times"),
+    "rad/s": ("low frequencies", "intermediate frequencies", "high frequencies"),
+    "m": ("small depths", "intermediate depths", "large depths"),
+}  # by the unit of the abscissa
 ENOUGH = 4.0  # duration over the longest retardation time above which flow and retardation are separable
 
 
@@ -63,6 +69,27 @@ def quality(fit: Any) -> list[str]:
 
 def verdict(fit: Any) -> list[str]:
     """Return lines with the verdict and the reasons for a rejection."""
+    line = f"  verdict: {fit.verdict}, {in_words(fit)}"
     if not fit.refused:
-        return ["  verdict: accepted"]
-    return [*(f"  REJECTED: {reason}" for reason in fit.refused), "  no parameter is determined by this fit"]
+        return [line]
+    reasons = (f"  REJECTED: {reason}" for reason in fit.refused)
+    return [line, *reasons, "  no parameter is determined by this fit"]
+
+
+def in_words(fit: Any) -> str:
+    """Return what the verdict means: "describes the data", or where the data have a trend that the model misses.
+
+    The place of a trend is the third of the points, in the order of the abscissa, whose weighted residuals are largest.
+    """
+    if not fit.refused:
+        return "describes the data"
+    if not fit.misfit:
+        return "describes the data only in part" if fit.r2 > 0.0 else "does not describe the data"
+    name, _, x, _ = fit.curve
+    if fit.abscissa[1] not in PLACES or name == "response":  # several tests have no common abscissa
+        return "misses a trend"
+    thirds = np.array_split(fit.residuals[np.argsort(x, kind="stable")], 3)
+    size = np.array([np.mean(third**2) for third in thirds])
+    first = int(np.argmax(size))
+    alone = size[first] > CLEAR * np.max(np.delete(size, first))
+    return f"misses a trend {'at ' + PLACES[fit.abscissa[1]][first] if alone else 'throughout'}"

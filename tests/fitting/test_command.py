@@ -343,10 +343,110 @@ def test_what_follows_from_a_fit_from_the_shell(tmp_path, capsys):
     assert main([*start, *ball, "-o", str(tmp_path / "ball")]) == 0
     depth = np.loadtxt(tmp_path / "ball" / "propagated.csv", delimiter=",", skiprows=1)[:, 1]
     np.testing.assert_allclose(depth, (3 * 0.5 * 1e-6 / (8 * np.sqrt(1e-3)) * at @ x) ** (2 / 3), rtol=1e-6)
-    assert (tmp_path / "ball" / "summary.json").exists() and "depth_m" in capsys.readouterr().out
+    assert (tmp_path / "ball" / "propagated.png").exists() and "depth_m" in capsys.readouterr().out
+    summary = json.loads((tmp_path / "ball" / "summary.json").read_text())
+    np.testing.assert_allclose(summary["propagated"]["depth_m"], depth, rtol=1e-12)
     for wrong, word in ((["--of", "depth"], "--radius"), (["--load", "1"], "--of depth")):
         assert word in refused([*start, *wrong, "-o", str(tmp_path / "no")], capsys)
     assert "--times" in refused([*start[:-1], "1,-2", "-o", str(tmp_path / "no")], capsys)
+
+
+@pytest.mark.long
+def test_a_depth_on_a_film_from_the_shell(tmp_path):
+    """A film fifty times as thick as the radius of the ball is a half-space: Hertz and Radok, within the cells."""
+    x, _ = flowing(tmp_path / "gel.csv")
+    film = [
+        "--layer",
+        "0.05",
+        "--substrate-modulus",
+        "70e9",
+        "--radius",
+        "1e-3",
+        "--load",
+        "1e-6",
+        "--nu",
+        "0.5",
+    ]
+    words = ["--model", "Maxwell", "--weights", "1e-7", "--of", "depth", "--times", "0,10", *film]
+    assert main(["fit", "propagate", str(tmp_path / "gel.csv"), "-o", str(tmp_path / "out"), *words]) == 0
+    depth, sd = np.loadtxt(tmp_path / "out" / "propagated.csv", delimiter=",", skiprows=1).T[1:3]
+    exact = (3 * 0.5 * 1e-6 / (8 * np.sqrt(1e-3)) * (x[0] + x[1] * np.array([0.0, 10.0]))) ** (2 / 3)
+    np.testing.assert_allclose(depth, exact, rtol=5e-3)
+    assert np.all(sd > 0.0)
+
+
+def sweep(path, seed=3):
+    """Moduli of the fluid of ``flowing``, with 1 % of noise."""
+    omega, rng = np.geomspace(0.05, 20.0, 15), np.random.default_rng(seed)
+    G = 2e5 * 5j * omega / (1 + 5j * omega)
+    G = G + 0.01 * np.abs(G) * (rng.standard_normal(15) + 1j * rng.standard_normal(15))
+    return table(path, "frequency [rad/s],storage modulus [Pa],loss modulus [Pa]", omega, G.real, G.imag)
+
+
+def test_several_tests_and_further_predictions_from_the_shell(tmp_path, capsys):
+    """Creep and oscillation of one fluid together, and its moduli and relaxation, as of the exact fluid."""
+    flowing(tmp_path / "gel.csv")
+    files = [str(tmp_path / "gel.csv"), sweep(tmp_path / "sweep.csv")]
+    out, start = tmp_path / "both", ["fit", "together", *files, "--model", "Maxwell"]
+    assert main([*start, "--of", "creep,oscillation", "-o", str(out)]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    low, high = summary["intervals"]["eta_Pa_s"]
+    assert low < 1e6 < high and high < 1.02 * low and summary["kinds"] == ["creep", "oscillation"]
+    capsys.readouterr()
+    for wrong in ("creep", "creep,indentation"):
+        assert "--of" in refused([*start, "--of", wrong, "-o", str(tmp_path / "no")], capsys)
+    start = ["fit", "propagate", files[1], "--data", "oscillation", "--model", "Maxwell"]
+    for of, at, exact in (
+        ("relaxation", ("--times", "1,10"), 2e5 * np.exp([-0.2, -2.0])),
+        ("loss", ("--frequencies", "1,100"), 2e5 * np.array([5 / 26, 500 / 250001])),
+    ):
+        assert main([*start, "--of", of, *at, "-o", str(tmp_path / of)]) == 0
+        value, sd = np.loadtxt(tmp_path / of / "propagated.csv", delimiter=",", skiprows=1).T[1:3]
+        assert np.all(np.abs(value - exact) < 4 * sd) and np.all(sd < 0.03 * exact)
+    capsys.readouterr()
+    assert "--frequencies" in refused(
+        [*start, "--of", "loss", "--times", "1", "-o", str(tmp_path / "no")], capsys
+    )
+    assert "--stress" in refused(
+        [*start, "--times", "1", "--stress", "2", "-o", str(tmp_path / "no")], capsys
+    )
+
+
+@pytest.mark.slow
+def test_a_posterior_from_the_shell(tmp_path, capsys):
+    """Its interval is about that of the profile, and the table has the draws."""
+    pytest.importorskip("numpyro")
+    out = tmp_path / "out"
+    words = ["--of", "oscillation", "--model", "Maxwell", "--samples", "500"]
+    assert main(["fit", "posterior", sweep(tmp_path / "sweep.csv"), "-o", str(out), *words]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    draws = np.loadtxt(out / "posterior.csv", delimiter=",", skiprows=1)
+    assert draws.shape == (2000, 2) and (out / "posterior.png").exists()
+    ends = np.quantile(draws, [0.025, 0.975], axis=0).T
+    np.testing.assert_allclose(ends, list(summary["posterior"]["intervals"].values()), rtol=1e-6)
+    np.testing.assert_allclose(ends, list(summary["intervals"].values()), rtol=5e-3)
+    assert "effective draws" in capsys.readouterr().out
+
+
+def test_a_folder_of_holds_is_a_table(tmp_path, capsys):
+    """Steps of the load on two solids, each depth that of Hertz and Radok; one file is no curve."""
+    folder, t = tmp_path / "holds", np.linspace(0.0, 10.0, 40)
+    folder.mkdir()
+    for name, G in (("a", 1e3), ("b", 2e3)):
+        creep = (1.5 - 0.5 * np.exp(-t / 2.0)) / G
+        depth = (3 * 0.5 * 2e-9 * creep / (8 * np.sqrt(5e-6))) ** (2 / 3)
+        depth = depth + 2e-10 * np.random.default_rng(len(name)).standard_normal(t.size)
+        table(folder / f"{name}.csv", "t [s],load [N],depth [m]", t, np.full(t.size, 2e-9), depth)
+    (folder / "c.csv").write_text("nothing\n")
+    words = ["--of", "indentation", "--radius", "5e-6", "--nu", "0.5", "--model", "StandardLinearSolid"]
+    assert main(["fit", "batch", str(folder), "-o", str(tmp_path / "out"), *words]) == 0
+    assert capsys.readouterr().out.count("accepted, describes the data") == 2
+    rows = list(csv.DictReader((tmp_path / "out" / "table.csv").open()))
+    assert [row["verdict"] for row in rows] == ["accepted", "accepted", "failed"]
+    for row, G in zip(rows, (1e3, 2e3), strict=False):
+        assert float(row["G1_Pa_low"]) < G < float(row["G1_Pa_high"]) < 1.1 * float(row["G1_Pa_low"])
+    file = str(folder / "a.csv")
+    assert "--radius" in refused(["fit", "batch", file, "-o", str(tmp_path / "no"), "--radius", "1"], capsys)
 
 
 def test_a_creep_test_is_designed_from_the_shell(capsys):

@@ -148,3 +148,16 @@ def test_the_command_line(tmp_path, capsys):
     )
     assert main(["fit", "creep", str(file), "-o", str(tmp_path / "no"), "--resample", "-1"]) == 2
     assert "--resample: expected a number > 0, got -1.0" in capsys.readouterr().err
+
+
+def test_a_relaxation_is_resampled():
+    """10,000 samples of a Maxwell fluid: the fit to the means has the interval of the fit to the samples."""
+    t = np.arange(1.0, 10001.0) * 1e-3
+    G = 1e6 * np.exp(-t / 4.0) * (1 + 0.05 * np.random.default_rng(5).standard_normal(t.size))
+    data = fitting.RelaxationData(t=t, modulus=G)
+    short = fitting.resample(data, 30)
+    assert short.t.size < 250 and "resampled" in short.notes[-1]
+    few = fitting.fit_relaxation(short, "Maxwell").intervals["eta"]
+    all_of_them = fitting.fit_relaxation(data, "Maxwell", weights="relative").intervals["eta"]
+    assert few[0] < 4e6 < few[1]
+    np.testing.assert_allclose(few[1] - few[0], all_of_them[1] - all_of_them[0], rtol=0.35)

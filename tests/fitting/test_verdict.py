@@ -297,3 +297,20 @@ def test_noise_spikes_and_the_steps_of_a_display_are_no_slips(rho):
     assert not any(verdict.slipped(e + spike, 4) is not None for e in series[:200])
     assert verdict.slipped(np.round(ramp) - ramp, 2) is None
     assert all(verdict.slipped(e + 20.0 * (np.arange(60) > 30), 4) == 30 for e in series[:200])
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (lambda t: 1 + t / 10, "describes the data"),
+        (lambda t: 1 + t / 10 + np.exp((t - 100) / 6), "misses a trend at long times"),
+        (lambda t: 1 + t / 10 + np.sin(t / 8), "misses a trend throughout"),
+    ],
+)
+def test_a_verdict_has_words(law, words):
+    """A Maxwell fluid to curves that are one, that bend upwards at the end, and that wave throughout."""
+    t = np.linspace(1.0, 100.0, 90)
+    J = 1e-6 * (law(t) + 0.01 * np.random.default_rng(4).standard_normal(t.size))
+    found = fitting.fit_creep(fitting.CreepData(t=t, J=J), "Maxwell", weights="absolute")
+    assert found.to_dict()["verdict_in_words"] == words
+    assert f"verdict: {found.verdict}, {words}" in found.summary()
