@@ -238,6 +238,8 @@ def _compare(options: argparse.Namespace) -> int:
     """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
     if options.kind == "indentation":
         raise ValueError("--of: expected creep, relaxation or oscillation, got indentation")
+    if options.kind == "relaxation":  # estimated weights differ between the models
+        options.weights = options.weights or "relative"
     options = kinds.checked(options)
     output.check_directory(options)
     data, given = kinds.read(options, options.file)

@@ -8,7 +8,7 @@ from typing import Any
 import jaxcontact as jc
 from fitting.cli import flags
 from fitting.fits.force import ForceFit, fit_force
-from fitting.io.readers import read_force
+from fitting.io.indentation_reader import read_force
 from fitting.views import output
 
 FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [degrees]
@@ -52,8 +52,6 @@ def add_sample(parser: Any) -> None:
     for name in ("spring-constant", "sensitivity"):
         what = f"relative standard deviation of the {name.replace('-', ' ')}, which enters the interval of the modulus"
         parser.add_argument(f"--{name}-error", type=float, default=0.0, metavar="E", help=what)
-    drag = "subtract the drag of the liquid on the cantilever, found from the baselines of approach and retraction"
-    parser.add_argument("--drag", action="store_true", help=drag)
     errors = "estimated, absolute, or a standard deviation in N"
     flags.add_common(parser, "estimated", errors, "t, load, depth, height")
     flags.add_bounds(parser)
@@ -85,7 +83,7 @@ def fitted(options: argparse.Namespace, file: str, curve: int | str | None) -> F
         return fit_force(
             data, indenter=tip_of(options)[0], nu=options.nu, thickness=options.thickness, substrate=_base(options),
             polynomials=getattr(options, "polynomials", False), bounds=flags.bounds(options), errors=calibration,
-            spring_constant=options.spring_constant, drag="fit" if options.drag else None, **flags.weighting(options, False),
+            spring_constant=options.spring_constant, **flags.weighting(options, False),
         )  # fmt: skip
 
 

@@ -74,7 +74,9 @@ def paraboloid_note(indenter: Any, depth: float, thickness: float | None = None)
         return ()
     error = f"on a half-space the modulus is up to {10.0 * share:.2g} % too low"
     if thickness is None:
-        return (f"the depth reaches {share:.2g} of the radius of the ball, for which the model has a paraboloid: {error}",)
+        return (
+            f"the depth reaches {share:.2g} of the radius of the ball, for which the model has a paraboloid: {error}",
+        )
     return (
         f"the contact radius reaches up to {wide:.2g} of the radius of the ball, for which the model has a paraboloid: {error},"
         " on a thin sample the error is not known",

@@ -1,17 +1,15 @@
 """Fit of an elastic modulus to the force curve of a microscope, with its contact point and baseline."""
 
 import dataclasses
-import math
 from typing import Any
 
 import numpy as np
 
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import paraboloid_note, probe_of
-from fitting.fits import force_calibration, force_drag
+from fitting.fits import force_calibration
 from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
 from fitting.fits.force_verdict import deviation
-from fitting.inference import student
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Solved
 from fitting.inference.result import Fit, plain
@@ -112,7 +110,7 @@ def fit_force(
     data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
     substrate: Any = None, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
     bounds: dict[str, tuple] | None = None, errors: dict[str, float] | None = None,
-    spring_constant: float | None = None, drag: str | None = None, level: float = 0.95,
+    spring_constant: float | None = None, level: float = 0.95,
 ) -> ForceFit:  # fmt: skip
     """Fit modulus, contact point and baseline to the approach of a force curve.
 
@@ -143,8 +141,6 @@ def fit_force(
             enter the interval of the modulus. The force is taken as proportional to both, and the depth as the height
             minus the deflection.
         spring_constant: of the cantilever [N/m], required with an error of the sensitivity.
-        drag: "fit" subtracts the hydrodynamic drag on the cantilever, a force proportional to its speed that follows from
-            the baselines of approach and retraction (``fitting/fits/force_drag.py``); None: no correction.
         level: confidence level of the intervals.
 
     Returns:
@@ -169,10 +165,7 @@ def fit_force(
         Setup.of(indenter, nu, thickness, bounds, substrate),
         force_calibration.check(errors, spring_constant),
     )
-    if drag not in (None, "fit"):
-        raise ValueError(f"drag: expected 'fit' or None, got {drag!r}")
-    approached = lambda curve: trimmed(ApproachCurve.of(curve), setup).thinned()
-    approach = approached(data)
+    approach = trimmed(ApproachCurve.of(data), setup).thinned()
 
     def searched(
         curve: ApproachCurve, own: Setup = setup, left: int = TURNS
@@ -186,28 +179,15 @@ def fit_force(
         return searched(curve, own._replace(guess=G), left - 1)
 
     force, problem, solved = searched(approach)
-    left, drags = np.zeros(solved.theta.size), tuple[str, ...]()
-    if drag is not None:
-        found_drag = force_drag.drag_of(data, _contact(force, solved.theta))
-        modulus_of = lambda more: _modulus(*searched(approached(found_drag.subtracted(data, more))))
-        approach = approached(found_drag.subtracted(data))
-        force, problem, solved = searched(approach)
-        far = student.two_sided(level) * found_drag.sd
-        left[0] = abs(math.log(modulus_of(far) / modulus_of(-far))) / 2.0
-        drags = (found_drag.note,)
     off = deviation(problem, force, solved)
-    notes = (*_notes(force, solved.theta), *drags, *off.notes)
-    solved = solved._replace(left=off.left + left, against=off.against, notes=notes)
+    solved = solved._replace(
+        left=off.left, against=off.against, notes=(*_notes(force, solved.theta), *off.notes)
+    )
     found = conclude(problem, solved)
     modulus = lambda curve: _modulus(*searched(curve))
     wider = force_calibration.widened(found.fields, problem, approach, errors, spring_constant, modulus)
     found = found._replace(fields=found.fields | wider)
     return found.fit(ForceFit, **_own(force, solved, found, polynomials))
-
-
-def _contact(force: ForceProblem, theta: np.ndarray) -> float:
-    """Return the contact point as a measured depth [m]."""
-    return float(force.approach.inward * (theta[2] * force.space.unit[2] + force.approach.zero))
 
 
 def _modulus(force: ForceProblem, _: FitProblem, solved: Solved) -> float:

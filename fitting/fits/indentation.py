@@ -289,8 +289,10 @@ def _curvature(press: IndentationProblem, theta: np.ndarray) -> tuple[str, ...]:
     """Return a note on a ball that is not a paraboloid; with adhesion there is one by the contact radius."""
     place = press.space.names.index("contact_point")
     deepest = float(press.data.depth[press.kept].max() - press.space.to_si(theta)[place])
-    return () if press.pressing.adhesion else paraboloid_note(
-        press.pressing.indenter, deepest, press.pressing.thickness
+    return (
+        ()
+        if press.pressing.adhesion
+        else paraboloid_note(press.pressing.indenter, deepest, press.pressing.thickness)
     )
 
 

@@ -12,10 +12,9 @@ import numpy as np
 from jax import Array
 
 from fitting.data.moduli import OscillationData, RelaxationData
-from fitting.fits import amplitude_phase
 from fitting.fits.linear_series import chosen_times, landscape, objective, space_of
-from fitting.fits.modulus import ModulusFit, weighted_sample
-from fitting.inference.conclusion import FitProblem, least_squares
+from fitting.fits.modulus import ModulusFit, alike, weighted_sample
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Sought
 
@@ -101,8 +100,9 @@ def fit_maxwell(
     solved = least_squares(problem, of, [np.zeros(space.unit.size)])
     if notes and equilibrium and solved.theta[0] > 0.0:
         notes.insert(0, UNRELAXED.format(_span(relaxed, at)[1] / BEYOND))
+    notes[:0] = alike(data, solved)
     kept = landscape(space, solved, A, sample.measured)
-    found = amplitude_phase.concluded(problem, solved._replace(notes=notes, landscape=kept))
+    found = conclude(problem, solved._replace(notes=notes, landscape=kept))
     return found.fit(MaxwellFit, starts=(1, 1))
 
 

@@ -11,6 +11,7 @@ Neither is linear in the compliances, so the fit begins from several retardation
 import dataclasses
 import functools
 import itertools
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -18,16 +19,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from scipy import stats
 
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.fits import amplitude_phase, fractional_modulus
+from fitting.fits import fractional_modulus
 from fitting.fits.fractional import LAWS, Law, creep_structure
 from fitting.fits.fractional_modulus import Relaxed
 from fitting.inference import student
-from fitting.inference.conclusion import FitProblem, least_squares
-from fitting.inference.evidence import Sample
+from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.evidence import Sample, Solved
 from fitting.inference.result import Fit
 from fitting.models.coordinates import NUISANCES, Coordinates, Space
 from fitting.models.halfspace import relaxation_modes
@@ -162,8 +164,7 @@ def fit_oscillation(
         model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
             too.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
-        weights: "relative" (errors of |G*| in proportion to it, and errors of the phase, whose sizes are estimated
-            separately: ``fitting/fits/amplitude_phase.py``) or "absolute".
+        weights: "relative" (errors of both in proportion to |G*|) or "absolute".
         sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number, or (n,) for data whose
             frequencies ascend.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
@@ -237,7 +238,7 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
     solved = least_squares(problem, of, starts(space, STARTS))
     best, objective = solved.whole
     landscape = space.landscape(best.theta, objective.residual)
-    found = amplitude_phase.concluded(problem, solved._replace(landscape=landscape))
+    found = conclude(problem, solved._replace(notes=alike(data, solved), landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
 
 
@@ -256,8 +257,30 @@ def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: 
     solved = least_squares(problem, lambda w: scaled.objective(space, w * unit), scaled.starts(law))
     best, _ = solved.whole
     landscape = scaled.landscape(space, best.theta, solved.weights * unit)
-    found = amplitude_phase.concluded(problem, solved._replace(notes=law.notes, landscape=landscape))
+    notes = (*law.notes, *alike(data, solved))
+    found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
+
+
+def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, ...]:
+    """Return a note where G' and G'' of a frequency have the same error, that of the amplitude.
+
+    A fit takes them as independent, with the mean variance of amplitude and phase. What the amplitude alone determines
+    then has an interval that is too short by the square root of the variance of the amplitude over this mean.
+    """
+    if isinstance(data, RelaxationData):
+        return ()
+    n = data.omega.size
+    off = solved.residual / solved.weights
+    relative = (off[:n] + 1j * off[n:]) / data.shear
+    size, phase = (float(np.mean(part**2)) for part in (relative.real, relative.imag))
+    if not size > phase * stats.f.ppf(0.99, n, n):
+        return ()
+    short = math.sqrt(2.0 * size / (size + phase))
+    return (
+        f"errors of |G*| ({100 * math.sqrt(size):.2g} %) exceed those of the phase ({math.sqrt(phase):.2g} rad), so that G'"
+        f" and G'' have common errors: the intervals may be up to {short:.2g} times too short",
+    )
 
 
 def _structure(model: type | str, tau: Any) -> Structure:

@@ -21,7 +21,6 @@ import numpy as np
 from fitting.inference import student
 from fitting.inference.calibration import Calibration, excess
 from fitting.inference.correlation import RHO, basis, forms, inverse_forms, lag_one, log_determinant, within
-from fitting.inference.two_scales import TwoScales
 from fitting.search.uncertainty import ROUNDING
 
 WHITE = 0.3  # prior probability of white noise
@@ -31,6 +30,13 @@ LEAST_SPREAD = 1e-100  # spread assumed for residuals that are all zero; its inv
 STEP = 0.5  # step of log(a/b)
 BEYOND = 64.0  # factor by which the grid of a/b extends beyond the smallest and the largest value
 LEAST = 1e-5  # lower limit of a/b over its largest value
+
+
+class ErrorModels(NamedTuple):
+    """The error models that are tried: their diagonals D (m, n), and the ratios a/b of their two terms (m,)."""
+
+    shapes: np.ndarray
+    floors: np.ndarray
 
 
 class Noise(NamedTuple):
@@ -52,7 +58,7 @@ class Noise(NamedTuple):
     columns: np.ndarray
     dof: float
     floor: float
-    calibration: Calibration | TwoScales | None = None
+    calibration: Calibration | None = None
 
     def rises(self, gradients: np.ndarray, level: float) -> np.ndarray:
         """Return the rise of RSS (q,) that bounds the intervals, at a level, of functions of the free coordinates.
@@ -97,16 +103,16 @@ class Noise(NamedTuple):
 
 
 def noise_model(
-    residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, shapes: np.ndarray,
-    floors: np.ndarray, p: int, known: bool, real: bool = True,
+    residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, tried: ErrorModels,
+    p: int, known: bool, real: bool = True,
 ) -> Noise:  # fmt: skip
     """Return the noise model of weighted residuals (n,) in blocks (n,), from the Jacobian (n, k) of the free
     coordinates.
 
-    inside (k,): coordinates that are not at a bound; shapes (m, n): the diagonals D that are tried, and floors (m,),
-    their a/b; p: number of parameters; known: whether the variance of the noise is known; real: whether the residuals
-    exceed rounding.
+    inside (k,): coordinates that are not at a bound; p: number of parameters; known: whether the variance of the noise
+    is known; real: whether the residuals exceed rounding.
     """
+    shapes, floors = tried
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
     if real:

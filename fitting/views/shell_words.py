@@ -5,7 +5,7 @@ import re
 # names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
-        "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "layer", "level",
+        "adhesion", "contact_point", "control", "convention", "curve", "drift", "exclude", "layer", "level",
         "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start",
         "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},

@@ -300,36 +300,3 @@ def test_a_propagated_result_has_the_systematic_errors_of_the_interval(trend):
     assert float(band.high - band.low) == pytest.approx(high - low, rel=0.02)
     low, high = fit.band(np.array([1.0]))  # of 1/G
     assert float(np.log(high / low)[0]) == pytest.approx(float(band.high - band.low), rel=0.02)
-
-
-def dragged(seed, drag=0.15):
-    """A curve driven by a cosine, whose drag is greatest at the contact, as a fraction of the largest force."""
-    t = np.linspace(0.0, 2.0, 800)
-    depth, speed = -DEEP * np.cos(np.pi * t), np.pi * DEEP * np.sin(np.pi * t)
-    load = hertz(depth)
-    load = load + drag * load.max() * speed / speed.max()
-    load = load + 0.002 * load.max() * np.random.default_rng(seed).standard_normal(t.size)
-    marks = np.where(t <= 1.0, "approach", "retract")
-    return fitting.IndentationData(t=t, load=load, depth=depth, marks=marks), drag * hertz(DEEP) / speed.max()
-
-
-def test_the_drag_of_a_liquid_is_subtracted():
-    """A drag of 15 % of the force, which is not constant during the contact: E and the coefficient of the curve's making."""
-    data, coefficient = dragged(1)
-    fit = fitting.fit_force(data, indenter=BALL, drag="fit")
-    low, high = fit.youngs_modulus[1:]
-    assert low < E < high < 1.1 * low and not fit.refused
-    (note,) = [note for note in fit.notes if "hydrodynamic drag" in note]
-    assert float(note.split()[2]) == pytest.approx(coefficient, rel=0.05)
-    without = fitting.fit_force(data, indenter=BALL)
-    assert not 0.95 * E < without.youngs_modulus[0] < 1.05 * E
-    one_way = data.only("approach")
-    with pytest.raises(ValueError, match="drag: expected at least 10 points"):
-        fitting.fit_force(one_way, indenter=BALL, drag="fit")
-
-
-@pytest.mark.long
-def test_intervals_with_a_drag_hold_the_modulus():
-    """Of 100 curves, 90 or more, as 95 % intervals do but once in fifty such tests."""
-    fits = [fitting.fit_force(dragged(seed)[0], indenter=BALL, drag="fit") for seed in range(100)]
-    assert sum(fit.youngs_modulus[1] < E < fit.youngs_modulus[2] for fit in fits) >= 90

@@ -159,5 +159,5 @@ def test_a_relaxation_is_resampled():
     assert short.t.size < 250 and "resampled" in short.notes[-1]
     few = fitting.fit_relaxation(short, "Maxwell").intervals["eta"]
     all_of_them = fitting.fit_relaxation(data, "Maxwell", weights="relative").intervals["eta"]
-    assert few[0] < 4e6 < few[1]
+    np.testing.assert_allclose(few, 4e6, rtol=0.02)
     np.testing.assert_allclose(few[1] - few[0], all_of_them[1] - all_of_them[0], rtol=0.35)

@@ -304,7 +304,7 @@ def test_noise_spikes_and_the_steps_of_a_display_are_no_slips(rho):
     [
         (lambda t: 1 + t / 10, "describes the data"),
         (lambda t: 1 + t / 10 + np.exp((t - 100) / 6), "misses a trend at long times"),
-        (lambda t: 1 + t / 10 + np.sin(t / 8), "misses a trend throughout"),
+        (lambda t: 1 + t / 10 + np.sin(t / 3), "misses a trend throughout"),
     ],
 )
 def test_a_verdict_has_words(law, words):
