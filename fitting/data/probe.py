@@ -78,6 +78,7 @@ def paraboloid_note(indenter: Any, depth: float, thickness: float | None = None)
             f"the depth reaches {share:.2g} of the radius of the ball, for which the model has a paraboloid: {error}",
         )
     return (
-        f"the contact radius reaches up to {wide:.2g} of the radius of the ball, for which the model has a paraboloid: {error},"
+        f"the contact radius reaches up to {wide:.2g} of the radius of the ball, for which the model has a paraboloid:"
+        f" {error},"
         " on a thin sample the error is not known",
     )
