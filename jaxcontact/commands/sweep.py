@@ -170,7 +170,8 @@ def _draw(study: CaseStudy, found: Study, path: Path) -> None:
     if not done or not can_be_drawn(study.cases):
         return
     names = [name for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)]
-    write_picture(path, studies_figure(study.cases, {name: found.stacked(name) for name in names}))
+    if names:
+        write_picture(path, studies_figure(study.cases, {name: found.stacked(name) for name in names}))
 
 
 def _is_last(name: str, quantity: str) -> bool:

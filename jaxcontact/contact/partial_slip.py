@@ -10,10 +10,12 @@ the next y is extrapolated from the last rounds (D. G. Anderson, J. ACM 12 (1965
 error does not fall. Where solids are similar K_zt and K_tz vanish and one round is all.
 
 The error of a round is that of both problems at once: the error of the tangential problem, and that of the pressure under
-the new traction. The first round solves both loosely, every other one to a share of the latter error, which is what is
-left of the coupling; the share is less while the error does not fall. Products of the operator are handed from round to
-round, and with the result. The rounds take place in a window around the contact if that leaves enough of the grid free,
-and end on the whole grid, where a single round is enough unless the contact has outgrown the window.
+the new traction. Every round solves both to a share of the latter error of the round before, which is what is left of the
+coupling; the share is less while the error does not fall. Before the first round it is taken as the coefficient of
+friction times the coupling of the operator. So unlike solids are solved loosely at first, and similar solids to the
+tolerance at once, by a search that is not interrupted. Products of the operator are handed from round to round, and with
+the result. The rounds take place in a window around the contact if that leaves enough of the grid free, and end on the
+whole grid, where a single round is enough unless the contact has outgrown the window.
 """
 
 from collections.abc import Callable
@@ -30,9 +32,9 @@ from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import TractionOperator
 
-LOOSE = 1e-2  # tolerance of the first round
-TIGHTER = 0.1  # tolerance of all others, in parts of the error of coupling that the round before left and of the step
-FINAL = 0.3  # of the tolerance: both problems are not solved to less
+LOOSE = 1e-2  # largest tolerance of a round
+TIGHTER = 0.1  # tolerance of a round over the error of coupling before it and the share of the step
+FINAL = 0.3  # of the tolerance: both problems are not solved to less, and in the first round not to less than all of it
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
 PARALLEL = 1e-12  # of the squared sine below which the changes of two rounds are taken for one
@@ -161,8 +163,9 @@ def _further_round(
     problem: SlipProblem, s: _RoundSearch, tolerance: Array, max_iterations: Array
 ) -> _RoundSearch:
     """Solve the normal problem under the extrapolated normal displacement, then the tangential one under its pressure."""
-    y, goal = _next(s), jnp.clip(TIGHTER * s.share * s.unsettled, FINAL * tolerance, LOOSE)
     left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
+    least = jnp.where(again, FINAL, 1.0) * tolerance
+    y, goal = _next(s), jnp.maximum(jnp.minimum(TIGHTER * s.share * s.unsettled, LOOSE), least)
     pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
     tangential_shift = jax.lax.cond(
         again & jnp.all(pressed.pressure == before.normal.pressure),
@@ -223,7 +226,8 @@ def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSear
     sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
     first = Round(pressed, sheared, pair, normal_shift, zero, zero, jnp.zeros((), bool))
     blank = jnp.zeros((KEPT, *pressure.shape))
-    return _RoundSearch(first, _pushed(blank, normal_shift), blank, one, one, one)
+    unsettled = jnp.max(problem.coefficient) * operator.coupling()
+    return _RoundSearch(first, _pushed(blank, normal_shift), blank, one, one, unsettled)
 
 
 def _pushed(kept: Array, newest: Array) -> Array:

@@ -111,7 +111,7 @@ def clearance(pressure: Array, ratio: Array) -> Array:
     return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
 
 
-def dropped_share(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
+def truncation_of(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
     """Return the largest displacement in contact due to history that left the window, and whether it may lie under the
     contact.
 

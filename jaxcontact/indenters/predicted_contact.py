@@ -95,7 +95,9 @@ def _at(
 ) -> Predicted:
     """Return the estimate after a time t [s] under a load [N], or at an approach [m]."""
     own = outline.compliance
-    wide, narrow = (float(side(t)) + own for side in (limits.wide, limits.narrow))
+    wide, narrow = (
+        float(side(t)) + own for side in (limits.long_wave_compliance, limits.short_wave_compliance)
+    )
     if value == 0.0 or max(wide, narrow) == 0.0:  # no load, or both instantaneous compliances are zero
         return Predicted(0.0, 0.0)
     radii = np.array([a for a in (outline.hertz(A, value, loaded) for A in (wide, narrow)) if a > 0.0])

@@ -122,6 +122,10 @@ class TractionOperator(abc.ABC):
         """Return roughly the largest eigenvalue of ``tangential_from_tangential``, ()."""
 
     @abc.abstractmethod
+    def coupling(self) -> Array:
+        """Return roughly the norm of ``normal_from_tangential`` over that of ``tangential_from_tangential``, ()."""
+
+    @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
 

@@ -141,6 +141,11 @@ class Coupled(TractionOperator):
     def largest(self) -> Array:
         return jnp.max(self.tangential.circulant)
 
+    def coupling(self) -> Array:
+        if self.tangential.coupling is None:
+            return jnp.zeros(())
+        return jnp.max(jnp.abs(self.tangential.coupling)) / self.largest()
+
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         return None if self.tangential.window is None else self.normal.window_shape(shape)
 

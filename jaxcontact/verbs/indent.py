@@ -215,7 +215,10 @@ class Indentation(TimedExperiment):
         """Return the Tabor number of a ball with the compliance of the surface at each time, (nt,); nan without a ball."""
         if not isinstance(self.indenter, Sphere):
             return jnp.full(self.times.shape, jnp.nan)
-        compliance = limits_of(self.body).narrow(self.times - self.times[0]) + self.indenter.compliance()
+        compliance = (
+            limits_of(self.body).short_wave_compliance(self.times - self.times[0])
+            + self.indenter.compliance()
+        )
         return law.tabor_number(self.indenter.radius, 2.0 / compliance)
 
     def _varying(self, film: ThicknessMap, dt: Array) -> Plan:

@@ -231,4 +231,4 @@ def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -
         return status
     asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
     held = jnp.sum(asked**2) < room**2
-    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.SLIDES))
+    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.GROSS_SLIP))

@@ -44,7 +44,7 @@ from jaxcontact.results.sliding import SlidingHistory, sliding_history
 from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_steps, marched
 from jaxcontact.verbs.flash_temperature import check_peclet
 
-DROPPED_LIMIT = 0.01  # of the largest approach so far
+TRUNCATION_LIMIT = 0.01  # of the largest approach so far
 
 
 def slide(
@@ -75,13 +75,13 @@ def slide(
     which should be well below the contact radius while the pressure changes (with a step of 0.45 widths the initial
     error is about 10 %).
 
-    The deformation that remains on the grid behind the indenter is included, also when the indenter returns to it. For a
-    reversing motion the grid must be twice as wide as the sum of the stroke and the contact radius. The part of the
-    history that leaves the grid is neglected, and the field ``dropped`` of the result is a bound on its effect. The effect
-    is negligible for a film (with a grid of twice the width the peak pressure changes by 1e-5), but is 4 % of peak
-    pressure and approach for a half-space of the material of the paper's Table 4 after 4 h at 0.4 um/s on a grid of 5 mm.
-    A track that leaves the grid and returns is rejected. If the contact returns to a place where history was neglected,
-    the step has status 5.
+    The deformation that remains on the grid behind the indenter is included, also when the indenter returns to it. For
+    a reversing motion the grid must be twice as wide as the sum of the stroke and the contact radius. The part of the
+    history that leaves the grid is neglected, and the field ``truncation_bound`` of the result is a bound on its
+    effect. The effect is negligible for a film (with a grid of twice the width the peak pressure changes by 1e-5), but
+    is 4 % of peak pressure and approach for a half-space of the film's material in Wang et al. (Tribology Letters 2025,
+    Table 4) after 4 h at 0.4 um/s on a grid of 5 mm. A track that leaves the grid and returns is rejected. If the
+    contact returns to a place where history was neglected, the step has status 5.
 
     With friction, the traction mu p along the velocity also causes normal displacement and changes the pressure; see
     ``slide_steady``.
@@ -257,8 +257,8 @@ class SlideStepper(PressStepper):
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
         far = carry.far | self._moves_too_far(step.more.shift)
         status = jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
-        back = returned(contact.memory.overlaps, contact.memory.dropped, depth)
-        status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
+        back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
+        status = jnp.where(back & (status == Status.FINE), int(Status.REENTERED_TRACK), status)
         return SlideCarry(contact, depth, far, shift), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
@@ -296,6 +296,6 @@ def _check_heat(thermal: Any, velocity: Any, friction: Any, grid: Grid) -> Verdi
     return valid & check_peclet(grid, velocity, thermal.diffusivity)
 
 
-def returned(overlaps: Array, dropped: Array, depth: Array) -> Array:
-    """Return whether dropped history under the contact would show; depth: the largest approach so far."""
-    return overlaps & (dropped > DROPPED_LIMIT * depth)
+def reentered(overlaps: Array, bound: Array, depth: Array) -> Array:
+    """Return whether the displacement missing in the contact, up to a bound, matters; depth: the largest approach so far."""
+    return overlaps & (bound > TRUNCATION_LIMIT * depth)
