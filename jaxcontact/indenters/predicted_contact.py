@@ -180,6 +180,8 @@ def _edge_pressure(
     """
     middles, areas, pressures, displacements = _rings()
     one_ring = a * (displacements * (A * WEIGHTS)) @ pressures.T
+    if not np.any(one_ring):  # rigid for such short waves: contact is at the centre only
+        return -np.inf
     one_ring += RIDGE * np.trace(one_ring) * np.eye(RINGS)
     shape = np.array([depth(a * r) for r in middles])
     per_approach, of_shape = np.linalg.solve(one_ring, np.stack([np.ones(RINGS), shape], 1)).T

@@ -88,9 +88,8 @@ def test_the_contact_of_a_cone_and_of_a_roller_is_foretold():
     cones = {load: np.sqrt(W * compliance * slope / np.pi), approach: 2e-6 * slope / np.pi}
     for control, radius in cones.items():
         assert half_widths("half-space", "cone", control)[0] == pytest.approx(radius, rel=0.02), control
-    film = jc.LayeredHalfSpace(
-        [jc.Layer(FILM, 150e-9)], jc.Elastic(1e15)
-    )  # steel and a steel cone are 4 % wider
+    # on steel, the contact of a steel cone is 4 % wider
+    film = jc.LayeredHalfSpace([jc.Layer(FILM, 150e-9)], jc.Elastic(1e15))
     found = jc.Cone(np.radians(85.0)).half_widths(film, load, np.array([0.0, 7200.0]))[0]
     assert found == pytest.approx((3.0 * W * springs * slope / np.pi) ** (1.0 / 3.0), rel=0.02)
     rigid_at_first = jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(1e6, 1e7, 0.3), 1e-5)], STEEL)
