@@ -155,11 +155,18 @@ def _strain_per_pressure(limits: BodyLimits, a: float, t: float) -> float:
 
 def _round(A: np.ndarray) -> tuple[float, float]:
     """Return the integrals of A g and of A g J_0(z) over z, with A given at ``Z``."""
+    centre, edge = _round_weights()
+    return float(A @ centre), float(A @ edge)
+
+
+@functools.cache
+def _round_weights() -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights of A in the integrals of A g and of A g J_0(z)."""
     from scipy.special import j0
 
     with np.errstate(all="ignore"):
         g = np.where(Z < SERIES_BELOW, 1.0 / 3.0, (np.sin(Z) - Z * np.cos(Z)) / Z**3)
-    return float(np.sum(A * g * WEIGHTS)), float(np.sum(A * g * j0(Z) * WEIGHTS))
+    return g * WEIGHTS, g * j0(Z) * WEIGHTS
 
 
 def _line(A: np.ndarray, least: float) -> tuple[float, float]:
