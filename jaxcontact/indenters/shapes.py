@@ -57,6 +57,10 @@ class Indenter(abc.ABC):
         """Estimate the largest contact radius over the history [m]; for a long contact, half its length."""
         return max(self.half_widths(body, control, times))
 
+    def size_error(self, grid: Grid) -> Array:
+        """Return the relative error of a size that is rounded to whole cells, in size, ()."""
+        return jnp.zeros(())
+
     def compliance(self) -> Array:
         """Return (1 - nu)/G of the indenter [1/Pa], zero if rigid."""
         return jnp.zeros(()) if self.material is None else surface_creep(self.material).creep(0.0)
@@ -191,6 +195,14 @@ class Cylinder(Indenter):
             valid = valid & _spans(self.length, grid.width[1])
         return valid & _covers_a_cell("cylinder length [m]", self.length, self.profile(grid), grid)
 
+    def size_error(self, grid: Grid) -> Array:
+        if grid.plane_strain:  # uniform along its length
+            return jnp.zeros(())
+        _, y = grid.axes()
+        within = jnp.minimum(jnp.asarray(self.length, float), grid.width[1])
+        cells = jnp.sum(jnp.abs(y) <= jnp.asarray(self.length) / 2.0)
+        return jnp.abs(cells * grid.spacing[1] / within - 1.0)
+
     def outline(self) -> Outline:
         R, length = float(self.radius), float(self.length)
 
@@ -222,6 +234,11 @@ class FlatPunch(Indenter):
     def profile(self, grid: Grid) -> Array:
         x, y = grid.coordinates()
         return jnp.where(x**2 + y**2 <= jnp.asarray(self.radius) ** 2, 0.0, _far(grid))
+
+    def size_error(self, grid: Grid) -> Array:
+        """Return the relative error of the radius of a circle that is as large as the cells under the punch, ()."""
+        area = jnp.sum(self.profile(grid) == 0.0) * grid.cell_area
+        return jnp.abs(jnp.sqrt(area / math.pi) / self.radius - 1.0)
 
     def check(self, grid: Grid) -> Verdict:
         valid = checks.positive("punch radius [m]", self.radius)

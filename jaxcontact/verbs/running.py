@@ -39,7 +39,10 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
     told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
-    told = replace(told, ball_radius=jax.lax.stop_gradient(jnp.asarray(radius, float)))
+    rounded = experiment.indenter.size_error(experiment.grid)
+    told = replace(
+        told, **jax.lax.stop_gradient({"ball_radius": jnp.asarray(radius, float), "size_error": rounded})
+    )
     if experiment.temperatures:
         told = replace(told, coldest=_least(experiment.temperatures))
     if experiment.film_map is not None:
