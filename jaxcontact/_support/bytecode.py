@@ -31,7 +31,7 @@ def loaded(code: types.CodeType, loads: tuple[str, ...]) -> set[str]:
     return {one.argval for each in nested(code) for one in instructions(each) if one.opname in loads}
 
 
-def whole(code: types.CodeType) -> set[str]:
+def used_whole(code: types.CodeType) -> set[str]:
     """Return the names of variables that are used other than through an attribute."""
     return {
         one.argval

@@ -31,7 +31,7 @@ import jax
 import numpy as np
 
 from jaxcontact._support import sources
-from jaxcontact._support.bytecode import LOADS_OF_GLOBALS, imported, instructions, loaded, names, whole
+from jaxcontact._support.bytecode import LOADS_OF_GLOBALS, imported, instructions, loaded, names, used_whole
 from jaxcontact._support.packages import OWN, home_of, package_of
 
 REMEDY = 'pass version="...", a text that identifies the version of f'
@@ -239,7 +239,7 @@ class _Identity:
 
     def _variable(self, code: types.CodeType, name: str, value: Any, attributes: frozenset[str]) -> bytes:
         own = isinstance(value, types.ModuleType) and not package_of(value.__name__)
-        if own and name in whole(code):
+        if own and name in used_whole(code):
             self._reject(f"the module {value.__name__}, used other than by an attribute", name)
         return self.named(name, value, attributes)
 
