@@ -25,16 +25,20 @@ import struct
 import sys
 import types
 from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
 from typing import Any, NoReturn
 
 import jax
 import numpy as np
 
 from jaxcontact._support import sources
-from jaxcontact._support.bytecode import LOADS_OF_GLOBALS, imported, instructions, loaded, names, used_whole
-from jaxcontact._support.packages import OWN, home_of, package_of
 
+OWN = ("jaxcontact", "fitting")
 REMEDY = 'pass version="...", a text that identifies the version of f'
+LOADS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF", "LOAD_FROM_DICT_OR_DEREF")
+LOADS_OF_GLOBALS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
+READ_BY_TEXT = ("eval", "exec", "globals", "__import__")  # what they read is not known before they run
 SOURCE_ATTRIBUTES = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
 WRAPPERS = (type(functools.lru_cache(len)), type(jax.jit(len)))  # identified by the function that they wrap
 DESCRIPTORS = (
@@ -102,7 +106,7 @@ class _Identity:
     def named(self, name: str, value: Any, attributes: frozenset[str] = frozenset()) -> bytes:
         """Return the digest of a variable's value, recorded as a part; attributes: those read from it, if it is a module."""
         with self._at(name):
-            if isinstance(value, types.ModuleType) and not package_of(value.__name__):
+            if isinstance(value, types.ModuleType) and not _package(value.__name__):
                 return self._of_module(name, value, attributes)
             if isinstance(value, types.FunctionType | type | types.ModuleType):
                 return self.of(value)
@@ -178,7 +182,7 @@ class _Identity:
         ):  # TypeError for a file, a lock or a generator; pickle's other errors have no common class
             self._reject(f"a {type(value).__module__}.{type(value).__qualname__}")
         if isinstance(reduced, str):  # the name of a global variable
-            package = package_of(pickle.whichmodule(value, reduced))  # type: ignore[attr-defined]
+            package = _package(pickle.whichmodule(value, reduced))  # type: ignore[attr-defined]
             return (
                 self._reference(package, reduced)
                 if package
@@ -214,7 +218,7 @@ class _Identity:
         return _digest("part", self.labels[id(value)])
 
     def _function(self, f: types.FunctionType) -> bytes:
-        code, attributes = f.__code__, names(f.__code__)
+        code, attributes = f.__code__, _names(f.__code__)
         pieces = [self._code(code)]
         for place, value in (("its defaults", f.__defaults__), ("its defaults", f.__kwdefaults__)):
             with self._at(place):
@@ -222,24 +226,26 @@ class _Identity:
         for name, cell in zip(code.co_freevars, f.__closure__ or (), strict=True):
             held = [cell.cell_contents] if _is_set(cell) else []
             pieces += [self._variable(code, name, value, attributes) for value in held]
-        if not package_of(home_of(f)):  # the globals of an installed function belong to its package
+        if not _package(_home(f)):  # the globals of an installed function belong to its package
             pieces += [self._state(vars(f)), *self._globals(f, attributes)]
         return _digest("function", *pieces)
 
     def _globals(self, f: types.FunctionType, attributes: frozenset[str]) -> Iterator[bytes]:
         # without __name__, which every class body reads
-        for name in sorted(loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):
+        for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):
             if name in f.__globals__:
                 yield self._variable(f.__code__, name, f.__globals__[name], attributes)
+            elif name in READ_BY_TEXT:
+                self._reject(f"a use of {name}, which may read anything", name)
             else:
                 yield _digest("builtin" if hasattr(builtins, name) else "missing", name)
-        for name in sorted(imported(f.__code__, f.__globals__.get("__package__"))):
-            package = package_of(name)
+        for name in sorted(_imported(f.__code__, f.__globals__.get("__package__"))):
+            package = _package(name)
             yield self._reference(package, name) if package else self.named(name, _module(name), attributes)
 
     def _variable(self, code: types.CodeType, name: str, value: Any, attributes: frozenset[str]) -> bytes:
-        own = isinstance(value, types.ModuleType) and not package_of(value.__name__)
-        if own and name in used_whole(code):
+        own = isinstance(value, types.ModuleType) and not _package(value.__name__)
+        if own and name in _whole(code):
             self._reject(f"the module {value.__name__}, used other than by an attribute", name)
         return self.named(name, value, attributes)
 
@@ -266,8 +272,8 @@ class _Identity:
     def _code(self, code: types.CodeType) -> bytes:
         """Return the digest of the operations of code, independent of its file, line numbers and name."""
         pieces: list[Any] = []
-        steps = instructions(code)
-        for each, following in zip(steps, [*steps[1:], steps[-1]], strict=True):
+        instructions = _instructions(code)
+        for each, following in zip(instructions, [*instructions[1:], instructions[-1]], strict=True):
             if following.argval in SOURCE_ATTRIBUTES and following.opname.startswith("STORE"):
                 continue
             pieces.append(each.opname)
@@ -281,16 +287,16 @@ class _Identity:
     def _foreign(self, value: Any) -> bytes | None:
         """Return the digest of an object that an installed package defines under a name; None for everything else."""
         if isinstance(value, types.ModuleType):
-            package = package_of(value.__name__)
+            package = _package(value.__name__)
             if package is None:
                 self._reject(f"the module {value.__name__}, used other than by an attribute")
             return self._reference(package, value.__name__)
         if not isinstance(value, types.FunctionType | type) and not callable(value):
             return None
-        module, name = home_of(value), getattr(value, "__qualname__", getattr(value, "__name__", None))
+        module, name = _home(value), getattr(value, "__qualname__", getattr(value, "__name__", None))
         if isinstance(value, np.ufunc) and not isinstance(module, str):
             module = pickle.whichmodule(value, value.__name__)  # type: ignore[attr-defined]
-        package = package_of(module)
+        package = _package(module)
         found: Any = sys.modules.get(module or "")
         for each in str(name).split("."):
             found = getattr(found, each, None)
@@ -355,6 +361,83 @@ def _is_set(cell: types.CellType) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _home(value: Any) -> str | None:
+    """Return the name of the module that a function or class is defined in, unaffected by wrapping."""
+    scope = getattr(value, "__globals__", None)
+    return scope.get("__name__") if isinstance(scope, dict) else getattr(value, "__module__", None)
+
+
+@functools.cache
+def _package(module: str | None) -> tuple[str, str] | None:
+    """Return (name, version) of the installed package of a module; None for a module of the user."""
+    top = str(module).partition(".")[0]
+    if module is None or top in ("__main__", "__mp_main__"):
+        return None
+    if top in OWN:
+        return top, ""
+    if top in sys.stdlib_module_names or top in sys.builtin_module_names:
+        return "Python", "{}.{}".format(*sys.version_info)
+    found = sys.modules.get(top)
+    try:
+        spec = getattr(found, "__spec__", None) or importlib.util.find_spec(top)
+    except (ImportError, ValueError):
+        return None
+    places = [spec.origin or "", *(spec.submodule_search_locations or ())] if spec else []
+    installed = any({"site-packages", "dist-packages"} & {*Path(place).parts} for place in places)
+    return (top, _version(top)) if installed else None
+
+
+def _version(top: str) -> str:
+    try:
+        return importlib.metadata.version(top)
+    except importlib.metadata.PackageNotFoundError:
+        distributions = importlib.metadata.packages_distributions().get(top, [])
+        return " ".join(importlib.metadata.version(each) for each in distributions)
+
+
+def _instructions(code: types.CodeType) -> list[dis.Instruction]:
+    """Return the instructions of code, each with its complete argument."""
+    return [each for each in dis.get_instructions(code) if each.opname != "EXTENDED_ARG"]
+
+
+def _nested(code: types.CodeType) -> Iterator[types.CodeType]:
+    yield code
+    for each in code.co_consts:
+        if isinstance(each, types.CodeType):
+            yield from _nested(each)
+
+
+def _names(code: types.CodeType) -> frozenset[str]:
+    """Return every name of a global variable or an attribute that code, and functions defined in it, may read."""
+    return frozenset(name for each in _nested(code) for name in each.co_names)
+
+
+def _loaded(code: types.CodeType, loads: tuple[str, ...]) -> set[str]:
+    return {one.argval for each in _nested(code) for one in _instructions(each) if one.opname in loads}
+
+
+def _whole(code: types.CodeType) -> set[str]:
+    """Return the names of variables that are used other than through an attribute."""
+    return {
+        one.argval
+        for each in _nested(code)
+        for one, following in pairwise(_instructions(each))
+        if one.opname in LOADS and following.opname not in ("LOAD_ATTR", "LOAD_METHOD")
+    }
+
+
+def _imported(code: types.CodeType, package: str | None) -> set[str]:
+    """Return the full names of the modules that code imports when it is called."""
+    found = set()
+    for each in _nested(code):
+        instructions = _instructions(each)
+        for index, one in enumerate(instructions):
+            if one.opname == "IMPORT_NAME":
+                level = instructions[index - 2].argval
+                found.add(importlib.util.resolve_name("." * level + one.argval, package))
+    return found
 
 
 def _module(name: str) -> types.ModuleType:
