@@ -47,7 +47,6 @@ pygments_dark_style = "a11y-high-contrast-dark"
 # Notebooks as they were committed: tests/project/test_notebooks.py runs them.
 nb_execution_mode = "off"
 nb_merge_streams = True
-suppress_warnings = ["ref.python"]  # fields of one name in several results, such as notes
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
@@ -58,8 +57,10 @@ autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 napoleon_numpy_docstring = False
-napoleon_use_rtype, napoleon_use_ivar = False, True
+napoleon_use_rtype = False
 napoleon_use_param = False  # names that share an explanation share an entry
+# ... of attributes too: as fields ``ivar``, all names but the last would be taken for a type, and linked.
+napoleon_custom_sections = [("Attributes", "params_style")]
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import jaxcontact as jc
 
 WIDE = 1.0 / 3.0  # contact radius over the radius of a ball
+FORCE, STIFFNESS = 1.0 / 10.0, 1.0 / 6.0  # orders of ``paraboloid_note``
 
 
 class Probe(NamedTuple):
@@ -54,16 +55,19 @@ def probe_of(indenter: Any) -> Probe:
     return Probe(1.5, 8.0 * math.sqrt(radius) / 3.0, widest, f"ball of R = {radius:.4g} m", key)
 
 
-def paraboloid_note(indenter: Any, depth: float, thickness: float | None = None) -> tuple[str, ...]:
+def paraboloid_note(
+    indenter: Any, depth: float, order: float = FORCE, thickness: float | None = None
+) -> tuple[str, ...]:
     """Return a note where a ball is pressed in so deep [m] that a paraboloid does not describe it, on a half-space or a
     layer of a thickness [m].
 
-    On a half-space the force on a ball is that of the paraboloid times 1 - depth/(10 R) - ..., from the exact solution of
-    I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47. The contact with a bonded layer is wider, on an incompressible one by
+    On a half-space the fitted quantity is that of the paraboloid times 1 - order depth/R - ..., with the order 1/10 of the
+    force and 1/6 of its derivative by the depth, from the exact solution of I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47.
+    The contact with a bonded layer is wider, on an incompressible one by about
 
         a^2 = R depth (1 + 1.16 chi/(1 + 0.18 chi)),     chi = sqrt(R depth)/thickness,
 
-    a fit, within 4 % up to chi = 2, to the solution in ``jaxcontact.reference.abel``.
+    a fit to the solution in ``jaxcontact.reference.abel``.
     """
     if not isinstance(indenter, jc.Sphere) or not depth > 0.0:
         return ()
@@ -72,13 +76,12 @@ def paraboloid_note(indenter: Any, depth: float, thickness: float | None = None)
     wide = math.sqrt(share * (1.0 + 1.16 * chi / (1.0 + 0.18 * chi)))
     if not wide > WIDE:
         return ()
-    error = f"on a half-space the modulus is up to {10.0 * share:.2g} % too low"
+    error = f"on a half-space the modulus is up to {100.0 * order * share:.2g} % too low"
     if thickness is None:
         return (
             f"the depth reaches {share:.2g} of the radius of the ball, for which the model has a paraboloid: {error}",
         )
     return (
         f"the contact radius reaches up to {wide:.2g} of the radius of the ball, for which the model has a paraboloid:"
-        f" {error},"
-        " on a thin sample the error is not known",
+        f" {error}, on a thin sample the error is not known",
     )

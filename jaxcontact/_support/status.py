@@ -70,7 +70,8 @@ MESSAGES = {
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: use kernels with more nodes, or a shorter time",
-    Status.STEP_TOO_LONG: "the error of growth or wear in a step exceeds 1 %: use more substeps",
+    Status.STEP_TOO_LONG: "in a step the error of growth or wear exceeds 1 %, or the indenter moves along its path by more"
+    " than a quarter of the contact's half-width: use more substeps",
     Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 import fitting
 import jaxcontact as jc
+from fitting.data.probe import paraboloid_note
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
 
@@ -300,3 +301,15 @@ def test_a_propagated_result_has_the_systematic_errors_of_the_interval(trend):
     assert float(band.high - band.low) == pytest.approx(high - low, rel=0.02)
     low, high = fit.band(np.array([1.0]))  # of 1/G
     assert float(np.log(high / low)[0]) == pytest.approx(float(band.high - band.low), rel=0.02)
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_a_wide_contact_with_a_thin_sample_has_a_note(nu):
+    """Contact radii of the other solution: a third of the radius of the ball is passed on a thin sample before 1/9 of it is
+    the depth."""
+    found = abel.solve_radius(1.5, abel.Layered(1.0, nu, 1.0, 1e12, 0.3), 1.0, modes=16)
+    for wide, noted in ((0.42, True), (0.28, False)):
+        radius = 1.5e-6 / wide  # of a ball on a layer of 1 um
+        depth = found.approach * 1e-12 / radius
+        assert depth < radius / 9.0 and not paraboloid_note(jc.Sphere(radius), depth)
+        assert bool(paraboloid_note(jc.Sphere(radius), depth, thickness=1e-6)) == noted
