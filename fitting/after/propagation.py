@@ -75,7 +75,7 @@ def propagate(
         J(100 s) = 0.000101 +- 7e-08 1/Pa
     """
     if not isinstance(fit, Fit):
-        raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
+        raise ValueError(f"fit: expected the result of a fit, got {type(fit).__name__}")
     spread, structure = spread or {}, fit.structure
     values, sds = _spread(fit, spread)
     held = _held(fit.material)

@@ -8,7 +8,7 @@ from typing import Any
 import jaxcontact as jc
 from fitting.cli import flags
 from fitting.fits.force import ForceFit, fit_force
-from fitting.io.readers import read_force
+from fitting.io.indentation_reader import read_force
 from fitting.views import output
 
 FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [degrees]

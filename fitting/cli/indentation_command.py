@@ -7,7 +7,7 @@ from typing import Any
 import jaxcontact as jc
 from fitting.cli import flags
 from fitting.fits.indentation import fit_indentation
-from fitting.io.readers import read_indentation
+from fitting.io.indentation_reader import read_indentation
 from fitting.views import output
 
 

@@ -72,7 +72,7 @@ class Pressing(NamedTuple):
 
     @property
     def stiffened(self) -> bool:
-        """Whether a base makes the load rise more steeply than on a half-space."""
+        """True if a base makes the load rise more steeply than on a half-space."""
         return self.film or self.thickness is not None
 
     @property

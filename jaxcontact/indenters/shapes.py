@@ -22,7 +22,6 @@ from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_ma
 from jaxcontact.inputs.materials import Elastic
 from jaxcontact.response.volume import surface_creep
 
-CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate (springs 1.2, half-space 1.3)
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
 
@@ -153,18 +152,13 @@ class Cone(Indenter):
             "cone pi/2 - half-angle [rad]", 0.5 * math.pi - self.half_angle
         )
 
-    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """Estimate the radius from Hertz's pressure, corrected for that of a cone, which is higher at the centre."""
-        radius = CONE_RADIUS_FACTOR * super().half_widths(body, control, times)[0]
-        return radius, radius
-
     def outline(self) -> Outline:
         slope = math.tan(float(self.half_angle))
 
         def hertz(A: float, value: float, loaded: bool) -> float:
             return math.sqrt(value * A * slope / math.pi) if loaded else 2.0 * value * slope / math.pi
 
-        return Outline(lambda a: a / slope, hertz, float(self.compliance()))
+        return Outline(lambda a: a / slope, hertz, float(self.compliance()), pointed=True)
 
 
 @pytree

@@ -1,4 +1,4 @@
-"""Notes on a result, in words: warnings about its accuracy and validity.
+"""Notes on a result, as text: warnings about its accuracy and validity.
 
 The compiled core stores only numbers (the fields of a result and its ``Diagnostics``), which pass through jit, vmap, grad
 and ``lax.map`` like any others. The words are formed from them when ``result.notes`` is read, so that a result computed
@@ -31,7 +31,7 @@ TRAPPING = 0.18  # at a compliance of a cell x strength^2/work of 5
 
 
 class Note(str):
-    """A note in words.
+    """The text of a note.
 
     kind: the words common to all notes on the same matter; severity: a number that is largest for the worst note.
     """

@@ -41,8 +41,11 @@ from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.results.notes import announce
 from jaxcontact.results.sliding import SlidingHistory, sliding_history
-from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_steps, marched
+from jaxcontact.verbs.experiment import Experiment, TimedExperiment
 from jaxcontact.verbs.flash_temperature import check_peclet
+from jaxcontact.verbs.plan import Plan, fine_steps
+from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
 TRUNCATION_LIMIT = 0.01  # of the largest approach so far
 
@@ -120,11 +123,9 @@ def slide(
         >>> bool(history.tangential_force[-1] > 0.0)             # a force that resists the motion
         True
     """
-    sliding = Sliding.of(
-        body, indenter, control, times, velocity=velocity, friction=friction, thermal=thermal, grid=grid,
-        tolerance=tolerance, max_iterations=max_iterations, kernels=kernels, save=save, substeps=substeps,
-        checkpoint=checkpoint,
-    )  # fmt: skip
+    setup = ContactSetup(body, indenter, control, times, grid)
+    settings = Settings(tolerance, max_iterations, kernels, Options(save, substeps, checkpoint=checkpoint))
+    sliding = Sliding.of(setup, settings, velocity=velocity, friction=friction, thermal=thermal)
     history = marched(sliding)
     announce(history, stacklevel=2)
     return history
@@ -141,19 +142,16 @@ class Sliding(TimedExperiment):
     @classmethod
     def of(  # type: ignore[override]
         cls,
-        body: LayeredHalfSpace,
-        indenter: Indenter,
-        control: Control,
-        times: Any,
+        setup: ContactSetup,
+        settings: Settings,
         *,
         velocity: Any,
         friction: Any = None,
         thermal: Any = None,
-        **options: Any,
     ) -> Self:
-        experiment, velocity = Experiment.of(body, indenter, control, times, **options), as_array(velocity)
+        experiment, velocity = Experiment.of(setup, settings), as_array(velocity)
         substeps, grid = experiment.options.substeps, experiment.grid
-        valid = checked_track(velocity, times, grid, substeps) & _check_heat(
+        valid = checked_track(velocity, setup.times, grid, substeps) & _check_heat(
             thermal, velocity, friction, grid
         )
         experiment = experiment.also(valid).also(check_rubbing(friction, grid))
@@ -176,12 +174,9 @@ class Sliding(TimedExperiment):
         friction, errors = jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None and memory.rubbing is not None:
             friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
-        return self.plan(
-            SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale)),
-            motion,
-            scale,
-            errors,
-            makes=sliding_history,
+        stepper = SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale))
+        return self.plan(stepper, motion, scale, errors).to(
+            sliding_history,
             course={"velocity": over_times(self.velocity, self.times)},
             beside={"friction": jnp.broadcast_to(friction, grid.shape)},
         )

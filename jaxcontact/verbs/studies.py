@@ -150,8 +150,8 @@ def sweep(
 
     Raises:
         ValueError: cases that are not such dicts; f that is not a function, or that uses a value whose content cannot be
-            compared, such as an open file, if no ``version`` is given; a folder of another f or of another state of
-            this package, or one in use; or both processes and an executor.
+            compared, such as an open file or the result of ``eval``, if no ``version`` is given; a folder of another f
+            or of another state of this package, or one in use; or both processes and an executor.
 
     Example:
         >>> import tempfile

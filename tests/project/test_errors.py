@@ -18,7 +18,8 @@ from mistakes_of_motion import MOTION
 from mistakes_of_pressing import PRESSING
 
 import jaxcontact as jc
-from jaxcontact.files.case_file import CaseError, read_case
+from jaxcontact.files.case_file import read_case
+from jaxcontact.files.case_tables import CaseError
 
 PACKAGE = Path(jc.__file__).parent
 PYTHON = PRESSING | MOTION

@@ -14,6 +14,7 @@ from jaxcontact._support.status import inherited, passed_on, to_next_row
 from jaxcontact.history.march import begin, in_blocks
 from jaxcontact.history.pressing import solved
 from jaxcontact.verbs.indent import Indentation
+from jaxcontact.verbs.setup import ContactSetup, Settings
 from jaxcontact.verbs.simulation import ready, run_block
 from jaxcontact.verbs.slide import reentered
 
@@ -95,8 +96,8 @@ def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
 
 
 def _plan(body, load):
-    given = {"grid": GRID, "max_iterations": FEW}
-    plan = ready(Indentation.of(body, BALL, load, 1e-6 * TIMES, **given)).plan
+    setup = ContactSetup(body, BALL, load, 1e-6 * TIMES, GRID)
+    plan = ready(Indentation.of(setup, Settings(max_iterations=FEW))).plan
     return plan.stepper, plan.steps
 
 

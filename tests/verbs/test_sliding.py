@@ -296,7 +296,7 @@ def test_derivatives_reverse_forward_and_central():
 
 @pytest.mark.slow
 def test_equal_calls_compile_once(body, ball):
-    from jaxcontact.verbs.experiment import _run
+    from jaxcontact.verbs.running import _run
 
     slide(body, ball, velocity=0.1e-6)
     before = _run.compiled._cache_size()
