@@ -306,7 +306,8 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     )  # to one it may always go
     part = jnp.minimum(least, longest)
     part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
-    rises = least == 0.0  # a direction that does not lower the energy is given up, for a shorter step down the residual
+    # a direction that does not lower the energy is given up, for a shorter step down the residual
+    rises = least == 0.0
     length = s.length * jnp.where(clipped | rises, jnp.clip(least, *LENGTHENED), least)
     moved = s._replace(
         pressure=jnp.where(part == 1.0, tried, law.admissible(p + part * step)),
