@@ -47,7 +47,6 @@ pygments_dark_style = "a11y-high-contrast-dark"
 # Notebooks as they were committed: tests/project/test_notebooks.py runs them.
 nb_execution_mode = "off"
 nb_merge_streams = True
-suppress_warnings = ["ref.python"]  # fields of one name in several results, such as notes
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 3
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
@@ -58,8 +57,10 @@ autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 napoleon_numpy_docstring = False
-napoleon_use_rtype, napoleon_use_ivar = False, True
+napoleon_use_rtype = False
 napoleon_use_param = False  # names that share an explanation share an entry
+# ... of attributes too: as fields ``ivar``, all names but the last would be taken for a type, and linked.
+napoleon_custom_sections = [("Attributes", "params_style")]
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 
@@ -175,18 +176,38 @@ def _formula(self: Any, node: nodes.Element) -> None:
     raise nodes.SkipNode
 
 
+COURSE = {  # parts of the tutorials, and the numbers of their notebooks
+    "First steps": (1, 2, 4),
+    "Materials from measurements": (3, 10, 13),
+    "Rough surfaces, sliding, friction and rolling": (12, 5, 7, 8),
+    "Adhesion": (16,),
+    "Tribofilms": (6, 9, 14, 15),
+    "Studies and design": (11, 17),
+}
+
+
 def _copy_notebooks() -> None:
     """Into the folder of the pages, where Sphinx finds them, with a page of their first pictures."""
     target = HERE / "notebooks"
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir()
-    cards = []
-    sources = (ROOT / "notebooks").glob("*.ipynb")
-    for source in sorted(sources, key=lambda path: int(path.stem.partition("_")[0])):
-        shutil.copy(source, target)
-        cards.append(_card(source, target))
-    text = "`````{container} pictures thumbnails\n" + "\n".join(cards) + "`````\n"
-    (target / "gallery.txt").write_text(text, encoding="utf-8")
+    sources = {
+        int(path.stem.partition("_")[0]): path
+        for path in (ROOT / "notebooks").glob("*.ipynb")
+    }
+    if sorted(sources) != sorted(sum(COURSE.values(), ())):
+        raise ValueError(f"notebooks {sorted(sources)}: expected those of COURSE")
+    parts = []
+    for title, numbers in COURSE.items():
+        for number in numbers:
+            shutil.copy(sources[number], target)
+        cards = [_card(sources[number], target) for number in numbers]
+        names = "\n".join(f"notebooks/{sources[number].stem}" for number in numbers)
+        parts.append(
+            f"## {title}\n\n`````{{container}} pictures thumbnails\n{''.join(cards)}`````\n\n"
+            f"```{{toctree}}\n:hidden:\n\n{names}\n```\n"
+        )
+    (target / "gallery.txt").write_text("\n".join(parts), encoding="utf-8")
 
 
 def _card(source: Path, target: Path) -> str:

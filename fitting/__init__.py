@@ -46,12 +46,12 @@ from fitting.fits.stiffness import fit_stiffness as fit_stiffness
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
 from fitting.inference.resampling import resample as resample
+from fitting.io.creep_reader import read_creep as read_creep
 from fitting.io.growth_reader import read_growth as read_growth
+from fitting.io.indentation_reader import read_force as read_force
+from fitting.io.indentation_reader import read_indentation as read_indentation
 from fitting.io.modulus_reader import read_oscillation as read_oscillation
 from fitting.io.modulus_reader import read_relaxation as read_relaxation
-from fitting.io.readers import read_creep as read_creep
-from fitting.io.readers import read_force as read_force
-from fitting.io.readers import read_indentation as read_indentation
 from fitting.io.stiffness_reader import read_stiffness as read_stiffness
 from fitting.io.sweeps_reader import read_sweeps as read_sweeps
 from fitting.models.kinetics import GrowthKinetics as GrowthKinetics

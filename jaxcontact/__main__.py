@@ -42,7 +42,7 @@ EXAMPLES = (
     "jaxcontact check mine.toml                   # validate the case, its grid and its time steps",
     "jaxcontact sweep film_map -o study           # variations of a case, in one table",
     "jaxcontact fit creep film.csv -o film        # material parameters from data",
-    "jaxcontact reproduce figure_4 -o paper       # compare with the paper",
+    "jaxcontact reproduce figure_4 -o paper       # compare with the figures of Wang et al. (2025)",
 )
 OF_RUN = (
     "jaxcontact run polymer_coating -o out        # a case that comes with the package",
@@ -138,12 +138,15 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
     fit = commands.add_parser("fit", help="identify material parameters from measured curves")
     add_fits(fit.add_subparsers(metavar="KIND"))
     _add_result_commands(commands)
-    command = _add(commands, "reproduce", "compare with the paper's figures and tables", OF_REPRODUCE)
+    command = _add(
+        commands, "reproduce", "compare with the figures and tables of Wang et al. (2025)", OF_REPRODUCE
+    )
     names = f"figures and tables to reproduce, by default all: {', '.join(REPRODUCTIONS)}"
     command.add_argument("names", nargs="*", metavar="NAME", help=names)
     _add_output(command, required=True)
     command.set_defaults(command=_reproduce)
-    commands.add_parser("cite", help="print citations in BibTeX").set_defaults(command=look.cite)
+    what = "print the citations of this package and of Wang et al. (2025) in BibTeX"
+    commands.add_parser("cite", help=what, description=f"P{what[1:]}.").set_defaults(command=look.cite)
     return parser
 
 
@@ -195,7 +198,8 @@ def _add_case_commands(commands: Commands) -> None:
     command = _add(commands, "check", "validate a case file without running it", OF_CHECK)
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.set_defaults(command=look.check)
-    command = commands.add_parser("cases", help="list the case files that come with the package")
+    what = "list the case files that come with the package"
+    command = commands.add_parser("cases", help=what, description=f"L{what[1:]}.")
     command.set_defaults(command=look.cases)
 
 

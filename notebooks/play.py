@@ -17,7 +17,6 @@ with app.setup:
     import jax
     import marimo as mo
     import numpy as np
-    from matplotlib.figure import Figure
 
     jc.enable_compilation_cache()
     STEEL, GLASS = jc.Elastic.from_young(210e9, nu=0.3), jc.Elastic.from_young(70e9, nu=0.22)
@@ -42,7 +41,7 @@ with app.setup:
         "µm": 1e-6,
         "nm": 1e-9,
     }
-    UNITS |= {"N": 1.0, "nN": 1e-9, "kN/m": 1e3}
+    UNITS |= {"Pa": 1.0, "N": 1.0, "nN": 1e-9, "kN/m": 1e3}
     PRESETS = {  # what is pressed, the film and its Poisson's ratio, the substrate, and the sliders
         "ZDDP film on steel": (
             "ball", "tribofilm", 0.3, STEEL,
@@ -60,13 +59,20 @@ with app.setup:
                  thickness=(10, "mm"), radius=(50, "mm"), load=(1, "kN/m")),
         ),
     }  # fmt: skip
-    PASCALS = {
-        "tribofilm": ("MPa", 1e6, "nm", 1e-9),
-        "gel": ("Pa", 1.0, "µm", 1e-6),
-        "rubber": ("kPa", 1e3, "µm", 1e-6),
+    SHOWN = {  # units of pressure, of approach, and of the distance from the middle
+        "tribofilm": ("MPa", "nm", "µm"),
+        "gel": ("Pa", "µm", "µm"),
+        "rubber": ("kPa", "µm", "mm"),
     }
+    # The first figure waits for the compiler, which takes half as long with these options; a run takes half as long again.
+    OPTIONS = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
+    try:
+        jax.jit(lambda: 0, compiler_options=OPTIONS)()
+    except jax.errors.JaxRuntimeError:  # a compiler that does not know them
+        OPTIONS = {}
     compiled = jax.jit(
-        lambda body, pressed, load, grid: jc.indent(body, pressed, jc.Load(load), TIMES, grid=grid)
+        lambda body, pressed, load, grid: jc.indent(body, pressed, jc.Load(load), TIMES, grid=grid),
+        compiler_options=OPTIONS,
     )
 
 
@@ -100,35 +106,79 @@ def rounded(value):
 
 
 @app.function
-def drawn(preset, history, before, time):
-    """The pressure across the contact at one of TIMES [s] and the approach over time; in grey those before the last move."""
-    now = TIMES.tolist().index(time)
-    force, pascal, length, metre = PASCALS[PRESETS[preset][1]]
-    figure = Figure(figsize=(9, 3.4), dpi=80)
-    figure.subplots_adjust(left=0.08, right=0.98, bottom=0.16, top=0.96, wspace=0.25)
-    left, right = figure.subplots(1, 2)
-    curves = []
-    for one, style in (
-        (before, dict(color="0.65", ls="--", label="before")),
-        (history, dict(label=f"after {time:g} s")),
-    ):
-        x, middle = np.asarray(one.grid.axes()[0]) / metre, one.grid.shape[1] // 2
-        pressure, approach = np.asarray(one.pressure)[:, :, middle] / pascal, np.asarray(one.approach) / metre
-        left.plot(x, pressure[now], **style)
-        right.plot(TIMES[1:], approach[1:], **style)
-        curves.append((x[-1], pressure.max(), approach.max()))
-    right.plot(max(time, 1.0), approach[now], "o", color="C0")
-    wide, high, deep = (rounded(max(values)) for values in zip(*curves, strict=True))
-    left.set(xlabel=f"x [{length}]", ylabel=f"pressure [{force}]", xlim=(-wide, wide), ylim=(0.0, high))
-    right.set(
-        xlabel="time [s]",
-        ylabel=f"approach [{length}]",
-        xscale="log",
-        xlim=(1.0, TIMES[-1]),
-        ylim=(0.0, deep),
+def panel(left, curves, across, up):
+    """The drawing of curves (x, y, style) as part of an SVG, between axes (label, ticks, lowest, highest, logarithmic).
+
+    The axes start 60 units right of left and are 300 x 180 units large.
+    """
+
+    def placed(values, axis, length):
+        _, _, low, high, logarithmic = axis
+        scaled = np.log if logarithmic else np.asarray
+        return length * (scaled(values) - scaled(low)) / (scaled(high) - scaled(low))
+
+    X, Y = (
+        lambda x: left + 60.0 + placed(x, across, 300.0),
+        lambda y: 190.0 - placed(y, up, 180.0),
     )
-    left.legend(frameon=False)
-    return figure
+    parts = [f'<rect x="{left + 60}" y="10" width="300" height="180" fill="none" stroke="#808080"/>']
+    for tick in across[1]:
+        parts.append(f'<path d="M{X(tick):.1f} 190 v5" stroke="#808080"/>')
+        parts.append(f'<text x="{X(tick):.1f}" y="208" text-anchor="middle">{tick:g}</text>')
+    for tick in up[1]:
+        parts.append(f'<path d="M{left + 60} {Y(tick):.1f} h-5" stroke="#808080"/>')
+        parts.append(f'<text x="{left + 52}" y="{Y(tick) + 4.0:.1f}" text-anchor="end">{tick:g}</text>')
+    parts.append(f'<text x="{left + 210}" y="228" text-anchor="middle">{across[0]}</text>')
+    parts.append(
+        f'<text transform="translate({left + 12} 100) rotate(-90)" text-anchor="middle">{up[0]}</text>'
+    )
+    for x, y, style in curves:
+        points = " ".join(f"{each[0]:.2f},{each[1]:.2f}" for each in zip(X(x), Y(y), strict=True))
+        parts.append(f'<polyline points="{points}" fill="none" {style}/>')
+    return "".join(parts)
+
+
+@app.function
+def drawn(preset, history, before, time):
+    """The pressure across the contact at one of TIMES [s] and the approach over time; in grey those before the last move.
+
+    It is written as SVG: a figure of matplotlib takes longer than the solver.
+    """
+    now = TIMES.tolist().index(time)
+    force, length, aside = SHOWN[PRESETS[preset][1]]
+    pascal, metre = UNITS[force], UNITS[length]
+    grey, blue = 'stroke="#909090" stroke-dasharray="5 3"', 'stroke="#31688e" stroke-width="2"'
+    pressures, approaches, ends = [], [], []
+    for one, style in ((before, grey), (history, blue)):
+        x, middle = np.asarray(one.grid.axes()[0]) / UNITS[aside], one.grid.shape[1] // 2
+        pressure, approach = np.asarray(one.pressure)[:, :, middle] / pascal, np.asarray(one.approach) / metre
+        pressures.append((x, pressure[now], style))
+        approaches.append((TIMES[1:], approach[1:], style))
+        ends.append((x[-1], pressure.max(), approach.max()))
+    wide, high, deep = (rounded(max(values)) for values in zip(*ends, strict=True))
+    marked = (
+        np.full(2, max(time, 1.0)),
+        np.array([0.0, approach[now]]),
+        'stroke="#31688e" stroke-dasharray="1 3"',
+    )
+    ticks = lambda low, top: np.linspace(low, top, 5)
+    left = panel(
+        0,
+        pressures,
+        (f"x [{aside}]", ticks(-wide, wide), -wide, wide, False),
+        (f"pressure [{force}]", ticks(0.0, high), 0.0, high, False),
+    )
+    right = panel(
+        380,
+        [*approaches, marked],
+        ("time [s]", [1, 10, 100, 1000], 1.0, TIMES[-1], True),
+        (f"approach [{length}]", ticks(0.0, deep), 0.0, deep, False),
+    )
+    seen = f"pressure across the contact after {time:g} s, and approach over time"
+    return mo.Html(f"""<svg viewBox="0 0 760 240" role="img" font-size="12" font-family="sans-serif" aria-label="{seen}"
+      style="width: 100%; max-width: 900px; background: white; border-radius: 4px">{left}{right}
+      <path d="M70 24 h24" {blue}/><text x="100" y="28">after {time:g} s</text>
+      <path d="M70 42 h24" {grey}/><text x="100" y="46">before</text></svg>""")
 
 
 @app.function

@@ -161,7 +161,7 @@ def posterior(
 def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> Landscape:
     """Return the residuals to sample; ValueError for an unsuitable fit or option, ImportError without the sampler."""
     if not isinstance(fit, Fit):
-        raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
+        raise ValueError(f"fit: expected the result of a fit, got {type(fit).__name__}")
     if fit.refused:
         raise ValueError(f"fit: expected an accepted fit, got one that is rejected: {fit.refused[0]}")
     land = fit.estimate.landscape

@@ -55,9 +55,10 @@ def propagate(
     Args:
         fit: result of ``fit_creep``, ``fit_prony``, ``fit_indentation`` or ``fit_growth``.
         f: a differentiable function of a material, or of ``GrowthKinetics``, to a number or an array.
-        spread: {"nu": sd}, or {"bulk_modulus": sd} [Pa] of a fit with one, varies it about the value of the fit;
-            {"thickness": sd} [m] also gives f the film's thickness as its second argument, about that of the fit,
-            or (value, sd) where the fit has none.
+        spread: standard deviations of given quantities, whose effect is added to the band. {"nu": sd}, or
+            {"bulk_modulus": sd} [Pa] for a fit with a bulk modulus: about the value of the fit. {"thickness": sd} [m]:
+            f is then called with the thickness of the film as a second argument, about that of the fit; {"thickness":
+            (value, sd)} if the fit has no film.
 
     Returns:
         Value, standard deviation and band, in the shape and unit of f's result.
@@ -74,7 +75,7 @@ def propagate(
         J(100 s) = 0.000101 +- 7e-08 1/Pa
     """
     if not isinstance(fit, Fit):
-        raise ValueError(f"fit: expected what a fit returned, got {type(fit).__name__}")
+        raise ValueError(f"fit: expected the result of a fit, got {type(fit).__name__}")
     spread, structure = spread or {}, fit.structure
     values, sds = _spread(fit, spread)
     held = _held(fit.material)

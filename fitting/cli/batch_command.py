@@ -35,9 +35,12 @@ class FileFit(NamedTuple):
     error: str | None
 
 
-def add_kind(parser: Any) -> None:
-    """Add the flag for the kind of the curves."""
-    what = "kind of the curves (creep); --stress, --convention and --resample are for creep"
+def add_kind(parser: Any, relative: str) -> None:
+    """Add the flag for the kind of the curves; relative: the kinds whose weights are relative by default."""
+    what = (
+        "kind of the curves (creep); --stress, --convention and --resample are for creep;"
+        f" {relative} has relative weights by default"
+    )
     parser.add_argument("--of", default="creep", choices=KINDS, help=what)
 
 

@@ -6,32 +6,52 @@ which the command line prints; options in the message are replaced by the corres
 """
 
 import argparse
-import math
 from collections.abc import Callable
 from typing import Any
 
-import jaxcontact as jc
 from fitting.cli import (
     batch_command,
     flags,
     force_command,
     further_commands,
     growth_command,
+    indentation_command,
     map_command,
     master_command,
     stiffness_command,
 )
 from fitting.fits.creep import compare, fit_creep
-from fitting.fits.indentation import fit_indentation
 from fitting.fits.maxwell import fit_maxwell
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.fits.prony import fit_prony
 from fitting.fits.spectrum import fit_spectrum
 from fitting.io.modulus_reader import read_oscillation, read_relaxation
-from fitting.io.readers import read_indentation
 from fitting.views import output
 
 MODELS = "Maxwell,StandardLinearSolid,Burgers"
+
+EXAMPLES = {
+    "creep": ("film.csv -o film --model StandardLinearSolid", "film.csv -o film --stress 1e3 --start 20"),
+    "prony": ("film.csv -o film", "film.csv -o film --tau 1,10,100"),
+    "compare": ("film.csv -o film", "sweep.csv -o sweep --of oscillation --models Maxwell,FractionalMaxwell"),
+    "batch": ("a.csv b.csv -o films", "a.csv b.csv -o films --of relaxation --model Maxwell"),
+    "propagate": (
+        "film.csv -o film --times 1e4,1e5",
+        "film.csv -o film --of depth --times 1e4 --load 1e-3 --radius 1e-3",
+    ),
+    "design": ("--model Maxwell --value G=1e6 --value eta=1e8",),
+    "indentation": (
+        "hold.txt -o gel --radius 5e-6 --nu 0.5 --model Maxwell",
+        "hold.txt -o film --cone berkovich --layer 1e-6 --substrate-modulus 70e9",
+    ),
+    "force": ("curve.jpk-force --radius 5e-6", "curve.txt --pyramid 35 --thickness 8e-6 --polynomials"),
+    "map": ("map.jpk-force-map -o map --radius 5e-6",),
+    "stiffness": ("csm.txt -o film --cone berkovich --thickness 1e-6 --substrate-modulus 170e9",),
+    "relaxation": ("gel.csv -o gel --model StandardLinearSolid", "gel.csv -o gel --tau auto"),
+    "oscillation": ("sweep.csv -o melt --tau auto", "sweep.csv -o melt --spectrum"),
+    "master": ("sweeps.csv -o melt --reference 400", "a.csv b.csv c.csv -o melt --temperature 350,370,390"),
+    "growth": ("a.csv b.csv -o film --stress 3e8,9e8 --temperature 353",),
+}  # arguments of each command, which its help shows
 
 
 def main(arguments: list[str]) -> int:
@@ -68,7 +88,8 @@ def add_parser(kinds: Any) -> None:
         flags.add_creep(parser)
         parser.set_defaults(command=command)
     further_commands.add_design(_add(kinds, "design", "planning: the shortest creep tests for a material"))
-    _add_indentation(_add(kinds, "indentation", "indentation by a ball, cone or punch: time, load and depth"))
+    pressed = "indentation by a ball, cone or punch: time, load and depth"
+    indentation_command.add_indentation(_add(kinds, "indentation", pressed))
     force_command.add_force(_add(kinds, "force", "Young's modulus from a force curve of a microscope"))
     several = "Young's modulus from the force curves of a map or a folder: one table and one figure"
     map_command.add_map(_add(kinds, "map", several))
@@ -88,19 +109,26 @@ def _add_own(parser: Any, command: Callable[..., int]) -> None:
     if command is _compare:
         what = f"models to compare ({MODELS})"
         parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=what)
-        batch_command.add_kind(parser)
+        batch_command.add_kind(parser, "a modulus")
         flags.add_known(parser)
         return
     flags.add_model(parser, laws=True)
     if command is batch_command.run:
-        batch_command.add_kind(parser)
+        batch_command.add_kind(parser, "an oscillation")
     if command is further_commands.carry:
         further_commands.add_carry(parser)
 
 
 def _add(kinds: Any, name: str, what: str) -> Any:
-    """Add a command with its description."""
-    return kinds.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.")
+    """Add a command with its description and its examples."""
+    lines = [f"jaxcontact fit {name} {words}" for words in EXAMPLES[name]]
+    return kinds.add_parser(
+        name,
+        help=what,
+        description=f"{what[0].upper()}{what[1:]}.",
+        epilog="\n  ".join(["examples:", *lines]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def _add_moduli(kinds: Any) -> None:
@@ -128,70 +156,6 @@ def _add_moduli(kinds: Any) -> None:
         parser.add_argument("--spectrum", action="store_true", help=smooth)
     several = "time-temperature superposition: curves at several temperatures"
     master_command.add_master(_add(kinds, "master", several))
-
-
-def _add_indentation(press: Any) -> None:
-    flags.add_file(press)
-    flags.add_model(press)
-    errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
-    flags.add_common(press, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
-    flags.add_resample(press)
-    flags.add_segment(press, "approach, hold or retract; repeat to select several")
-    press.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
-    press.add_argument(
-        "--spring-constant", type=float, metavar="K", help="spring constant of the cantilever [N/m]"
-    )
-    taken = "leave out the points before contact, found from the load or given as a depth [m]"
-    press.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
-    _add_indenter(press)
-    press.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
-    press.add_argument(
-        "--bulk-modulus", type=float, metavar="PA", help="bulk modulus of the material [Pa], in place of --nu"
-    )
-    press.add_argument(
-        "--control", default="load", metavar="C", help="prescribed quantity, load or depth (load)"
-    )
-    press.add_argument(
-        "--layer", type=float, metavar="H", help="thickness of a film [m]; by default a half-space"
-    )
-    thin = "thickness of a sample bonded to a rigid base [m], such as a gel in a dish; in place of --layer"
-    press.add_argument("--thickness", type=float, metavar="H", help=thin)
-    press.add_argument(
-        "--substrate-modulus", type=float, metavar="E", help="Young's modulus of the substrate [Pa]"
-    )
-    press.add_argument(
-        "--substrate-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the substrate (0.3)"
-    )
-    _add_adhesion(press)
-    for name, what in (
-        ("contact-point", "offset of the depth [m]"),
-        ("drift", "drift of the depth [m/s]"),
-        ("machine-compliance", "compliance of the instrument [m/N]"),
-    ):
-        press.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
-    press.set_defaults(command=_indentation)
-
-
-def _add_adhesion(press: Any) -> None:
-    sticks = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
-    press.add_argument("--adhesion", default="0", metavar="W", help=sticks)
-
-
-def _add_indenter(press: Any) -> None:
-    press.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
-    press.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
-    press.add_argument(
-        "--cone", metavar="A", help="a cone in place of a ball: half-angle [degrees], or berkovich"
-    )
-    press.add_argument(
-        "--ball-modulus",
-        type=float,
-        metavar="E",
-        help="Young's modulus of the indenter [Pa]; rigid by default",
-    )
-    press.add_argument(
-        "--ball-nu", type=float, default=0.3, metavar="NU", help="Poisson's ratio of the indenter (0.3)"
-    )
 
 
 def _creep(options: argparse.Namespace) -> int:
@@ -265,71 +229,3 @@ def _compare(options: argparse.Namespace) -> int:
         table = compare(data, options.models.split(","), **flags.known(options), **given)
     print(table)
     return output.finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
-
-
-def _indentation(options: argparse.Namespace) -> int:
-    """Fit an indentation curve and write the results."""
-    indenter = _indenter(options)
-    if options.layer is not None and options.substrate_modulus is None:
-        raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
-    output.check_directory(options)
-    data = flags.resampled(options, options.file, _indented(options, indenter))
-    extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
-    for name in ("contact_point", "drift", "machine_compliance"):
-        text = getattr(options, name)
-        extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
-    if options.layer is not None:
-        substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
-        extra |= {"layer": options.layer, "substrate": substrate}
-    nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
-    driven = "load" if options.control.lower() == "depth" else "depth"
-    has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
-    with flags.about(options.file):
-        found = fit_indentation(
-            data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
-            control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
-        )  # fmt: skip
-    return output.finish(options, found)
-
-
-def _adhesion(options: argparse.Namespace) -> Any:
-    """Return the work of adhesion, or how it is fitted."""
-    fitted = options.adhesion.lower() in ("fit", "jkr")
-    return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)
-
-
-def _indenter(options: argparse.Namespace) -> Any:
-    """Return the indenter."""
-    solid = (
-        _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
-    )
-    if options.cone is None:
-        if options.radius is None:
-            raise ValueError("--radius: expected the radius of the ball in m, or a --cone, got none")
-        return (jc.FlatPunch if options.punch else jc.Sphere)(options.radius, solid)
-    if options.radius is not None or options.punch:
-        raise ValueError("--cone: expected no --radius and no --punch beside it")
-    if options.cone.lower() == "berkovich":
-        return jc.Cone.berkovich(solid)
-    return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
-
-
-def _indented(options: argparse.Namespace, indenter: Any) -> Any:
-    """Return the curve, from contact on if requested; segments and window then refer to the remaining points."""
-    curve = None if options.curve is None else flags.place(options.curve)
-    of_file = {"curve": curve, "spring_constant": options.spring_constant}
-    if options.in_contact is None:
-        return flags.read(read_indentation, options.file, options, segment=options.segment, **of_file)
-    window, options.window = options.window, None
-    data = flags.read(read_indentation, options.file, options, **of_file)
-    depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
-    stiffened = options.layer is not None or options.thickness is not None
-    with flags.about(options.file):
-        data = data.in_contact(depth, indenter, stiffened).only(*(options.segment or ()))
-        return data.window(*flags.span("--window", window)) if window else data
-
-
-def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
-    if not (E > 0 and -1.0 < nu <= 0.5):
-        raise ValueError(f"{flag}: expected a modulus > 0 and -1 < nu <= 0.5, got {E:g} and {nu:g}")
-    return jc.Elastic.from_young(E, nu)

@@ -12,7 +12,7 @@ from fitting.data.exclusion import exclude
 from fitting.data.weights import KINDS
 from fitting.fits.fractional import LAWS
 from fitting.inference.resampling import resample
-from fitting.io.readers import read_creep
+from fitting.io.creep_reader import read_creep
 from fitting.models.structure import CLASSICAL
 from fitting.views.shell_words import in_flags
 

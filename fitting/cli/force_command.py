@@ -8,7 +8,7 @@ from typing import Any
 import jaxcontact as jc
 from fitting.cli import flags
 from fitting.fits.force import ForceFit, fit_force
-from fitting.io.readers import read_force
+from fitting.io.indentation_reader import read_force
 from fitting.views import output
 
 FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [degrees]
@@ -17,8 +17,10 @@ FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [
 def add_force(parser: Any) -> None:
     """Add the flags of ``fit force``."""
     parser.add_argument("file", metavar="FILE", help="a file of JPK, Asylum, Bruker or AFM Workshop, or text")
-    parser.add_argument("-o", dest="directory", type=Path, metavar="DIR", help="where results go (NAME-fit)")
-    parser.add_argument("--force", action="store_true", help="overwrite what is in DIR")
+    parser.add_argument(
+        "-o", dest="directory", type=Path, metavar="DIR", help="directory of the results (NAME-fit)"
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite the contents of DIR")
     parser.add_argument("--curve", metavar="C", help="which of several curves, by name or position from 0")
     common = "also fit the polynomials in common use for thin samples, and print their error"
     parser.add_argument("--polynomials", action="store_true", help=common)

@@ -10,7 +10,8 @@ import dataclasses
 import io
 import json
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +27,13 @@ RESULTS = ("map.csv", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
 TEXTS = (".txt", ".csv", ".tab", ".tsv")
 LOCAL = ("command", "directory", "force", "file", "processes")  # options that do not change a fit
+NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
 
 @dataclasses.dataclass(frozen=True)
 class MapPoint:
     """The fit of a curve: place [m], nan where unknown; E, low, high [Pa]; contact [m], a depth as measured; depth [m]: the
-    largest; verdict: "accepted", "rejected" or "failed"; reason."""
+    largest; verdict: "accepted", "rejected" or "failed"; reason; notes of the fit."""
 
     file: str
     curve: int
@@ -44,6 +46,7 @@ class MapPoint:
     depth: float = math.nan
     verdict: str = "failed"
     reason: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def add_map(parser: Any) -> None:
@@ -144,14 +147,15 @@ def _fitted(given: dict[str, Any]) -> Callable[[dict[str, Any]], dict[str, Any]]
         except ValueError as error:
             return {"numbers": np.full(5, np.nan), "words": _coded("failed", str(error))}
         numbers = [*found.youngs_modulus, found.nuisances["contact_point"][0], float(found.depth.max())]
-        return {"numbers": np.array(numbers), "words": _coded(found.verdict, "; ".join(found.refused))}
+        words = _coded(found.verdict, "; ".join(found.refused), found.notes)
+        return {"numbers": np.array(numbers), "words": words}
 
     return fitted
 
 
-def _coded(verdict: str, reason: str) -> np.ndarray:
+def _coded(verdict: str, reason: str, notes: Sequence[str] = ()) -> np.ndarray:
     """Return texts as an array of bytes, since a study stores numbers."""
-    return np.frombuffer(json.dumps([verdict, reason]).encode(), dtype=np.uint8)
+    return np.frombuffer(json.dumps([verdict, reason, list(notes)]).encode(), dtype=np.uint8)
 
 
 def _point(case: dict[str, Any], study: Any, k: int) -> MapPoint:
@@ -161,9 +165,10 @@ def _point(case: dict[str, Any], study: Any, k: int) -> MapPoint:
     if k in study.failures:
         return dataclasses.replace(point, reason=study.failures[k])
     found = study[k]
-    verdict, reason = json.loads(found["words"].astype(np.uint8).tobytes())
+    verdict, reason, notes = json.loads(found["words"].astype(np.uint8).tobytes())
     numbers = dict(zip(("E", "low", "high", "contact", "depth"), found["numbers"].tolist(), strict=True))
-    return dataclasses.replace(point, **numbers, verdict=verdict, reason=in_flags(reason))
+    said = tuple(in_flags(note) for note in notes)
+    return dataclasses.replace(point, **numbers, verdict=verdict, reason=in_flags(reason), notes=said)
 
 
 def _accepted(points: list[MapPoint]) -> np.ndarray:
@@ -171,13 +176,23 @@ def _accepted(points: list[MapPoint]) -> np.ndarray:
     return np.array([one.E for one in points if one.verdict == "accepted"])
 
 
+def _noted(points: list[MapPoint]) -> list[str]:
+    """Return each kind of note, with the number of its curves and the note of the first."""
+    kinds: dict[str, list[str]] = {}
+    for note in (note for one in points for note in one.notes):
+        kinds.setdefault(NUMBERS.sub("0", note), []).append(note)
+    return [f"{len(found)} of {len(points)} curves, first: {found[0]}" for found in kinds.values()]
+
+
 def _report(points: list[MapPoint]) -> None:
-    """Print the numbers of accepted and rejected curves, the moduli, and the reasons."""
+    """Print the numbers of accepted and rejected curves, the moduli, the notes, and the reasons."""
     E = _accepted(points)
     print(f"{E.size} of {len(points)} curves accepted")
     if E.size:
         low, middle, high = np.percentile(E, [25, 50, 75])
         print(f"E = {middle:.4g} Pa (median), {low:.4g} to {high:.4g} Pa (half of them)")
+    for line in _noted(points):
+        print(f"note: {line}")
     for one in points:
         if one.verdict != "accepted":
             print(f"{Path(one.file).name}, curve {one.curve}: {one.verdict}: {one.reason}")
@@ -189,6 +204,7 @@ def _summary(options: argparse.Namespace, given: dict[str, Any], points: list[Ma
     return {
         "paths": list(options.file), "options": {name: value for name, value in given.items() if value is not None},
         "curves": len(points), "accepted": int(E.size), "youngs_modulus_Pa_quartiles": quartiles,
+        "notes": _noted(points),
     }  # fmt: skip
 
 
@@ -200,7 +216,7 @@ def _table(points: list[MapPoint]) -> str:
     names = [field.name for field in dataclasses.fields(MapPoint)]
     table.writerow([f"{name} [{units[name]}]" if name in units else name for name in names])
     for one in points:
-        row = [getattr(one, name) for name in names]
+        row = [*(getattr(one, name) for name in names[:-1]), "; ".join(one.notes)]
         table.writerow(
             [f"{v:.9g}" if isinstance(v, float) and math.isfinite(v) else "" if v != v else v for v in row]
         )

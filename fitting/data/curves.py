@@ -66,8 +66,8 @@ class CreepData:
         strain: (n,), with
         stress: a pair (times, values [Pa]), piecewise linear, a repeated time being a jump, or an array (n,)
             measured at t. The stress is zero before its first time.
-        convention: meaning of J or strain/stress: "J" = gamma/tau in shear; "1/(2G)" as phi in the paper's
-            Eq. (14); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
+        convention: meaning of J or strain/stress: "J" = gamma/tau in shear; "1/(2G)", as phi in Eq. (14)
+            of Wang et al. (2025); "D" = strain/stress in tension, J = 2 (1 + nu) D. ``compliance`` is J in each case.
         notes: remarks of a reader on what was read and corrected.
         nu: Poisson's ratio of a tensile test, for "D" only.
         sigma: (n,) standard deviations of J or strain, if known; ``fit_creep`` uses them.

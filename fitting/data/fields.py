@@ -17,8 +17,8 @@ class ContactData:
     """Fields of a contact measured over time, as pressure films, interferometers and contact microscopes give them.
 
     Args:
-        times: (nt,) [s] of the history, not decreasing, from the first loading on. A time without an image has NaN in all
-            pixels.
+        times: (nt,) [s] of the history, not decreasing, from the first loading on. At a time without an image
+            all pixels are NaN.
         control: ``jc.Load`` [N] or ``jc.Approach`` [m] over these times, as ``jc.indent`` takes it.
         fields: {name: (nt, nx, ny)}, or (nx, ny) for a single time. "pressure" [Pa]; "gap" [m]; "displacement" [m], which
             is a residual imprint where the load is zero; "contact", 1 for a pixel in contact and 0 for one out of

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import jaxcontact as jc
 
 DEEP = 1.0 / 9.0  # depth over the radius of a ball, at a contact radius of a third of it
+FORCE, STIFFNESS = 1.0 / 10.0, 1.0 / 6.0  # orders of ``paraboloid_note``
 
 
 class Probe(NamedTuple):
@@ -54,16 +55,16 @@ def probe_of(indenter: Any) -> Probe:
     return Probe(1.5, 8.0 * math.sqrt(radius) / 3.0, widest, f"ball of R = {radius:.4g} m", key)
 
 
-def paraboloid_note(indenter: Any, depth: float) -> tuple[str, ...]:
+def paraboloid_note(indenter: Any, depth: float, order: float = FORCE) -> tuple[str, ...]:
     """Return a note where a ball is pressed in so deep [m] that a paraboloid does not describe it.
 
-    On a half-space the force on a ball is that of the paraboloid times 1 - depth/(10 R) - ..., from the exact solution of
-    I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47.
+    On a half-space the fitted quantity is that of the paraboloid times 1 - order depth/R - ..., with the order 1/10 of the
+    force and 1/6 of its derivative by the depth, from the exact solution of I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47.
     """
     share = depth / float(indenter.radius) if isinstance(indenter, jc.Sphere) else 0.0
     if not share > DEEP:
         return ()
     return (
         f"the depth reaches {share:.2g} of the radius of the ball, for which the model has a paraboloid: on a half-space the"
-        f" modulus is up to {10.0 * share:.2g} % too low",
+        f" modulus is up to {100.0 * order * share:.2g} % too low",
     )

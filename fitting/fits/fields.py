@@ -105,17 +105,17 @@ def fit_fields(
     Args:
         data: the fields, in pixels of their own.
         body: function from {parameter: value} to the body, which JAX can trace. It may use a parameter in several places
-            or derive others from it (a viscosity as modulus times time, say), which names of leaves could not express.
+            or derive other quantities from it, such as a viscosity as modulus times time.
         parameters: {name: value > 0 at which the search begins} in SI units.
         indenter: as of ``jc.indent``.
-        grid: of the model.
+        grid: ``jc.Grid`` of the model.
         units: {name: unit} for what is printed, such as {"G": "Pa"}.
         fixed: {name: value} of parameters that are held.
         bounds: {name: (low, high)} of any subset, None for an open side. The search ends at factors of 1000 about the start
             in any case, where the interval is reported as open.
-        align: which of the image's displacements are fitted: "none", "shift" or "shift and rotation". The search begins with
-            none. A round contact does not determine the rotation.
-        blur: standard deviation of the Gaussian blur of the instrument [m], which is beyond the average over a pixel; or
+        align: which of the image's displacements are fitted: "none", "shift" or "shift and rotation". The search begins
+            at zero. A round contact does not determine the rotation.
+        blur: standard deviation of the Gaussian blur of the instrument [m], in addition to the average over a pixel; or
             "fitted".
         noise: "constant" or "estimated", (a^2 + b^2 f^2)^(1/2) of a value f, for fields of which the data give no sigma.
         level: of the intervals.

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-import jaxcontact as jc
 from fitting.data.growth import GrowthData
 from fitting.fits.growth_search import STRUCTURE, Curves, to_si
 from fitting.inference import student
@@ -184,7 +184,7 @@ def fit_growth(
         solved = least_squares(problem, lambda weights: curves.objective_in(contact, space, weights), [start])
     notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
     if contact is not None:
-        notes += _of_steps(contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta), curves.unit)))
+        notes += _of_contact(contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta), curves.unit)))
     found = conclude(problem, solved._replace(notes=notes))
     return found.fit(
         GrowthFit,
@@ -195,15 +195,19 @@ def fit_growth(
     )
 
 
-def _of_steps(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
-    """Return a note on curves whose steps in time are too long."""
-    runs = [
-        contact.run(kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial)
-        for one in curves.data
-    ]
-    late = sum(bool(jnp.any(run.status == jc.Status.STEP_TOO_LONG)) for run in runs)
-    note = f"the steps in time of {late} of {len(runs)} curves have an error above 1 %: use more substeps in contact"
-    return [note] if late else []
+def _of_contact(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
+    """Return each kind of note on the contacts of the curves, with the number of its curves and the note of the first."""
+    kinds: dict[str, list[str]] = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the fit has them as notes
+        for one in curves.data:
+            run = contact.run(
+                kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial
+            )
+            for note in run.notes:
+                kinds.setdefault(note.kind, []).append(note)
+    total = len(curves.data)
+    return [f"contact of {len(found)} of {total} curves, first: {found[0]}" for found in kinds.values()]
 
 
 def _check_contact(contact: Any, curves: Curves) -> None:

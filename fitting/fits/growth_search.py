@@ -140,7 +140,7 @@ class Curves(NamedTuple):
         """Return the least squares with the pressure of a contact, curve by curve."""
         ends = np.cumsum([one.t.size for one in self.data])[:-1]
         given = [
-            (weight, one.t, one.thickness, one.load, one.temperature, one.initial, self.unit)
+            (CurveInContact(one.t, one.thickness, one.load, one.temperature, one.initial), weight, self.unit)
             for one, weight in zip(self.data, np.split(weights, ends), strict=True)
         ]
         each = lambda function, theta: np.concatenate(
@@ -227,15 +227,24 @@ def _residual(
     )
 
 
+class CurveInContact(NamedTuple):
+    """A growth curve that was measured in a contact under a load [N]; times and thicknesses (n,)."""
+
+    t: Array
+    thickness: Array
+    load: Array
+    temperature: Array
+    initial: Array
+
+
 @jax.jit
 def _residual_in(
-    theta: Array, contact: RubbedContact, weight: Array, t: Array, measured: Array, load: Array, temperature: Array,
-    initial: Array, unit: Array,
-) -> Array:  # fmt: skip
-    """Weighted residuals (n,) of one curve in a contact."""
+    theta: Array, contact: RubbedContact, curve: CurveInContact, weight: Array, unit: Array
+) -> Array:
+    """Return the weighted residuals (n,) of one curve in a contact."""
     kinetics = GrowthKinetics(*to_si(theta, unit))
-    grown = contact.thickness(kinetics, t, load=load, temperature=temperature, initial=initial)
-    return weight * (grown - measured)
+    given = {"load": curve.load, "temperature": curve.temperature, "initial": curve.initial}
+    return weight * (contact.thickness(kinetics, curve.t, **given) - curve.thickness)
 
 
 @jax.jit

@@ -60,7 +60,7 @@ class MasterFit(Fit):
 
     @property
     def oscillation(self) -> bool:
-        """Whether the data are moduli over frequency."""
+        """True if the data are moduli over frequency."""
         return isinstance(self.data[0], OscillationData)
 
     @property
@@ -151,7 +151,7 @@ class MasterFit(Fit):
         return np.where(known, parts @ basis(np.where(known, u, 0.0), one.intervals)[0].T, np.nan)
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Raise ValueError: the uncertainty of the law is that of ``factor``."""
+        """Raise ValueError: a law of shift factors has no band of J(t). ``factor`` returns its interval."""
         raise ValueError("band: expected factor(temperature) of a master curve, which has an interval")
 
     def plot(self, path: Any = None) -> Any:

@@ -65,7 +65,7 @@ class ModulusFit(Fit):
 
     @property
     def relaxed(self) -> bool:
-        """Whether the data are a relaxation modulus over time."""
+        """True if the data are a relaxation modulus over time."""
         return isinstance(self.data, RelaxationData)
 
     def modulus(self, at: Any) -> np.ndarray:

@@ -15,7 +15,7 @@ from fitting.inference.evidence import Curve, Evidence, Solved
 from fitting.inference.result import plain
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Volume
-from fitting.search.spectrum_search import LinearSpectrum, SpectrumOptimum, covariance, search
+from fitting.search.spectrum_search import LinearSpectrum, SpectrumOptimum, posterior_covariance, search
 from fitting.views import report, spectrum_picture
 
 PER_DECADE = 8  # times of the spectrum
@@ -55,7 +55,7 @@ class SpectrumFit(Evidence):
 
     @property
     def relaxed(self) -> bool:
-        """Whether the data are a modulus over time."""
+        """True if the data are a relaxation modulus over time."""
         return isinstance(self.data, RelaxationData)
 
     @property
@@ -196,7 +196,7 @@ def _kernel(relaxed: bool, at: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray,
 
 def _quality(sample: Any, found: SpectrumOptimum, w: np.ndarray, level: float) -> Evidence:
     """Return the evidence of the residuals, for as many parameters as the data determine."""
-    _, resolution = covariance(found)
+    _, resolution = posterior_covariance(found)
     p = int(np.clip(round(np.trace(resolution)), 1, w.size - 2))
     U, S, _ = np.linalg.svd(found.jacobian, full_matrices=False)
     solved = Solved(
@@ -207,7 +207,7 @@ def _quality(sample: Any, found: SpectrumOptimum, w: np.ndarray, level: float) -
 
 def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: float) -> dict[str, Any]:
     """Return the fields on the spectrum and its resolution."""
-    cov, resolution = covariance(found)
+    cov, resolution = posterior_covariance(found)
     sd, place = np.sqrt(np.diag(cov)) * widening, np.log10(tau)
     weight = np.abs(resolution) + 1e-300
     weight /= weight.sum(1, keepdims=True)

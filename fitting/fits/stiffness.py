@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.probe import probe_of
+from fitting.data.probe import STIFFNESS, paraboloid_note, probe_of
 from fitting.data.stiffness import StiffnessData
 from fitting.fits.stiffness_search import StiffnessProblem, deviation, no_moves, pointwise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
@@ -145,8 +145,9 @@ def fit_stiffness(
     of = lambda given: problem.objective(space, given)
     solved = least_squares(fit, of, problem.starts(space))
     off = deviation(fit, of, solved, thickness is not None)
+    curved = () if tip.known else paraboloid_note(indenter, float(data.depth.max()), STIFFNESS)
     found = conclude(
-        fit, solved._replace(left=off.left, against=off.against, notes=off.notes, moves=no_moves)
+        fit, solved._replace(left=off.left, against=off.against, notes=(*off.notes, *curved), moves=no_moves)
     )
     return found.fit(StiffnessFit, **_own(problem, found, indenter, substrate))
 

@@ -90,9 +90,8 @@ class Sample(NamedTuple):
             floors = noise.floors_for(fitted)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
         slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
-        return noise.noise_model(
-            residual, slopes, solved.inside, self.blocks, shapes, floors, p, self.known, real
-        )
+        tried = noise.ErrorModels(shapes, floors)
+        return noise.noise_model(residual, slopes, solved.inside, self.blocks, tried, p, self.known, real)
 
     def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""

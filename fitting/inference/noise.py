@@ -32,6 +32,13 @@ BEYOND = 64.0  # factor by which the grid of a/b extends beyond the smallest and
 LEAST = 1e-5  # lower limit of a/b over its largest value
 
 
+class ErrorModels(NamedTuple):
+    """The error models that are tried: their diagonals D (m, n), and the ratios a/b of their two terms (m,)."""
+
+    shapes: np.ndarray
+    floors: np.ndarray
+
+
 class Noise(NamedTuple):
     """The posterior of the noise model of a fit.
 
@@ -96,16 +103,16 @@ class Noise(NamedTuple):
 
 
 def noise_model(
-    residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, shapes: np.ndarray,
-    floors: np.ndarray, p: int, known: bool, real: bool = True,
+    residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, tried: ErrorModels,
+    p: int, known: bool, real: bool = True,
 ) -> Noise:  # fmt: skip
     """Return the noise model of weighted residuals (n,) in blocks (n,), from the Jacobian (n, k) of the free
     coordinates.
 
-    inside (k,): coordinates that are not at a bound; shapes (m, n): the diagonals D that are tried, and floors (m,),
-    their a/b; p: number of parameters; known: whether the variance of the noise is known; real: whether the residuals
-    exceed rounding.
+    inside (k,): coordinates that are not at a bound; p: number of parameters; known: whether the variance of the noise
+    is known; real: whether the residuals exceed rounding.
     """
+    shapes, floors = tried
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
     if real:

@@ -108,11 +108,13 @@ class Fit(Evidence, Parameters):
         return self.structure.compliances(jnp.asarray(self.estimate.best))
 
     def covariance(self) -> np.ndarray:
-        """Return the covariance of the list of compliances (m, m) [SI], zero for what was held."""
+        """Return the covariance of the list of compliances (m, m) [SI], zero for those that were held."""
         return self.estimate.covariance
 
     def moves(self, name: str) -> np.ndarray:
-        """Return the change of the compliances (m,) [SI] with a quantity held in the fit; ValueError if it had none."""
+        """Return the derivative of the compliances (m,) [SI] with respect to a quantity that was held in the fit.
+
+        Raises ValueError if the fit has no such quantity."""
         return self.estimate.moves(name)
 
     def predict(self, t: Any) -> np.ndarray:

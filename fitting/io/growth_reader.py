@@ -1,4 +1,4 @@
-"""Reader of growth curves of films, in the steps of ``readers.py``."""
+"""Reader of growth curves of films, in the steps of ``curves.py``."""
 
 import os
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fitting.data.growth import GrowthData
 from fitting.io import mending, onset
 from fitting.io.columns import Wanted
-from fitting.io.readers import TIME, build, checked_options, curves_of, once
+from fitting.io.curves import TIME, build, checked_options, curves_of, once
 from fitting.io.table import read_table
 
 THICKNESS = Wanted("thickness", ("thickness", "depth"))  # "h" alone is the name of a depth

@@ -1,4 +1,4 @@
-"""Readers of relaxation and oscillation tests, with the steps of ``readers.py``."""
+"""Readers of relaxation and oscillation tests, with the steps of ``curves.py``."""
 
 import os
 import re
@@ -9,7 +9,7 @@ import numpy as np
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.io import mending, onset
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.readers import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
+from fitting.io.curves import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
 from fitting.io.table import Table, read_table
 
 OMEGA = Wanted("omega", ("angular frequency", "frequency"))

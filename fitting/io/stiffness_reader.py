@@ -1,4 +1,4 @@
-"""Reader of continuous stiffness measurements, in the steps of ``readers.py``."""
+"""Reader of continuous stiffness measurements, in the steps of ``curves.py``."""
 
 import os
 
@@ -7,7 +7,7 @@ import numpy as np
 from fitting.data.stiffness import StiffnessData
 from fitting.io import mending
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.readers import DEPTH, LOAD, build, checked_options, curves_of, once
+from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once
 from fitting.io.table import read_table
 
 STIFFNESS = Wanted("stiffness", ("stiffness",))

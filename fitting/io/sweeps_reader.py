@@ -10,6 +10,8 @@ import numpy as np
 from fitting.data.clock import since_load
 from fitting.data.units import CELSIUS
 from fitting.io.columns import Series, Wanted, has
+from fitting.io.creep_reader import read_creep
+from fitting.io.curves import COMPLIANCE, MODULUS, STORAGE, TIME, checked_options, curves_of
 from fitting.io.modulus_reader import (
     ANGLE,
     COMPLEX,
@@ -21,7 +23,6 @@ from fitting.io.modulus_reader import (
     relaxation_of,
 )
 from fitting.io.names import read_heading
-from fitting.io.readers import COMPLIANCE, MODULUS, STORAGE, TIME, checked_options, curves_of, read_creep
 from fitting.io.table import Block, Table, read_table
 
 TEMPERATURE = Wanted("temperature", ("temperature",))

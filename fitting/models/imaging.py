@@ -1,4 +1,4 @@
-"""How an instrument sees the fields of a contact: blurred, shifted and rotated, at its own pixels.
+"""The image that an instrument records of the fields of a contact: blurred, shifted and rotated, at its own pixels.
 
 A pixel at x in the image shows the place X = R(-angle) (x - shift) of the contact, R the rotation by an angle about the
 origin of the model's grid: the model's origin is seen at ``shift``, and its x axis at ``angle``. A blurred field is

@@ -47,7 +47,7 @@ class MaxwellSeries(ParameterList):
 
     @property
     def solid(self) -> bool:
-        """Whether there is an equilibrium modulus."""
+        """True if there is an equilibrium modulus."""
         return "Ge" in self.where
 
     def times(self, values: np.ndarray) -> Any:

@@ -33,8 +33,9 @@ class BodyParameters(ParameterList):
 class PressedImages:
     """Images of an indentation as functions of log parameters (k,) and a ``View``.
 
-    body: from {parameter: value} to the body; seen: names of the fields in the image; image, grid: the pixels and the cells
-    of the model. The last histories are kept, so that varying the view alone solves no contact.
+    body: from {parameter: value} to the body; setting: indenter, control and times; seen: names of the fields in the image;
+    image, grid: the pixels and the cells of the model. The last histories are kept, so that varying the view alone solves
+    no contact.
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class PressedImages:
         image: jc.Grid, grid: jc.Grid, tolerance: float,
     ) -> None:  # fmt: skip
         self.seen, self.image, self.grid = seen, image, grid
-        self.given = (*setting, grid, tolerance)
+        self.given = (setting, grid, tolerance)
         needed = tuple(sorted({own for name in seen for own in NEEDED.get(name, (name,))}))
         self.static = {"body": body, "names": names, "needed": needed}
         self.history = functools.lru_cache(maxsize=2)(self._history)
@@ -81,12 +82,12 @@ class PressedImages:
 
 @functools.partial(jax.jit, static_argnames=("body", "names", "needed"))
 def _run(
-    logs: Array, indenter: Any, control: Any, times: Array, grid: jc.Grid, tolerance: float, *,
+    logs: Array, setting: tuple[Any, Any, Any], grid: jc.Grid, tolerance: float, *,
     body: Callable, names: tuple[str, ...], needed: tuple[str, ...],
 ) -> tuple[dict[str, Array], jc.ContactHistory]:  # fmt: skip
-    """Return the fields (nt, nx, ny) of an indentation, and its whole history."""
+    """Return the fields (nt, nx, ny) of an indentation, and its whole history; setting: indenter, control and times."""
     values = dict(zip(names, jnp.exp(logs), strict=True))
-    history = jc.indent(body(values), indenter, control, times, grid=grid, tolerance=tolerance)
+    history = jc.indent(body(values), *setting, grid=grid, tolerance=tolerance)
     return {name: getattr(history, name) for name in needed}, history
 
 

@@ -145,11 +145,11 @@ class AdhesiveTest(NamedTuple):
         """Return the least squares over the coordinates."""
         n = self.data.t.size
         times = self.data.t - self.data.t[0]
-        samples = (padding.repeated(x) for x in (times, self.data.depth, self.data.load))
+        samples = tuple(padding.repeated(x) for x in (times, self.data.depth, self.data.load))
         body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
         given = (
             padding.without_weight(weights),
-            *samples,
+            samples,
             space.unit,
             body,
         )  # numbers of points share a program
@@ -211,10 +211,13 @@ def _offset(instrument: Array, t: Array, load: Array) -> Array:
 
 @jax.jit
 def _residual(
-    theta: Array, weights: Array, t: Array, depth: Array, load: Array, unit: Array, body: Array
-) -> Array:  # fmt: skip
-    """Return the weighted residuals (n,) of the closed form; body: Poisson's ratio, compliance and radius of the ball."""
-    values, (nu, own, radius) = jnp.exp(theta[:-3]) * unit[:-3], body
+    theta: Array, weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array
+) -> Array:
+    """Return the weighted residuals (n,) of the closed form.
+
+    samples: times, depths and loads, (n,); body: Poisson's ratio, and compliance and radius of the ball.
+    """
+    values, (nu, own, radius), (t, depth, load) = jnp.exp(theta[:-3]) * unit[:-3], body, samples
     approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
     approach = jnp.where(weights > 0.0, approach, 0.0)
     strength = values[2] if values.size > 2 else None
@@ -225,10 +228,10 @@ def _residual(
 @jax.jit
 def _film_residual(
     theta: Array, series: FilmSeries, at: Array, size: tuple[Array, Extent],
-    weights: Array, t: Array, depth: Array, load: Array, unit: Array, body: Array,
+    weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array,
 ) -> Array:  # fmt: skip
     """Return the weighted residuals (n,) on a film; series: for the coordinate ``at`` of its modulus."""
-    (G, work), (nu, own, radius) = jnp.exp(theta[:2]) * unit[:2], body
+    (G, work), (nu, own, radius), (t, depth, load) = jnp.exp(theta[:2]) * unit[:2], body, samples
     approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
     approach = jnp.where(weights > 0.0, approach, 0.0)
     model = film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)

@@ -134,7 +134,8 @@ def minimise(
         A ``Minimum``: ``point``, ``value``, ``converged``, ``message``, the history, and ``plot()``.
 
     Raises:
-        ValueError: a start outside its bounds, at which the loss is not sound, or that is zero without a scale; options
+        ValueError: a start that is outside its bounds, at which the loss is not finite or a status not 0, or that is zero
+            without a scale; options
             out of range; a state file of another search.
 
     Example:

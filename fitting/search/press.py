@@ -19,7 +19,7 @@ from fitting.models import adhesion
 from fitting.models.coordinates import Space
 from fitting.models.history import columns
 from fitting.models.structure import Sought
-from fitting.models.thin_layer import ThinLayer
+from fitting.models.thin_layer import LARGEST, ThinLayer
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
 
@@ -72,7 +72,7 @@ class Pressing(NamedTuple):
 
     @property
     def stiffened(self) -> bool:
-        """Whether a base makes the load rise more steeply than on a half-space."""
+        """True if a base makes the load rise more steeply than on a half-space."""
         return self.film or self.thickness is not None
 
     @property
@@ -147,7 +147,7 @@ def prepare(
     kept = _in_contact(data, pressing)
     weight, label = indentation_weights(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
-    layer, stiffer = _layer(sought, pressing, d)
+    layer, stiffer = _layer(sought, pressing, d, instrument)
     # compliance [1/Pa] that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power * stiffer / (sought.volume.share * P))
     space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
@@ -163,11 +163,22 @@ def prepare(
     )  # fmt: skip
 
 
-def _layer(sought: Sought, pressing: Pressing, depth: float) -> tuple[ThinLayer | None, float]:
-    """Return the factor of a layer on a rigid base over depths in units of ``depth``, and its value there."""
+def _layer(
+    sought: Sought, pressing: Pressing, depth: float, instrument: Instrument
+) -> tuple[ThinLayer | None, float]:
+    """Return the factor of a layer on a rigid base over depths in units of ``depth``, and its value there.
+
+    Raises ValueError where the largest depth, all of which is indentation, is beyond the table.
+    """
     if pressing.thickness is None:
         return None, 1.0
     layer = ThinLayer.of(pressing.indenter, pressing.thickness, sought.volume.value)
+    chi = float(layer.chi(depth))
+    if chi > LARGEST and instrument == Instrument():
+        raise ValueError(
+            "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
+            f" {LARGEST:g}, got {chi:.3g} at the largest depth of {depth:.3g} m"
+        )
     return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
 
 

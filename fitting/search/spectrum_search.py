@@ -98,7 +98,7 @@ def _optimum(
     )
 
 
-def covariance(found: SpectrumOptimum) -> tuple[np.ndarray, np.ndarray]:
+def posterior_covariance(found: SpectrumOptimum) -> tuple[np.ndarray, np.ndarray]:
     """Return the covariance of log H (m, m), and the resolution matrix (m, m): the response of the estimate of log H at
     one time to a change of it at another one."""
     m = found.log.size

@@ -124,7 +124,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "thickness": Field(MAP, "m", "thickness of the film, or of the material added to the indenter"),
     "temperature": Field(MAP, "K", "temperature of the surface"),
     "step_error": Field(TIME, "m", "estimated error of the thickness due to the time steps"),
-    "dropped": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
+    "truncation_bound": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
 }
 
 INSIDE: dict[str, Field] = {  # fields below the surface

@@ -38,6 +38,7 @@ OWN = ("jaxcontact", "fitting")
 REMEDY = 'pass version="...", a text that identifies the version of f'
 LOADS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF", "LOAD_FROM_DICT_OR_DEREF")
 LOADS_OF_GLOBALS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
+READ_BY_TEXT = ("eval", "exec", "globals", "__import__")  # what they read is not known before they run
 SOURCE_ATTRIBUTES = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
 WRAPPERS = (type(functools.lru_cache(len)), type(jax.jit(len)))  # identified by the function that they wrap
 DESCRIPTORS = (
@@ -234,6 +235,8 @@ class _Identity:
         for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):
             if name in f.__globals__:
                 yield self._variable(f.__code__, name, f.__globals__[name], attributes)
+            elif name in READ_BY_TEXT:
+                self._reject(f"a use of {name}, which may read anything", name)
             else:
                 yield _digest("builtin" if hasattr(builtins, name) else "missing", name)
         for name in sorted(_imported(f.__code__, f.__globals__.get("__package__"))):

@@ -1,6 +1,7 @@
 """The status of a step: whether it converged, and the reason if not."""
 
-from enum import IntEnum
+import warnings
+from enum import EnumType, IntEnum
 
 import jax.numpy as jnp
 from jax import Array
@@ -9,10 +10,24 @@ LARGEST_ERROR = 1e-2
 """Relative error above which the status is ``NOT_RESOLVED`` (of the response) or ``STEP_TOO_LONG`` (of growth)."""
 
 
-class Status(IntEnum):
-    """The status of a step; ``message`` states its meaning and the remedy.
+FORMER = {"SLIDES": "GROSS_SLIP", "CAME_BACK": "REENTERED_TRACK"}
 
-    A step is converged, and its numbers are valid, only where the status is ``FINE``.
+
+class _WithFormerNames(EnumType):
+    """An enumeration that still has the names of its members in version 0.1, for one version."""
+
+    def __getattr__(cls, name: str) -> int:
+        if name in FORMER:
+            warnings.warn(f"Status.{name}: use Status.{FORMER[name]}", DeprecationWarning, stacklevel=2)
+            return cls._member_map_[FORMER[name]]  # type: ignore[return-value]
+        raise AttributeError(f"type object 'Status' has no attribute {name!r}")
+
+
+class Status(IntEnum, metaclass=_WithFormerNames):
+    """The status of a time step: whether its solution is valid and, if not, why.
+
+    A step is converged, and its numbers are valid, only where the status is ``FINE`` (0). ``message`` states the meaning of
+    each status and the remedy; ``list(jc.Status)`` lists all of them.
 
     Example:
         >>> import jaxcontact as jc
@@ -25,10 +40,10 @@ class Status(IntEnum):
     AT_EDGE = 2
     TOO_COARSE = 3
     MOVED_TOO_FAR = 4
-    CAME_BACK = 5
+    REENTERED_TRACK = 5
     NOT_STEADY = 6
     OUT_OF_RANGE = 7
-    SLIDES = 8
+    GROSS_SLIP = 8
     INHERITED = 9
     NOT_FINITE = 10
     NOT_RESOLVED = 11
@@ -48,14 +63,15 @@ MESSAGES = {
     Status.AT_EDGE: "contact at the edge of the grid: use a wider grid",
     Status.TOO_COARSE: "fewer than 3 cells across the contact: use a finer grid",
     Status.MOVED_TOO_FAR: "a step of sliding moved more than half the grid's width: use more substeps",
-    Status.CAME_BACK: "the indenter returned to where part of the history has left the grid: use a wider grid",
+    Status.REENTERED_TRACK: "the indenter returned to where part of the history has left the grid: use a wider grid",
     Status.NOT_STEADY: "no steady state: the body flows indefinitely, or rolling had not settled after 20 grid lengths",
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say) and could not be checked inside jit or vmap",
-    Status.SLIDES: "friction cannot hold the tangential load: use a smaller load, or prescribe the displacement",
+    Status.GROSS_SLIP: "friction cannot hold the tangential load: use a smaller load, or prescribe the displacement",
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: use kernels with more nodes, or a shorter time",
-    Status.STEP_TOO_LONG: "the error of growth or wear in a step exceeds 1 %: use more substeps",
+    Status.STEP_TOO_LONG: "in a step the error of growth or wear exceeds 1 %, or the indenter moves along its path by more"
+    " than a quarter of the contact's half-width: use more substeps",
     Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }

@@ -20,14 +20,16 @@ from jaxcontact._support.status import Status
 from jaxcontact.commands.interrupts import exit_status, interruptible, signal_of
 from jaxcontact.commands.status import BAD_INPUT, FINE, NOT_CONVERGED, print_error, tell
 from jaxcontact.files import advice
-from jaxcontact.files.case_file import Case, CaseError, case_of, read_tables
+from jaxcontact.files.case_file import Case, case_of
 from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.case_tables import CaseError, read_tables
 from jaxcontact.files.case_text import case_text
 from jaxcontact.files.chosen_times import chosen
 from jaxcontact.files.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
 from jaxcontact.files.run_figures import lines_of
 from jaxcontact.results.notes import in_one_line, kind_of
-from jaxcontact.verbs.experiment import TimedExperiment, reported
+from jaxcontact.verbs.experiment import TimedExperiment
+from jaxcontact.verbs.running import reported
 from jaxcontact.verbs.simulation import ready
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
@@ -35,10 +37,10 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.AT_EDGE: "grid.width",
     Status.TOO_COARSE: "grid.n",
     Status.MOVED_TOO_FAR: "solver.substeps",
-    Status.CAME_BACK: "grid.width",
+    Status.REENTERED_TRACK: "grid.width",
     Status.NOT_STEADY: "experiment",
     Status.OUT_OF_RANGE: "experiment",
-    Status.SLIDES: "control.tangential_load",
+    Status.GROSS_SLIP: "control.tangential_load",
     Status.INHERITED: "solver",
     Status.NOT_FINITE: "experiment",
     Status.NOT_RESOLVED: "experiment",

@@ -23,7 +23,8 @@ from jaxcontact._support.version import __version__
 from jaxcontact.commands.interrupts import exit_status, signal_of
 from jaxcontact.commands.status import FINE, NOT_CONVERGED, print_error, tell
 from jaxcontact.files import advice
-from jaxcontact.files.case_file import Case, CaseError
+from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_tables import CaseError
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
 from jaxcontact.verbs.studies import FUNCTION, Study, sweep_of
@@ -170,7 +171,8 @@ def _draw(study: CaseStudy, found: Study, path: Path) -> None:
     if not done or not can_be_drawn(study.cases):
         return
     names = [name for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)]
-    write_picture(path, studies_figure(study.cases, {name: found.stacked(name) for name in names}))
+    if names:
+        write_picture(path, studies_figure(study.cases, {name: found.stacked(name) for name in names}))
 
 
 def _is_last(name: str, quantity: str) -> bool:

@@ -145,19 +145,13 @@ def _newton_move(
     tiny = 1e-10 * tools.cell * problem.law.law.largest_traction
     reduction = jnp.minimum(COARSEST, jnp.sqrt(error))
     reach = problem.law.law.work / problem.law.law.largest_traction
+    at_wall = partial(_at_wall, problem, tools, gap)
 
     def minimise(held: Array, move: Move) -> tuple[Move, Array, Array]:
         model = Model(tools.inverse, problem.law, stiffness, faces_of(problem, held, pressure.shape))
         load = problem.target if problem.load_controlled else 0.0
         unbalanced = model.balanced(pressure, attraction, load) + model.tractions(*move)
         return minimised(model, tools.operator, move, -unbalanced, reduction, reach)
-
-    def at_wall(held: Array, move: Move) -> Move:
-        """Return the move with held cells at the wall."""
-        wall = jnp.where(held, move.approach - gap - move.displacement[:nx, :ny], 0.0)
-        lifted = faces_of(problem, held, pressure.shape).lift(pasted(wall, pressure.shape))
-        displacement = move.displacement + lifted
-        return Move(displacement, tools.inverse(displacement), move.approach)
 
     def around(state: tuple[Any, ...]) -> tuple[Any, ...]:
         held, move, _, rounds, count, bent = state
@@ -174,6 +168,14 @@ def _newton_move(
     state = (held, first, jnp.asarray(True), none, none, jnp.asarray(False))
     _, move, _, _, count, bent = jax.lax.while_loop(lambda s: s[2] & (s[3] < ROUNDS), around, state)
     return move, count, bent
+
+
+def _at_wall(problem: Problem, tools: SearchTools, gap: Array, held: Array, move: Move) -> Move:
+    """Return a move (mx, my) with the held cells (nx, ny) at a gap of zero."""
+    (nx, ny), padded = gap.shape, move.displacement.shape
+    wall = jnp.where(held, move.approach - gap - move.displacement[:nx, :ny], 0.0)
+    displacement = move.displacement + faces_of(problem, held, padded).lift(pasted(wall, padded))
+    return Move(displacement, tools.inverse(displacement), move.approach)
 
 
 def _usable_part(problem: Problem, s: SearchState, gap: Array, move: Move) -> Array:

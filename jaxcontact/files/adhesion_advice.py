@@ -5,18 +5,20 @@ section 5.5) on two half-spaces, of the substrate and of the material at the sur
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
+from jax import Array
 from scipy.optimize import brentq
 
 from jaxcontact.files.case_file import Case
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.inputs.controls import Load
 from jaxcontact.inputs.layers import checked_body
-from jaxcontact.response.limits import limits_of
+from jaxcontact.response.limits import BodyLimits, limits_of
 from jaxcontact.results.notes import FEW_CELLS, FEW_COHESIVE
 
+LONG, SHORT = BodyLimits.long_wave_compliance, BodyLimits.short_wave_compliance
 COARSE = "cells across the {which} contact: fewer than {few} are too coarse; accepted: grid.n of about {n}"
 WIDER = "grid.width: the contact may grow to {contact:.3g} m, found {width:.3g} m; accepted: a wider grid"
 
@@ -26,7 +28,7 @@ def describe_adhesion(case: Case) -> str:
     law = case.motion.get("adhesion")
     if law is None or not isinstance(case.indenter, Sphere):
         return ""
-    numbers = [float(law.tabor_number(case.indenter.radius, 2.0 / c)) for c in _compliances(case, "narrow")]
+    numbers = [float(law.tabor_number(case.indenter.radius, 2.0 / c)) for c in _compliances(case, SHORT)]
     at_once, at_last = (f"{number:.2g}" for number in numbers)
     values = (
         at_once
@@ -39,7 +41,7 @@ def describe_adhesion(case: Case) -> str:
 def adhesion_advice(case: Case) -> Iterator[str]:
     """Warn of a grid too coarse for the attraction at the edge, or for the contact of a ball, or too narrow for it."""
     law, dx = case.motion["adhesion"], max(float(spacing) for spacing in case.grid.spacing)
-    modulus = 2.0 / max(max(_compliances(case, "narrow")), 1e-300)
+    modulus = 2.0 / max(max(_compliances(case, SHORT)), 1e-300)
     cells = float(law.zone_length(modulus)) / dx
     if cells < FEW_COHESIVE:
         n = math.ceil(max(case.grid.shape) * FEW_COHESIVE / cells)
@@ -50,7 +52,7 @@ def adhesion_advice(case: Case) -> Iterator[str]:
     if not isinstance(case.indenter, Sphere):
         return
     width = min(float(width) for width in case.grid.width)
-    largest = 2.0 * max(_radius(case, c) for side in ("wide", "narrow") for c in _compliances(case, side))
+    largest = 2.0 * max(_radius(case, c) for side in (LONG, SHORT) for c in _compliances(case, side))
     if largest / dx < FEW_CELLS:
         n = math.ceil(FEW_CELLS * width / largest) if largest > 0.0 else max(case.grid.shape)
         yield f"grid.n: about {largest / dx:.1f} {COARSE.format(which='largest', few=FEW_CELLS, n=n)} or more"
@@ -58,11 +60,10 @@ def adhesion_advice(case: Case) -> Iterator[str]:
         yield WIDER.format(contact=largest, width=width)
 
 
-def _compliances(case: Case, side: str) -> list[float]:
-    """Return (1 - nu) J [1/Pa] of the substrate ("wide") or the surface ("narrow"), with the ball's, first and last."""
-    limit = getattr(limits_of(checked_body(case.body)[0]), side)
-    own = float(case.indenter.compliance())
-    return [float(limit(t)) + own for t in (0.0, float(case.times[-1] - case.times[0]))]
+def _compliances(case: Case, side: Callable[[BodyLimits, float], Array]) -> list[float]:
+    """Return (1 - nu) J [1/Pa] of the substrate (``LONG``) or the surface (``SHORT``), with the ball's, first and last."""
+    limits, own = limits_of(checked_body(case.body)[0]), float(case.indenter.compliance())
+    return [float(side(limits, t)) + own for t in (0.0, float(case.times[-1] - case.times[0]))]
 
 
 def _radius(case: Case, compliance: float) -> float:

@@ -9,8 +9,9 @@ import jax
 import numpy as np
 
 from jaxcontact.files.adhesion_advice import COARSE, WIDER, adhesion_advice
-from jaxcontact.files.case_file import Case, CaseError, tables_named
+from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.case_tables import CaseError, tables_named
 from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.indenters.predicted_contact import predicted
 from jaxcontact.indenters.shapes import Sphere
@@ -31,7 +32,8 @@ def check(case: Case, path: Path) -> None:
     """
     try:
         if case.experiment() is None:
-            Experiment.of(case.body, case.indenter, case.control, case.times, grid=case.grid, **case.options)
+            setup, settings, _ = case.arguments()
+            Experiment.of(setup, settings)
         _check_memory(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error

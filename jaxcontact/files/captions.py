@@ -7,8 +7,9 @@ import numpy as np
 
 from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.prefixes import prefixed
-from jaxcontact.files.case_file import Case, tables_named
+from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.case_tables import tables_named
 
 CONTROLS = ("load", "approach", "tangential_load", "tangential_displacement")
 LETTERS = 17.0  # letters per inch at the size below

@@ -1,42 +1,32 @@
 """Case files: one experiment as a TOML file, in SI units, or with a unit behind the number: "150 nm".
 
-``read_case`` turns a file into the objects of the package by the schema in ``case_schema``, or raises a
-``CaseError`` of one line that names the file, the key, what was found and what is accepted.
+``read_case`` turns a file into the objects of the package by the schema in ``case_schema``, or raises a ``CaseError`` of one
+line that names the file, the key, what was found and what is accepted. ``case_tables`` checks keys and values.
 """
 
-import difflib
 import functools
 import operator
-import reprlib
-import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jaxcontact._support.npz import read_npy
-from jaxcontact.files.case_schema import (
-    KIND,
-    KINDS,
-    LARGEST,
-    LAWS,
-    MATERIALS,
-    OPTIONAL_SECTIONS,
-    SEVERAL,
-    SHAPES,
-    TABLE,
-    TABLES,
-    Accept,
-    CasePart,
-    Key,
-    Keys,
-    choice,
-    sections_of,
+from jaxcontact.files.case_keys import LARGEST, LAWS, MATERIALS, SHAPES, Key, Keys, choice
+from jaxcontact.files.case_schema import KINDS, CasePart, sections_of
+from jaxcontact.files.case_tables import (
+    CaseError,
+    Table,
+    check_table,
+    kind_of,
+    read_tables,
+    tables_named,
+    tables_of,
+    with_si_values,
 )
 from jaxcontact.files.chosen_times import LAST, kept_unless_said
-from jaxcontact.files.quantities import in_si
 from jaxcontact.indenters import shapes
 from jaxcontact.inputs import materials
 from jaxcontact.inputs.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
@@ -44,12 +34,9 @@ from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import Layer, LayeredHalfSpace, at_its_thickest
 from jaxcontact.results.labels import stored_fields
 from jaxcontact.verbs.experiment import TimedExperiment
+from jaxcontact.verbs.setup import ContactSetup, Options, Settings
 
-Table = dict[str, Any]
-
-
-class CaseError(ValueError):
-    """A case file that cannot be run; the message is one line for the user."""
+OPTIONS = {field.name for field in fields(Options)}
 
 
 @dataclass(frozen=True)
@@ -84,7 +71,18 @@ class Case:
     def experiment(self) -> TimedExperiment | None:
         """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
         march = KINDS[self.kind].march
-        return None if march is None else march.of(**self._given())
+        setup, settings, further = self.arguments()
+        return None if march is None else march(setup, settings, **further)
+
+    def arguments(self) -> tuple[ContactSetup, Settings, Table]:
+        """Return the contact, the settings of its solution, and the further arguments of the function of this kind."""
+        defaults = {
+            name: key.default for name, key in KINDS[self.kind].solver.items() if key.default is not None
+        }
+        given = self.motion | defaults | self.options
+        static = {name: given.pop(name) for name in OPTIONS & given.keys()}
+        settings = Settings(given.pop("tolerance"), given.pop("max_iterations"), options=Options(**static))
+        return ContactSetup(self.body, self.indenter, self.control, self.times, self.grid), settings, given
 
     @property
     def body_for_estimates(self) -> LayeredHalfSpace:
@@ -102,22 +100,6 @@ def read_case(path: Path) -> Case:
     return case_of(read_tables(path), path)
 
 
-def read_tables(path: Path) -> Table:
-    """Return the contents of a TOML file; CaseError for a file that is missing or broken."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise CaseError(
-            f"{path}: {reason}; expected a TOML file of a case, or a name that jaxcontact cases lists"
-        ) from error
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # a decoding error, a number of too many digits, too deep a list
-        raise CaseError(f"{path}: not TOML: {error}") from error
-
-
 def case_of(tables: Table, path: Path) -> Case:
     """The case in the tables of a file. Raises CaseError for one that is wrong."""
     try:
@@ -129,11 +111,11 @@ def case_of(tables: Table, path: Path) -> Case:
 def _case(tables: Table, folder: Path) -> Case:
     if "sweep" in tables:
         raise CaseError("[sweep]: found a study, accepted: by jaxcontact sweep")
-    kind, sections = _kind(tables)
+    kind, sections = kind_of(tables)
     adhesive = "adhesion" in tables
     sections = sections_of(kind, adhesive=True) if adhesive else sections
-    tables = _in_si(tables, sections)
-    check_table("", tables, _tables_of(sections))
+    tables = with_si_values(tables, sections)
+    check_table("", tables, tables_of(sections))
     for name in ("experiment", "grid", "solver", "control", "times"):
         check_table(name, tables.get(name, {}), sections.get(name, {}))
     for name, part in KINDS[kind].parts.items():
@@ -161,113 +143,6 @@ def _result(kind: str, tables: Table) -> type:
     """Return the class of the result of a case."""
     own = KINDS[kind]
     return own.adhesive if own.adhesive is not None and "adhesion" in tables else own.result
-
-
-def _kind(tables: Table) -> tuple[str, dict[str, Keys]]:
-    """The kind of experiment, and its tables; what belongs to another kind is refused by name."""
-    every = {name: keys for kind in KINDS for name, keys in sections_of(kind).items()}
-    check_table("", tables, {name: Key(_accepted(name), "") for name in every})
-    kind = tables.get("experiment", {}).get("kind", KIND.default)
-    check_table("experiment", {"kind": kind}, {"kind": KIND})
-    own = sections_of(kind)
-    for name, table in tables.items():
-        _check_of_kind(kind, f"[{name}]", {other: name in sections_of(other) for other in KINDS})
-        for key in table if name in ("experiment", "control", "solver") else ():
-            having = {other: key in sections_of(other).get(name, {}) for other in KINDS}
-            _check_of_kind(kind, f"{name}.{key}", having)
-    return kind, own
-
-
-def _in_si(tables: Table, sections: dict[str, Keys]) -> Table:
-    """The tables with numbers in SI units where they have text with a unit."""
-    solid = {name: key for _, keys in MATERIALS.values() for name, key in keys.items()}
-    shape = {name: key for _, keys in SHAPES.values() for name, key in keys.items()}
-    law = {name: key for _, keys in LAWS.values() for name, key in keys.items()}
-    beside = {"layer": solid, "substrate": solid, "indenter": shape, "adhesion": law}
-    keys = {name: own | beside.get(name, {}) for name, own in sections.items()}
-    converted = {name: _plain_table(name, table, keys.get(name, {})) for name, table in tables.items()}
-    ball = tables.get("indenter", {}).get("material")
-    if isinstance(ball, dict):
-        converted["indenter"]["material"] = _plain_table("indenter.material", ball, solid)
-    for name in SEVERAL:
-        if isinstance(tables.get(name), list):
-            converted[name] = [
-                _plain_table(where, table, keys[name]) for where, table in tables_named(name, tables)
-            ]
-    return converted
-
-
-def _plain_table(where: str, table: Any, keys: Keys) -> Any:
-    """A table with plain numbers for its quantities; what is no table as it is."""
-    if not isinstance(table, dict):
-        return table
-    return {
-        name: _plain(_path(where, name), value, keys[name]) if name in keys else value
-        for name, value in table.items()
-    }
-
-
-def _plain(where: str, value: Any, key: Key) -> Any:
-    """A number for a text with a unit, in lists too."""
-    if key.unit is None or (key.file and isinstance(value, str) and value.endswith(".npy")):
-        return value
-    if isinstance(value, list):
-        return [_plain(where, item, key) for item in value]
-    if not isinstance(value, str):
-        return value
-    try:
-        return in_si(value, key.unit)
-    except ValueError as error:
-        raise CaseError(f"{where}: found {shown(value)}, accepted: {key.words}, or {error}") from error
-
-
-def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:
-    others = [f'"{other}"' for other, has in having.items() if has]
-    if others and not having[kind]:
-        raise CaseError(
-            f'{path}: found with experiment.kind = "{kind}", accepted: with {" or ".join(others)}'
-        )
-
-
-def _tables_of(sections: dict[str, Keys]) -> Keys:
-    """The keys of the file itself, which are its tables."""
-    return {name: Key(_accepted(name), "", name not in OPTIONAL_SECTIONS) for name in sections}
-
-
-def _accepted(section: str) -> Accept:
-    return TABLES if section in SEVERAL else TABLE
-
-
-def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
-    """No unknown key, no missing one, and each value as accepted."""
-    for name, value in table.items():
-        if name not in keys:
-            raise CaseError(f"{_path(where, name)}: unknown key; {_suggestion(name, list(keys))}")
-        if not keys[name].accept.test(value):
-            raise CaseError(f"{_path(where, name)}: found {shown(value)}, accepted: {keys[name].words}")
-    for name, key in keys.items():
-        if key.required and name not in table:
-            raise CaseError(f"{_path(where, name)}: missing; accepted: {key.words}")
-
-
-def _path(where: str, name: str) -> str:
-    return f"{where}.{name}" if where else f"[{name}]"
-
-
-def _suggestion(name: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name.lower(), known, n=1)
-    hint = f'did you mean "{close[0]}"? ' if close else ""
-    return f"{hint}accepted: {', '.join(known)}"
-
-
-def shown(value: Any) -> str:
-    """The value as found, on one line and not too long."""
-    try:
-        text = f'"{value}"' if isinstance(value, str) else reprlib.repr(value)
-    except ValueError:  # Python writes no whole number of over 4300 digits
-        text = "a number of too many digits"
-    text = " ".join(text.split())
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _choose(where: str, table: Table, key: str, own: dict[str, Key], choices: dict[str, Any]) -> Any:
@@ -318,14 +193,6 @@ def _thickness(where: str, value: Any, folder: Path) -> Any:
     if isinstance(value, str):
         return _field(f"{where}.thickness", folder / value, "thicknesses (nx, ny) [m]")
     return float(value)
-
-
-def tables_named(name: str, tables: Table) -> list[tuple[str, Table]]:
-    """Return the tables of a section that may be given several times, each with its name: of layers from the top down."""
-    given = tables.get(name, [])
-    if isinstance(given, list):
-        return [(f"{name}[{i}]", table) for i, table in enumerate(given)]
-    return [(name, given)]
 
 
 def _indenter(table: Table, own: Keys, folder: Path) -> shapes.Indenter:

@@ -5,8 +5,10 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any
 
-from jaxcontact.files.case_file import Case, tables_named
-from jaxcontact.files.case_schema import KINDS, LAWS, MATERIALS, PARTS, SHAPES, Key, Keys, sections_of
+from jaxcontact.files.case_file import Case
+from jaxcontact.files.case_keys import LAWS, MATERIALS, SHAPES, Key, Keys
+from jaxcontact.files.case_schema import KINDS, PARTS, sections_of
+from jaxcontact.files.case_tables import tables_named
 
 Table = dict[str, Any]
 

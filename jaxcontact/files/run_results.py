@@ -33,6 +33,7 @@ NOTES = {  # notes and diagnostics, stored with any result
     "relative_step_error": "error by the time steps over the largest change of the thickness [1]",
     "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
     "ball_radius": "radius of a ball, inf for any other indenter [m]",
+    "size_error": "relative error of a size of the indenter that is rounded to whole cells [1]",
     "coldest": "lowest temperature given for growth or heat, inf without any [K]",
 }
 

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from jaxcontact.files.case_file import Case, CaseError, Table, case_of, check_table, read_tables, shown
-from jaxcontact.files.case_schema import FLAG, NUMBER, Key, Keys, choice, whole_number
+from jaxcontact.files.case_file import Case, case_of
+from jaxcontact.files.case_keys import FLAG, NUMBER, Key, Keys, choice, whole_number
+from jaxcontact.files.case_tables import CaseError, Table, check_table, read_tables, shown
 from jaxcontact.files.finished_steps import fingerprint
 
 MOST_CASES = 10**5

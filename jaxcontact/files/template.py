@@ -6,8 +6,10 @@ Templates are generated from the schema, as all of case files is, so that they c
 from collections.abc import Iterator
 from pathlib import Path
 
-from jaxcontact.files.case_file import case_of, read_tables
-from jaxcontact.files.case_schema import KINDS, LAWS, MATERIALS, SHAPES, TABLE, sections_of
+from jaxcontact.files.case_file import case_of
+from jaxcontact.files.case_keys import LAWS, MATERIALS, SHAPES, TABLE
+from jaxcontact.files.case_schema import KINDS, sections_of
+from jaxcontact.files.case_tables import read_tables
 from jaxcontact.files.case_text import Section, block_text, blocks_of
 
 HEAD = """# {title}

@@ -30,7 +30,7 @@ from jax import Array
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
-from jaxcontact.history.observables import Observer, clearance, dropped_share, energies
+from jaxcontact.history.observables import Observer, clearance, energies, truncation_of
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator
 from jaxcontact.operators.film import deepest_strain
@@ -100,8 +100,8 @@ class Fields(NamedTuple):
     eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
     is the same; moved: (2,), share of the padded lengths
     since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
-    it lay; dropped, overlaps: bound on the displacement in contact that lost history would still cause, and whether it
-    may lie under the contact, ().
+    it lay; truncation_bound, overlaps: bound on the displacement in contact that lost history would still cause, and
+    whether it may lie under the contact, ().
     """
 
     eta: Array
@@ -110,7 +110,7 @@ class Fields(NamedTuple):
     moved: Array
     lost: Array
     trail: Trail
-    dropped: Array
+    truncation_bound: Array
     overlaps: Array
 
 
@@ -189,11 +189,11 @@ class MovingMemory(Memory):
             fields = fields._replace(sheared=sheared)
         clear = clearance(pressure, self.ratio)
         trail = with_losses(fields.trail, clear)
-        dropped, overlaps = dropped_share(self.tails, fields.lost, clear - trail.inside)
+        truncation_bound, overlaps = truncation_of(self.tails, fields.lost, clear - trail.inside)
         return fields._replace(
             eta=fields.eta + new * self._source(motion, fields),
             trail=trail,
-            dropped=dropped,
+            truncation_bound=truncation_bound,
             overlaps=overlaps,
         )
 
@@ -239,7 +239,7 @@ class MovingMemory(Memory):
             "leading_peak": leading_peak,
             "stored_energy": stored,
             "hysteresis_power": dissipated,
-            "dropped": fields.dropped,
+            "truncation_bound": fields.truncation_bound,
         }
 
     def _against_the_motion(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Array, Array]:

@@ -41,6 +41,8 @@ from jax import Array
 from jaxcontact._support.pytree import pytree
 from jaxcontact.operators import spectral
 
+# weights of the differences across 2, 4 and 6 cells in a slope of sixth order
+SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
 
 
@@ -55,8 +57,9 @@ class Observer:
     @classmethod
     def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
         nx, ny = profile.shape
-        along_x, along_y = (_slope(profile, axis, wraps) for axis, wraps in enumerate(periodic))
-        slopes = jnp.stack([along_x, along_y / ratio])
+        slopes = jnp.stack(
+            [_slope(profile, axis, wraps, (1.0, ratio)[axis]) for axis, wraps in enumerate(periodic)]
+        )
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
         return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio))
@@ -65,9 +68,8 @@ class Observer:
         """Return F_h against the motion, (); by_traction: the displacement u_q, (nx, ny), None without friction."""
         slopes = self.slopes
         if by_traction is not None:
-            slopes = slopes + jnp.stack(
-                [_slope(by_traction, 0, False), _slope(by_traction, 1, False) / self.ratio]
-            )
+            along_x, along_y = (_central(by_traction, axis, False) for axis in (0, 1))
+            slopes = slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
         return jnp.sum(jnp.tensordot(direction, slopes, 1) * pressure)
 
     def surface(self, pressure: Array, direction: Array) -> tuple[Array, Array, Array]:
@@ -79,11 +81,32 @@ class Observer:
         return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
 
 
-def _slope(profile: Array, axis: int, wraps: bool) -> Array:
+def _central(field: Array, axis: int, wraps: bool) -> Array:
     """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic."""
     if wraps:
-        return (jnp.roll(profile, -1, axis) - jnp.roll(profile, 1, axis)) / 2.0
-    return jnp.asarray(jnp.gradient(profile, axis=axis))
+        return (jnp.roll(field, -1, axis) - jnp.roll(field, 1, axis)) / 2.0
+    return jnp.asarray(jnp.gradient(field, axis=axis))
+
+
+def _slope(field: Array, axis: int, wraps: bool, side: Array | float) -> Array:
+    """Return the slope along an axis of cells of a side, (nx, ny).
+
+    It is of sixth order: that of a wave of eight cells is 0.15 % too small, and that of central differences 10 %. Central
+    differences are used near a wall, which thus does not act beyond its neighbours, and in the three cells at each end of an
+    axis that is not periodic.
+    """
+    n, ahead = field.shape[axis], lambda k: jnp.roll(field, -k, axis)
+    central = _central(field, axis, wraps)
+    if n <= 2 * len(SIXTH):
+        return central / side
+    sixth = sum((w * (ahead(k) - ahead(-k)) for k, w in enumerate(SIXTH, 1)), start=jnp.zeros_like(field))
+    wall = jnp.abs(ahead(1) - field) >= WALL * side  # between a cell and the next
+    reach = range(-len(SIXTH), len(SIXTH))
+    smooth = ~jnp.any(jnp.stack([jnp.roll(wall, -k, axis) for k in reach]), 0)
+    if not wraps:
+        inside = (jnp.arange(n) >= len(SIXTH)) & (jnp.arange(n) < n - len(SIXTH))
+        smooth = smooth & jnp.expand_dims(inside, 1 - axis)
+    return jnp.where(smooth, sixth, central) / side
 
 
 def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
@@ -111,7 +134,7 @@ def clearance(pressure: Array, ratio: Array) -> Array:
     return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
 
 
-def dropped_share(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
+def truncation_of(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
     """Return the largest displacement in contact due to history that left the window, and whether it may lie under the
     contact.
 

@@ -150,4 +150,4 @@ class ShearStepper(Stepper):
             return status
         asked = length(problem.tangential_target[:, None, None])[0, 0]
         room = jnp.sum(problem.coefficient * found.normal.pressure)
-        return jnp.where((asked > 0.0) & (asked >= room), int(Status.SLIDES), status)
+        return jnp.where((asked > 0.0) & (asked >= room), int(Status.GROSS_SLIP), status)

@@ -16,14 +16,19 @@ the transform pi p0 b J_1(z)/z, and
 
     u(x) = p0 b int A(z/b, t) g(z) cos(z x/b) dz,      g(z) = J_1(z)/z^2,
 
-with p0 = 2 P/(pi b) under a load P per length, leaving out waves longer than the roller. The film strain is the
-displacement u(0) of the film on a rigid base, of creep J and shape F, over its thickness h:
+with p0 = 2 P/(pi b) under a load P per length, leaving out waves longer than the roller. Under a pointed indenter the
+pressure of Hertz is far off where a stiff coating bends. There the pressures of concentric rings are those under which the
+surface has the shape of the indenter, and a is the radius at which the pressure at the edge changes its sign: it is
+compressive at the edge of a disc that is too small, and tensile if it is too large (K. L. Johnson, section 5.1).
+
+The film strain is the displacement u(0) of the film on a rigid base, of creep J and shape F, over its thickness h:
 
     strain = J(t) p0 (a/h) int F(h z/a) g(z) dz,
 
 with the final pressure taken for the whole history. Derived here; compared with solved contacts.
 """
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -45,6 +50,9 @@ SERIES_BELOW = 1e-2  # z below which g is 1/3 or 1/(2 z) to 1e-5
 WAVENUMBER_RANGE = 1e4
 BISECTIONS = 60
 LONGEST = 2.0  # alpha times the roller's length below which waves are left out
+RINGS = 24
+RIDGE = 1e-9  # compliance of springs on the rings relative to the sum of theirs; a film may be rigid for short waves
+SHARPEST = 200.0  # z above which waves are damped, much shorter than the width of a ring
 
 
 @dataclass(frozen=True)
@@ -67,13 +75,15 @@ class Outline:
 
     depth: profile [m] as a function of radius or half-width [m]; hertz: function (compliance, value, loaded) that returns
     the contact radius [m] on a half-space of a compliance [1/Pa] under a load [N], or at an approach [m]; compliance: of
-    the indenter [1/Pa]; length: of a roller [m], None for an axisymmetric indenter.
+    the indenter [1/Pa]; length: of a roller [m], None for an axisymmetric indenter; pointed: whether its slope is not zero
+    at its axis.
     """
 
     depth: Callable[[float], float]
     hertz: Callable[[float, float, bool], float]
     compliance: float
     length: float | None = None
+    pointed: bool = False
 
 
 def predicted(body: LayeredHalfSpace, outline: Outline, control: Control, times: np.ndarray) -> Predicted:
@@ -95,18 +105,22 @@ def _at(
 ) -> Predicted:
     """Return the estimate after a time t [s] under a load [N], or at an approach [m]."""
     own = outline.compliance
-    wide, narrow = (float(side(t)) + own for side in (limits.wide, limits.narrow))
+    wide, narrow = (
+        float(side(t)) + own for side in (limits.long_wave_compliance, limits.short_wave_compliance)
+    )
     if value == 0.0 or max(wide, narrow) == 0.0:  # no load, or both instantaneous compliances are zero
         return Predicted(0.0, 0.0)
     radii = np.array([a for a in (outline.hertz(A, value, loaded) for A in (wide, narrow)) if a > 0.0])
     alpha = np.geomspace(1.0 / (WAVENUMBER_RANGE * radii.max()), WAVENUMBER_RANGE / radii.min(), 400)
     A = own + np.asarray(_step(response, alpha, t))
 
+    def compliance(a: float) -> np.ndarray:
+        return np.interp(np.log(Z / a), np.log(alpha), A)
+
     def surface(a: float) -> tuple[float, float]:
-        compliance = np.interp(np.log(Z / a), np.log(alpha), A)
         if outline.length is not None:
-            return _line(compliance, LONGEST * a / outline.length)
-        return _round(compliance)
+            return _line(compliance(a), LONGEST * a / outline.length)
+        return _round(compliance(a))
 
     def peak(a: float) -> float:
         if not loaded:
@@ -116,6 +130,8 @@ def _at(
         return 1.5 * value / (np.pi * a**2)
 
     def too_small(a: float) -> bool:
+        if outline.pointed:
+            return _edge_pressure(compliance(a), outline.depth, a, value, loaded) > 0.0
         centre, edge = surface(a)
         return peak(a) * a * (centre - edge) > outline.depth(a)
 
@@ -139,11 +155,18 @@ def _strain_per_pressure(limits: BodyLimits, a: float, t: float) -> float:
 
 def _round(A: np.ndarray) -> tuple[float, float]:
     """Return the integrals of A g and of A g J_0(z) over z, with A given at ``Z``."""
+    centre, edge = _round_weights()
+    return float(A @ centre), float(A @ edge)
+
+
+@functools.cache
+def _round_weights() -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights of A in the integrals of A g and of A g J_0(z)."""
     from scipy.special import j0
 
     with np.errstate(all="ignore"):
         g = np.where(Z < SERIES_BELOW, 1.0 / 3.0, (np.sin(Z) - Z * np.cos(Z)) / Z**3)
-    return float(np.sum(A * g * WEIGHTS)), float(np.sum(A * g * j0(Z) * WEIGHTS))
+    return g * WEIGHTS, g * j0(Z) * WEIGHTS
 
 
 def _line(A: np.ndarray, least: float) -> tuple[float, float]:
@@ -152,6 +175,39 @@ def _line(A: np.ndarray, least: float) -> tuple[float, float]:
 
     g = np.where(least > Z, 0.0, j1(Z) / Z**2)
     return float(np.sum(A * g * WEIGHTS)), float(np.sum(A * g * np.cos(Z) * WEIGHTS))
+
+
+def _edge_pressure(
+    A: np.ndarray, depth: Callable[[float], float], a: float, value: float, loaded: bool
+) -> float:
+    """Return the pressure [Pa] at the edge of a disc of radius a that touches everywhere, with A given at ``Z``.
+
+    It is extrapolated from the two outermost rings, so that it is exact on a bed of springs. depth: profile [m] as a
+    function of radius; value: load [N], or the approach [m].
+    """
+    middles, areas, pressures, displacements = _rings()
+    one_ring = a * (displacements * (A * WEIGHTS)) @ pressures.T
+    if not np.any(one_ring):  # rigid for such short waves: contact is at the centre only
+        return -np.inf
+    one_ring += RIDGE * np.trace(one_ring) * np.eye(RINGS)
+    shape = np.array([depth(a * r) for r in middles])
+    per_approach, of_shape = np.linalg.solve(one_ring, np.stack([np.ones(RINGS), shape], 1)).T
+    if loaded:
+        value = (value / a**2 + areas @ of_shape) / (areas @ per_approach)
+    pressure = value * per_approach - of_shape
+    return float(1.5 * pressure[-1] - 0.5 * pressure[-2])
+
+
+@functools.cache
+def _rings() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the radii of the middles of the rings within 1 (m,), their areas (m,), the transforms of unit pressure on each
+    of them at ``Z``, divided by z, (m, z), and J_0 at their middles (m, z)."""
+    from scipy.special import j0, j1
+
+    ends = np.linspace(0.0, 1.0, RINGS + 1)
+    middles = (ends[1:] + ends[:-1]) / 2.0
+    discs = ends[:, None] * j1(ends[:, None] * Z) / Z * np.exp(-((Z / SHARPEST) ** 2))
+    return middles, np.pi * np.diff(ends**2), np.diff(discs, axis=0), j0(middles[:, None] * Z)
 
 
 def _bisected(too_small: Callable[[float], bool], low: float, high: float) -> float:

@@ -22,7 +22,6 @@ from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_ma
 from jaxcontact.inputs.materials import Elastic
 from jaxcontact.response.volume import surface_creep
 
-CONE_RADIUS_FACTOR = 1.4  # largest ratio of the radius to the Hertz estimate (springs 1.2, half-space 1.3)
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
 
@@ -56,6 +55,10 @@ class Indenter(abc.ABC):
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
         """Estimate the largest contact radius over the history [m]; for a long contact, half its length."""
         return max(self.half_widths(body, control, times))
+
+    def size_error(self, grid: Grid) -> Array:
+        """Return the relative error of a size that is rounded to whole cells, in size, ()."""
+        return jnp.zeros(())
 
     def compliance(self) -> Array:
         """Return (1 - nu)/G of the indenter [1/Pa], zero if rigid."""
@@ -149,18 +152,13 @@ class Cone(Indenter):
             "cone pi/2 - half-angle [rad]", 0.5 * math.pi - self.half_angle
         )
 
-    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
-        """Estimate the radius from Hertz's pressure, corrected for that of a cone, which is higher at the centre."""
-        radius = CONE_RADIUS_FACTOR * super().half_widths(body, control, times)[0]
-        return radius, radius
-
     def outline(self) -> Outline:
         slope = math.tan(float(self.half_angle))
 
         def hertz(A: float, value: float, loaded: bool) -> float:
             return math.sqrt(value * A * slope / math.pi) if loaded else 2.0 * value * slope / math.pi
 
-        return Outline(lambda a: a / slope, hertz, float(self.compliance()))
+        return Outline(lambda a: a / slope, hertz, float(self.compliance()), pointed=True)
 
 
 @pytree
@@ -190,6 +188,14 @@ class Cylinder(Indenter):
         if grid.plane_strain:
             valid = valid & _spans(self.length, grid.width[1])
         return valid & _covers_a_cell("cylinder length [m]", self.length, self.profile(grid), grid)
+
+    def size_error(self, grid: Grid) -> Array:
+        if grid.plane_strain:  # uniform along its length
+            return jnp.zeros(())
+        _, y = grid.axes()
+        within = jnp.minimum(jnp.asarray(self.length, float), grid.width[1])
+        cells = jnp.sum(jnp.abs(y) <= jnp.asarray(self.length) / 2.0)
+        return jnp.abs(cells * grid.spacing[1] / within - 1.0)
 
     def outline(self) -> Outline:
         R, length = float(self.radius), float(self.length)
@@ -222,6 +228,11 @@ class FlatPunch(Indenter):
     def profile(self, grid: Grid) -> Array:
         x, y = grid.coordinates()
         return jnp.where(x**2 + y**2 <= jnp.asarray(self.radius) ** 2, 0.0, _far(grid))
+
+    def size_error(self, grid: Grid) -> Array:
+        """Return the relative error of the radius of a circle that is as large as the cells under the punch, ()."""
+        area = jnp.sum(self.profile(grid) == 0.0) * grid.cell_area
+        return jnp.abs(jnp.sqrt(area / math.pi) / self.radius - 1.0)
 
     def check(self, grid: Grid) -> Verdict:
         valid = checks.positive("punch radius [m]", self.radius)

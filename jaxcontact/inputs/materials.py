@@ -50,7 +50,9 @@ class Material(abc.ABC):
         """Return the retardation spectrum of the material."""
 
     def nu_at(self, compliance: Array) -> Array:
-        """Return Poisson's ratio for a shear compliance j [1/Pa], which is complex at a frequency: nu(s) of the module."""
+        """Return Poisson's ratio for a shear compliance j [1/Pa], which is complex at a frequency.
+
+        It is ``nu``, or (3 K j - 2)/(6 K j + 2) with the bulk modulus K."""
         if self.bulk_modulus is None:
             return jnp.asarray(self.nu, float)
         stiff = 3.0 * self.bulk_modulus * compliance
@@ -158,7 +160,7 @@ class Elastic(Material):
 class Maxwell(Material):
     """A Maxwell fluid: J(t) = 1/G + t/eta.
 
-    Source: the paper, Eq. (11).
+    Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Eq. (11).
 
     Args:
         G: shear modulus [Pa] > 0.
@@ -250,7 +252,8 @@ class StandardLinearSolid(Material):
 class Burgers(Material):
     """A Burgers fluid: J(t) = 1/G1 + (1 - exp(-G2 t/eta2))/G2 + t/eta1.
 
-    Source: the paper, Eq. (13); its Eq. (14) gives phi = J/2 of the tribofilm below.
+    Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Eq. (13). The example is the
+    tribofilm of Eq. (14), which states phi = J/2.
 
     Args:
         G1: instantaneous modulus [Pa] > 0.

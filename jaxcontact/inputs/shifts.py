@@ -40,7 +40,7 @@ class ArrheniusShift:
         return self.activation_energy / BOLTZMANN * inverse
 
     def check(self) -> Verdict:
-        """Return whether the values are in range; ValueError where known ones are not."""
+        """Return whether the values are in range; raises ValueError for values that are not traced and are out of range."""
         valid = check_activation("ArrheniusShift", self.activation_energy)
         return valid & checks.positive("ArrheniusShift reference [K]", self.reference)
 
@@ -75,7 +75,7 @@ class WLFShift:
         )
 
     def check(self) -> Verdict:
-        """Return whether the values are in range; ValueError where known ones are not."""
+        """Return whether the values are in range; raises ValueError for values that are not traced and are out of range."""
         valid = checks.positive("WLFShift c1", self.c1) & checks.positive("WLFShift c2 [K]", self.c2)
         return valid & checks.positive("WLFShift reference [K]", self.reference)
 

@@ -44,7 +44,7 @@ class Thermal:
     diffusivity: Array | float | None = None
 
     def check(self) -> Verdict:
-        """Return whether the values are in range; ValueError where known ones are not."""
+        """Return whether the values are in range; raises ValueError for values that are not traced and are out of range."""
         valid = checks.positive("Thermal ambient [K]", self.ambient)
         valid = valid & checks.positive("Thermal conductivity [W/(m K)]", self.conductivity)
         valid = valid & checks.between("Thermal share", self.share, -1e-12, 1.0)

@@ -1,7 +1,7 @@
 """Fig. 13: sliding over the film as a half-space at 0.4028 um/s for 240 min, under a load (a) and an approach (b).
 
 At t = 0 the reference for both is Hertz; beyond, the paper describes shapes. The part of the history that left the
-window, 8.4 first contact radii wide, is missing: ``dropped`` is a bound on its displacement.
+window, 8.4 first contact radii wide, is missing: ``truncation_bound`` is a bound on its displacement.
 """
 
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ def compare(found: dict[str, SlidingRun], references: Mapping[str, float]) -> li
     ]
     for name in NAMES:
         rows += passes.reports(name, found[name])[:3]
-        share = found[name].dropped[-1] / found[name].approach[-1]
+        share = found[name].truncation_bound[-1] / found[name].approach[-1]
         rows.append(
             report(f"{name}: bound on the history outside the window, over the approach [-]", share, "-")
         )

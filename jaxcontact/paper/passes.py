@@ -5,7 +5,7 @@ The speed is taken as pixel over step, as in the table (1611 um/s in rows 15e an
 row has 320 cells of the same size per side. Where the contact on the film is at most 64 cells across, the window is
 smaller than the paper's, with cells of the same size: the peaks of three of these runs differ by less
 than 3e-5 from those with 256 cells per side. On a half-space the history that left the window is missing: see
-``dropped`` in the tables.
+``truncation_bound`` in the tables.
 """
 
 import warnings
@@ -79,7 +79,7 @@ class SlidingRun(NamedTuple):
     load: np.ndarray
     friction: np.ndarray
     strain: np.ndarray
-    dropped: np.ndarray
+    truncation_bound: np.ndarray
     status: np.ndarray
     steady: float
 
@@ -130,7 +130,7 @@ def slide(name: str, n: int) -> SlidingRun:
         load=np.asarray(run.load),
         friction=np.asarray(run.friction_coefficient),
         strain=np.asarray(run.film_strain),
-        dropped=np.asarray(run.dropped),
+        truncation_bound=np.asarray(run.truncation_bound),
         status=np.asarray(run.status),
         steady=steady,
     )

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 
 class MaugisUnits(NamedTuple):
-    """Of the module: radius [m], load [N], approach [m]."""
+    """The units of the dimensionless solution: radius [m], load [N], approach [m]."""
 
     radius: float
     load: float

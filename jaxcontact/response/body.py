@@ -52,8 +52,9 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
     """Return N(k, t): normal surface displacement per amplitude of a pressure wave applied as a step at t = 0.
 
     At k = 0 the response of a half-space is infinite, and ``inf`` is returned, with zero derivative;
-    k N stays finite. Source: the paper's Appendix A (u_z under p) with the correspondence principle of its
-    section 2.3 applied exactly.
+    k N stays finite. Source: Wang et al., Tribology Letters 2025,
+    doi 10.1007/s11249-025-01990-5, Appendix A (u_z under p), with the correspondence principle of section 2.3 applied
+    exactly.
 
     Args:
         body: a ``LayeredHalfSpace``.

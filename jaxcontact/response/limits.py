@@ -56,11 +56,11 @@ class BodyLimits:
             return jnp.zeros_like(wavenumber)
         return film_shape(self.film.material, wavenumber * self.film.thickness)
 
-    def wide(self, t: Array | float) -> Array:
+    def long_wave_compliance(self, t: Array | float) -> Array:
         """Return the compliance [1/Pa] at a time t [s] of the substrate, for contacts much wider than the layers."""
         return surface_creep(self.substrate).creep(t)
 
-    def narrow(self, t: Array | float) -> Array:
+    def short_wave_compliance(self, t: Array | float) -> Array:
         """Return the compliance [1/Pa] at a time t [s] of the top layer, for contacts much narrower than it."""
         return surface_creep(self.surface).creep(t)
 

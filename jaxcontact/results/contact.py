@@ -54,7 +54,7 @@ class ContactResult:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes on this result, in words: the same warnings that a call outside any transformation issues.
+        """The notes on this result, as text: the warnings that the call issues outside ``jax.jit`` and ``jax.vmap``.
 
         They are formed from numbers stored in the result, so a result computed inside ``jax.jit`` or ``jax.vmap`` has
         them as well once it is returned. A batch of runs (``jax.vmap``) has one note of each kind, that of the worst run,
@@ -65,7 +65,7 @@ class ContactResult:
 
     @property
     def in_contact(self) -> Array:
-        """Whether a cell is in contact, of the shape of ``pressure``."""
+        """True for each cell in contact, of the shape of ``pressure``."""
         return self.pressure > 0.0  # type: ignore[attr-defined]
 
     def summary(self) -> str:
@@ -229,7 +229,7 @@ class AdhesiveHistory(ContactHistory):
 
     @property
     def in_contact(self) -> Array:
-        """Whether a cell is in contact, of the shape of ``pressure``: its gap is zero, whether it is pressed or pulled."""
+        """True for each cell whose gap is zero, whether it is pressed or pulled; of the shape of ``pressure``."""
         relief = jnp.max(self.profile, (-2, -1)) - jnp.min(self.profile, (-2, -1))
         height = relief + jnp.max(jnp.abs(self.displacement), tuple(range(-self.displacement.ndim, 0)))
         return self.gap <= CLOSED * height

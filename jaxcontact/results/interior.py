@@ -59,7 +59,7 @@ class InteriorFields:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The warnings on these fields, in words: an input value, unchecked inside jit or vmap, was out of range, or the
+        """The warnings on these fields, as text: an input value, unchecked inside jit or vmap, was out of range, or the
         error of the response is large."""
         if not is_concrete(self) or not hasattr(self.stress, "__array__"):
             raise ValueError(

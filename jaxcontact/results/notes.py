@@ -1,4 +1,4 @@
-"""Notes on a result, in words: warnings about its accuracy and validity.
+"""Notes on a result, as text: warnings about its accuracy and validity.
 
 The compiled core stores only numbers (the fields of a result and its ``Diagnostics``), which pass through jit, vmap, grad
 and ``lax.map`` like any others. The words are formed from them when ``result.notes`` is read, so that a result computed
@@ -26,11 +26,12 @@ STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and
 COLD = 200.0  # K, below which a temperature was probably given in degrees Celsius
 FEW_COHESIVE = 3  # cells across the zone of attraction
 DEEP = 1.0 / 3.0  # contact radius over the radius of a ball, which is computed as a paraboloid
+ROUNDED = 0.02  # of a size of the indenter: its error by whole cells
 TRAPPING = 0.18  # at a compliance of a cell x strength^2/work of 5
 
 
 class Note(str):
-    """A note in words.
+    """The text of a note.
 
     kind: the words common to all notes on the same matter; severity: a number that is largest for the worst note.
     """
@@ -58,7 +59,8 @@ class Diagnostics:
     the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
     grown beyond all its neighbours, relative to the largest growth; relative_step_error: of a film or an indenter
     that is rubbed in place, the error by the time steps relative to the largest change of its thickness; ball_radius
-    [m]: of a ``Sphere``, inf for any other indenter; coldest [K]: the lowest temperature that a law of growth or ``Thermal``
+    [m]: of a ``Sphere``, inf for any other indenter; size_error: relative error of a size of the indenter that is rounded
+    to whole cells; coldest [K]: the lowest temperature that a law of growth or ``Thermal``
     is given, inf without any.
     """
 
@@ -73,6 +75,7 @@ class Diagnostics:
     relative_step_error: Any = np.float64(0.0)
     ball_radius: Any = np.float64(np.inf)
     coldest: Any = np.float64(np.inf)
+    size_error: Any = np.float64(0.0)
 
 
 class _Run(NamedTuple):
@@ -99,6 +102,7 @@ class _Run(NamedTuple):
     relative_step_error: np.ndarray
     ball_radius: np.ndarray
     coldest: np.ndarray
+    size_error: np.ndarray
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
@@ -185,6 +189,14 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
         yield from _of_cells(run, plane_strain)
     if not plane_strain:
         yield from _of_depth(run)
+    if run.size_error > ROUNDED:
+        share = 100.0 * float(run.size_error)
+        yield Note(
+            f"the length or radius of the indenter is rounded to whole cells, by {share:.2g} %: use a finer grid, or cells"
+            " that divide it",
+            f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
+            share,
+        )
     if run.coldest < COLD:
         text = f"a temperature of {float(run.coldest):g} K was given: temperatures are in kelvin, not in °C"
         yield Note(text, f"a temperature below {COLD:g} K", -float(run.coldest))

@@ -58,7 +58,7 @@ class PressureHistogram(InWords):
     edges [Pa], (bins + 1,): limits of the bins, from zero, or with adhesion from the largest tension, to the largest
     pressure of all times; density [1/Pa], (nt, bins), or (bins,) for fields at one time: share of the nominal area per
     unit of pressure. Only cells under pressure or tension are counted: without adhesion the integral of the density is
-    the area fraction. The integral of density times pressure is the mean pressure.
+    the area fraction. The integral of density times pressure is the mean pressure to within half a bin.
     """
 
     edges: Array

@@ -32,11 +32,10 @@ class RubbingHistory(ContactHistory):
 
     displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
     touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
-    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile where the indenter is.
+    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile at the position of the indenter.
 
-    status 12: a time step is too long for the rate of
-    growth or wear, or for the contact's move; 13: the film is thicker than the largest thickness for which its kernels were
-    computed.
+    status 12: a time step is too long for the rate of growth or wear, or for the motion of the contact; 13: the film is
+    thicker than the largest thickness for which its kernels were computed.
     """
 
     view: ClassVar[str] = "rubbing"
@@ -49,7 +48,7 @@ class RubbingHistory(ContactHistory):
 
     @property
     def gap(self) -> Array:
-        """The gap [m], as of every ``ContactHistory``, with the profile where the indenter is."""
+        """The gap [m], as in ``ContactHistory``, with the profile at the position of the indenter."""
         if self.moved_profile is None:
             return super().gap
         approach = self.approach if self._has_maps_over_time else self.approach[..., -1]
@@ -57,10 +56,11 @@ class RubbingHistory(ContactHistory):
 
     @property
     def peak_thickness(self) -> Array:
-        """The largest thickness at each time [m], (nt,). It is not available where only the last map was kept."""
+        """The largest thickness at each time [m], (nt,). It is not available if only the last map was kept."""
         return largest_over_time(self, "thickness", "rub")
 
     @property
     def peak_temperature(self) -> Array:
-        """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or as above."""
+        """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or if only the last map
+        was kept."""
         return largest_over_time(self, "temperature", "rub")

@@ -54,8 +54,8 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero without
     friction; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
     axis; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; stored_energy (nt,) [J]: energy
-    stored in the body under the pressure; dropped (nt,) [m]: bound on the displacement of the contact due to the part of the
-    history that left the grid.
+    stored in the body under the pressure; truncation_bound (nt,) [m]: bound on the displacement of the contact due to the
+    part of the history that left the grid.
 
     Forces [N] and powers [W], (nt,), are positive if they resist the motion and are dissipated, and zero at rest. The
     totals, as a dynamometer on the holder of the indenter would measure them, are tangential_force, friction_coefficient
@@ -69,9 +69,9 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     of stored_energy, as long as no part of the history leaves the grid.
 
     status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the contact returned
-    to where part of the history had left the grid, and the displacement missing there is significant (``dropped`` above
-    1 % of the largest approach so far): the grid does not hold both the track and the contact; 9: an earlier step failed,
-    and this step depends on its history.
+    to where part of the history had left the grid, and the displacement missing there is significant
+    (``truncation_bound`` above 1 % of the largest approach so far): the grid does not hold both the track and the contact;
+    9: an earlier step failed, and this step depends on its history.
     """
 
     velocity: Array
@@ -86,8 +86,14 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     hysteresis_power: Array
     friction_power: Array
     stored_energy: Array
-    dropped: Array
+    truncation_bound: Array
     temperature: Array | None = None
+
+    @property
+    def dropped(self) -> Array:
+        """Deprecated name of ``truncation_bound``."""
+        warnings.warn("dropped: use truncation_bound", DeprecationWarning, stacklevel=2)
+        return self.truncation_bound
 
     @property
     def peak_temperature(self) -> Array:

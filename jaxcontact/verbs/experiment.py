@@ -7,23 +7,18 @@ kind, and the march does the rest; a steady state is solved with the pieces. Opt
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
-from dataclasses import dataclass, fields
 from typing import Any, Self
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import LARGEST_ERROR, Status
-from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
-from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
+from jaxcontact.history.march import Stepper, Steps
+from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.inputs.controls import Control, Load, check_control
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, checked_body
@@ -32,30 +27,11 @@ from jaxcontact.operators.thickness_kernels import VaryingKernels, compiled_vary
 from jaxcontact.operators.traction_kernels import TractionKernels
 from jaxcontact.response.limits import limits_of
 from jaxcontact.response.stack import solids
-from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
-from jaxcontact.results.notes import Diagnostics, announce
+from jaxcontact.results.contact import ContactHistory, ContactStep
+from jaxcontact.verbs.plan import Plan, fine_steps, fine_values
+from jaxcontact.verbs.setup import ContactSetup, Options, Settings
 
-Save = str | Callable[[ContactStep], Any]
 LOOSEST = 1e-2  # tolerance
-ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
-
-
-@dataclass(frozen=True)
-class Options:
-    """Static options of a run; their meaning is documented in ``indent``."""
-
-    save: Save = "all"
-    substeps: int = 1
-    correspondence: str = "exact"
-    checkpoint: str = "pressures"
-
-    def check(self) -> None:
-        """Raises ValueError for an option that is not there."""
-        known = self.save in ("all", "last") or callable(self.save)
-        checks.require(known, f'save: expected "all", "last" or a function, got {self.save!r}')
-        checks.whole("substeps", self.substeps, 1, 1000)
-        checks.one_of("correspondence", self.correspondence, "exact", "quasi-elastic")
-        checks.one_of("checkpoint", self.checkpoint, "pressures", "blocks")
 
 
 @pytree
@@ -80,40 +56,34 @@ class Experiment:
     @classmethod
     def of(
         cls,
-        body: LayeredHalfSpace,
-        indenter: Indenter,
-        control: Control,
-        times: Any,
+        setup: ContactSetup,
+        settings: Settings,
         *,
-        grid: Grid,
-        tolerance: Any = 1e-8,
-        max_iterations: Any = 500,
-        kernels: Kernels | None = None,
         film_map: ThicknessMap | None = None,
         adhesive: bool = False,
-        **options: Any,
     ) -> Self:
         """Check all that verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
-        body, valid = checked_body(body)
+        indenter, control, times, grid = setup.indenter, setup.control, setup.times, setup.grid
+        tolerance, max_iterations, kernels = settings.tolerance, settings.max_iterations, settings.kernels
+        body, valid = checked_body(setup.body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
         valid = valid & checks.not_decreasing("times [s]", times)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
-        static_options = Options(**options)
-        static_options.check()
+        settings.options.check()
         if kernels is not None:
-            exact = static_options.correspondence == "exact"
+            exact = settings.options.correspondence == "exact"
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, grid)
         valid = valid & check_stiffness(body)
-        valid = valid & _check_instantaneous_compliance(body, indenter, static_options.correspondence)
+        valid = valid & _check_instantaneous_compliance(body, indenter, settings.options.correspondence)
         valid = valid & _check_approach_range(control, indenter, grid, film_map)
         given = as_float64((body, indenter, control, times, grid, tolerance))
         known = None if valid is True else jnp.asarray(valid)
         iterations = jnp.asarray(max_iterations, int)
-        return cls(*given, iterations, kernels, known, static_options, film_map=as_float64(film_map))
+        return cls(*given, iterations, kernels, known, settings.options, film_map=as_float64(film_map))
 
     def also(self, verdict: Verdict) -> Self:
         """The experiment with one more condition on values that are not known yet."""
@@ -190,24 +160,13 @@ class TimedExperiment(Experiment, abc.ABC):
             "edges": self.edges,
         }
 
-    def plan(
-        self,
-        stepper: Stepper,
-        more: Any,
-        scale: Scale,
-        errors: Errors,
-        *,
-        makes: Callable[..., ContactHistory] = ContactHistory,
-        step: type[ContactStep] = ContactStep,
-        course: dict[str, Array] | None = None,
-        beside: dict[str, Array] | None = None,
-    ) -> Plan:
-        """Return the march of a stepper, whose further input is ``more``, (nt, substeps, ...); the rest as in ``Plan``."""
+    def plan(self, stepper: Stepper, more: Any, scale: Scale, errors: Errors) -> Plan:
+        """Return the march of a stepper, whose further input is ``more``, (nt, substeps, ...), to a ``ContactHistory``."""
         substeps = self.options.substeps
         targets = fine_values(jnp.broadcast_to(self.target(scale), self.times.shape), substeps)
         steps = Steps(fine_steps(self.times, substeps), targets, more)
-        course = {"times": self.times} | (course or {})
-        return Plan(stepper, steps, scale, errors, course, {"grid": self.grid} | (beside or {}), makes, step)
+        known = {"times": self.times}, {"grid": self.grid}
+        return Plan(stepper, steps, scale, errors, *known, ContactHistory, ContactStep)
 
 
 def _check_instantaneous_compliance(
@@ -267,164 +226,3 @@ def _check_approach_range(
         f" {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface would be in contact",
     )
     return True
-
-
-def fine_steps(times: Array, substeps: int) -> Array:
-    """The inner steps [s], (nt, substeps); the first row has no length."""
-    before = jnp.append(times[:1], times[:-1])
-    return (times - before)[:, None] / substeps * jnp.ones(substeps)
-
-
-def fine_values(values: Array, substeps: int) -> Array:
-    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
-    before = jnp.concatenate([values[:1], values[:-1]])
-    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
-    return before[:, None] + (values - before)[:, None] * share
-
-
-@pytree
-class Plan:
-    """A march to be made, and what its result is made of.
-
-    steps: (nt, substeps, ...); errors: of the kernels; course, beside: fields of the result that are known beforehand, in
-    SI, with and without a first axis of time; makes: the result of its fields; step: the argument of a ``save`` function.
-    """
-
-    stepper: Stepper
-    steps: Steps
-    scale: Scale
-    errors: Errors
-    course: dict[str, Array]
-    beside: dict[str, Any]
-    makes: Callable[..., ContactHistory] = static()
-    step: type[ContactStep] = static()
-
-    def marched(self, options: Options) -> ContactHistory:
-        """Return the result of the whole march, with the fields that ``options.save`` keeps."""
-        state, outcomes = march_from_rest(
-            self.stepper, self.steps, self.kept(options.save), options.checkpoint
-        )
-        return self.result(outcomes, state.carry, state.last.fields)
-
-    def kept(self, save: Save) -> Keep:
-        """Return what a march keeps of an outcome: all of it, its numbers, or also the value of a function of it in SI."""
-        if save == "all":
-            return lambda outcome: outcome
-        value = (lambda outcome: save(self.seen(outcome))) if callable(save) else lambda outcome: None
-        return lambda outcome: outcome._replace(fields={}, saved=value(outcome))
-
-    def seen(self, outcome: Outcome) -> ContactStep:
-        """Return an outcome in SI, for a user's function."""
-        profile = outcome.fields.get("moved_profile", self.stepper.profile)
-        gap = profile + outcome.fields["displacement"] - outcome.numbers["approach"]
-        in_si = self.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
-        known = {field.name for field in fields(self.step)} & in_si.keys()
-        return self.step(**{name: in_si[name] for name in known})
-
-    def result(
-        self, outcomes: Outcome, carry: Carry, last: dict[str, Array], rows: slice = slice(None)
-    ) -> ContactHistory:
-        """Return the result for some rows from their outcomes; last: the fields where outcomes have none."""
-        overall = {"profile": self.stepper.profile} | self.stepper.overall(carry.own)
-        in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
-        course = {name: values[rows] for name, values in self.course.items()}
-        return self.makes(saved=outcomes.saved, **course, **self.beside, **in_si)
-
-
-@Program
-def _run(experiment: TimedExperiment) -> tuple[ContactHistory, Errors]:
-    """The compiled core of all experiments over time: one trace for equal shapes and options."""
-    plan = experiment.planned()
-    return plan.marched(experiment.options), plan.errors
-
-
-def marched(experiment: TimedExperiment) -> Any:
-    """Return the finished result of an experiment over time, without warnings."""
-    result, errors = _run(experiment.with_kernels())
-    return finished(result, errors, experiment)
-
-
-def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
-    """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
-    single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
-    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
-    told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
-    told = replace(told, ball_radius=jax.lax.stop_gradient(jnp.asarray(radius, float)))
-    if experiment.temperatures:
-        told = replace(told, coldest=_least(experiment.temperatures))
-    if experiment.film_map is not None:
-        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
-    return nan_where_invalid(
-        replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
-    )
-
-
-def _least(values: list[Any]) -> Array:
-    """Return the least of some values, without derivative, ()."""
-    return jax.lax.stop_gradient(jnp.min(jnp.stack([jnp.min(jnp.asarray(v, float)) for v in values])))
-
-
-def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
-    """Return the largest slope of a film's thickness, given or formed, and whether the film is stiffer than its base."""
-    assert experiment.film_map is not None
-    grid, maps = experiment.grid, [experiment.film_map.values]
-    if hasattr(result, "thickness"):
-        maps.append(result.thickness)
-    along = [axis for axis, n in enumerate(grid.shape) if n > 1]
-    slopes = [
-        jnp.max(jnp.abs(_differences(values, axis - 2, grid.periodic[axis]))) / grid.spacing[axis]
-        for values in maps
-        for axis in along
-    ]
-    ratio = limits_of(experiment.body).stiffness_ratio()
-    found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
-    if hasattr(result, "thickness"):
-        last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
-        grown, least = last - experiment.film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
-        found["narrow_growth"] = _narrowest(
-            jnp.where(jnp.abs(grown) > least, grown, 0.0), along, grid.periodic
-        )
-    return found
-
-
-def _narrowest(grown: Array, axes: list[int], periodic: tuple[bool, bool]) -> Array:
-    """Return how far a cell has grown beyond all its neighbours along some axes, relative to the largest change, ()."""
-    highest = jnp.full_like(grown, -jnp.inf)
-    for axis in axes:
-        ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
-        padded = (
-            jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
-        )
-        for start in (0, 2):
-            beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
-            highest = jnp.maximum(highest, beside)
-    beyond, largest = jnp.max(grown - highest), jnp.max(jnp.abs(grown))
-    return jnp.where(largest > 0.0, beyond / jnp.where(largest > 0.0, largest, 1.0), 0.0)
-
-
-def _differences(values: Array, axis: int, periodic: bool) -> Array:
-    """Return the differences between neighbours along an axis."""
-    return values - jnp.roll(values, 1, axis) if periodic else jnp.diff(values, axis=axis)
-
-
-def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
-    """Return a finished result, and issue its notes as warnings to the caller of the verb."""
-    result = finished(result, errors, experiment)
-    announce(result, stacklevel=3)
-    return result
-
-
-def _doubted(result: Any, errors: Errors) -> Array:
-    """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
-    if hasattr(result, "times"):
-        return doubted(result.status, result.times - result.times[0], errors)
-    speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
-    width = jnp.max(jnp.stack(result.grid.width))
-    return doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
-
-
-def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
-    """Return the status, with ``NOT_RESOLVED`` in place of ``FINE`` where the error of the response exceeds 1 %."""
-    largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
-    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
-    return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)

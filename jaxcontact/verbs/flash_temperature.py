@@ -24,7 +24,7 @@ from jaxcontact.operators.heat import (
 
 @pytree
 class ThermalFilm:
-    """The heat conduction of a film.
+    """A heat-conducting film, in perfect thermal contact with the body below it.
 
     Args:
         thickness: [m] > 0.
@@ -40,7 +40,7 @@ class ThermalFilm:
     diffusivity: Array | float
 
     def check(self) -> Verdict:
-        """Return whether the values are in range; ValueError where known ones are not."""
+        """Return whether the values are in range; raises ValueError for values that are not traced and are out of range."""
         valid = checks.positive("ThermalFilm thickness [m]", self.thickness)
         valid = valid & checks.positive("ThermalFilm conductivity [W/(m K)]", self.conductivity)
         return valid & checks.positive("ThermalFilm diffusivity [m2/s]", self.diffusivity)

@@ -22,7 +22,7 @@ TOLERANCE, RESTART, RESTARTS = 1e-10, 40, 25  # of GMRES
 
 @pytree
 class ThermalBody:
-    """The heat conduction of a half-space, and how the heat moves over it.
+    """A heat-conducting half-space, and the velocity of the contact over it.
 
     Args:
         conductivity: thermal conductivity [W/(m K)] > 0.
@@ -42,7 +42,7 @@ class ThermalBody:
     film: ThermalFilm | None = None
 
     def check(self, heat_flux: Any, grid: Grid) -> Verdict:
-        """Return whether the values are in range for a flux on a grid; ValueError where known ones are not."""
+        """Return whether the values are in range for a flux on a grid; raises ValueError as ``flash_temperature`` does."""
         valid = check_heat(heat_flux, grid, self.velocity, self.conductivity, self.diffusivity, self.film)
         return valid & checks.finite("ThermalBody ambient [K]", self.ambient)
 

@@ -28,7 +28,10 @@ from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.response.limits import limits_of
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
-from jaxcontact.verbs.experiment import Plan, Save, TimedExperiment, fine_steps, fine_values, marched
+from jaxcontact.verbs.experiment import TimedExperiment
+from jaxcontact.verbs.plan import Plan, fine_steps, fine_values
+from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
 WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
 
@@ -110,37 +113,32 @@ def indent(
         >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
         '1.92 um'
     """
-    options: dict[str, Any] = {
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "save": save,
-        "substeps": substeps,
-        "correspondence": correspondence,
-        "kernels": kernels,
-        "checkpoint": checkpoint,
-        "adhesion": adhesion,
-    }
+    setup = ContactSetup(body, indenter, control, times, grid)  # type: ignore[arg-type]
+    settings = Settings(
+        tolerance, max_iterations, kernels, Options(save, substeps, correspondence, checkpoint)
+    )
     solve = _widening if isinstance(grid, str) else _solved
-    history = solve(body, indenter, control, times, grid=grid, **options)
+    history = solve(setup, settings, adhesion)
     announce(history, stacklevel=2)
     return history
 
 
-def _solved(*given: Any, **options: Any) -> ContactHistory:
+def _solved(setup: ContactSetup, settings: Settings, adhesion: Adhesion | None) -> ContactHistory:
     """Return the history on a given grid, without warnings."""
-    return marched(Indentation.of(*given, **options))
+    return marched(Indentation.of(setup, settings, adhesion=adhesion))
 
 
-def _widening(*given: Any, grid: Any, **options: Any) -> ContactHistory:
+def _widening(setup: ContactSetup, settings: Settings, adhesion: Adhesion | None) -> ContactHistory:
     """Solve, on a wider grid of as many cells while the contact reaches the edge."""
     checks.require(
-        grid == "auto" and options["kernels"] is None,
-        f'grid: expected a Grid, or "auto" without kernels, got {grid!r}',
+        setup.grid == "auto" and settings.kernels is None,
+        f'grid: expected a Grid, or "auto" without kernels, got {setup.grid!r}',
     )
+    given = setup.body, setup.indenter, setup.control, setup.times
     checks.require(is_concrete(*given), 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
     grid = Grid.around(*given)
     for widened in range(MOST_WIDENINGS + 1):
-        history = _solved(*given, grid=grid, **options)
+        history = _solved(replace(setup, grid=grid), settings, adhesion)
         if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
             break
         grid = replace(grid, spacing=tuple(WIDER * float(d) for d in grid.spacing))
@@ -159,31 +157,21 @@ class Indentation(TimedExperiment):
 
     @classmethod
     def of(  # type: ignore[override]
-        cls,
-        body: LayeredHalfSpace,
-        indenter: Indenter,
-        control: Control,
-        times: Any,
-        *,
-        adhesion: Adhesion | None = None,
-        **options: Any,
+        cls, setup: ContactSetup, settings: Settings, *, adhesion: Adhesion | None = None
     ) -> Self:
-        good = check_adhesion(adhesion)
-        body, thicknesses, thick = body_at_first(body, np.size(times))
-        body, film_map, in_range = separate_map(
-            body, getattr(options.get("grid"), "shape", ()), np.size(times)
-        )
+        good, count = check_adhesion(adhesion), np.size(setup.times)
+        body, thicknesses, thick = body_at_first(setup.body, count)
+        body, film_map, in_range = separate_map(body, getattr(setup.grid, "shape", ()), count)
         checks.require(
             adhesion is None or film_map is None,
             "adhesion: expected None with a film whose thickness varies in the plane, got a law",
         )
-        experiment = super().of(
-            body, indenter, control, times, film_map=film_map, adhesive=adhesion is not None, **options
-        )
+        setup = replace(setup, body=body)
+        experiment = super().of(setup, settings, film_map=film_map, adhesive=adhesion is not None)
         experiment = replace(experiment.also(good), adhesion=as_float64(adhesion))
         if thicknesses is None and film_map is None:
             return experiment
-        plain = options.get("kernels") is None and experiment.options.correspondence == "exact"
+        plain = settings.kernels is None and experiment.options.correspondence == "exact"
         varies = "over times" if film_map is None else "in the plane"
         checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
         return replace(experiment.also(thick).also(in_range), thicknesses=thicknesses)
@@ -209,13 +197,16 @@ class Indentation(TimedExperiment):
         law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
         stepper = PressStepper(memory, **self.contact(scale), law=law)
         course = {"tabor_number": self._tabor_number(self.adhesion)}
-        return self.plan(stepper, more, scale, errors, makes=AdhesiveHistory, course=course)
+        return self.plan(stepper, more, scale, errors).to(AdhesiveHistory, course=course)
 
     def _tabor_number(self, law: Adhesion) -> Array:
         """Return the Tabor number of a ball with the compliance of the surface at each time, (nt,); nan without a ball."""
         if not isinstance(self.indenter, Sphere):
             return jnp.full(self.times.shape, jnp.nan)
-        compliance = limits_of(self.body).narrow(self.times - self.times[0]) + self.indenter.compliance()
+        compliance = (
+            limits_of(self.body).short_wave_compliance(self.times - self.times[0])
+            + self.indenter.compliance()
+        )
         return law.tabor_number(self.indenter.radius, 2.0 / compliance)
 
     def _varying(self, film: ThicknessMap, dt: Array) -> Plan:

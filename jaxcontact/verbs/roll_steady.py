@@ -30,7 +30,9 @@ from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.operators.traction_kernels import TractionKernels, compiled_traction
 from jaxcontact.results.friction import SteadyRolling
-from jaxcontact.verbs.experiment import Experiment, reported
+from jaxcontact.verbs.experiment import Experiment
+from jaxcontact.verbs.running import reported
+from jaxcontact.verbs.setup import ContactSetup, Settings
 from jaxcontact.verbs.slide_steady import check_steady, with_no_steady_state
 from jaxcontact.verbs.steady.rolled import RolledSurface, creeping_surface, elastic_surface
 from jaxcontact.verbs.steady.rolling_contact import Rolled, RollingContact
@@ -89,8 +91,8 @@ def roll_steady(
         >>> bool(0.0 < rolling.tangential_load[0] < 0.3 * 20.0)
         True
     """
-    given = {"grid": grid, "tolerance": tolerance, "max_iterations": max_iterations}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), **given)
+    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
+    experiment = Experiment.of(setup, Settings(tolerance, max_iterations))
     check_free_along_x(grid, "roll_steady")
     verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid.shape)
     verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
@@ -231,4 +233,4 @@ def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -
         return status
     asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
     held = jnp.sum(asked**2) < room**2
-    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.SLIDES))
+    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.GROSS_SLIP))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from typing import Any, Self
 
 import jax
@@ -34,16 +32,10 @@ from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.thickness_kernels import compiled_varying
 from jaxcontact.results.notes import announce
 from jaxcontact.results.rubbing import RubbedStep, RubbingHistory
-from jaxcontact.verbs.experiment import (
-    Experiment,
-    Plan,
-    Save,
-    TimedExperiment,
-    fine_steps,
-    fine_values,
-    marched,
-    profile_over_film,
-)
+from jaxcontact.verbs.experiment import Experiment, TimedExperiment, profile_over_film
+from jaxcontact.verbs.plan import Plan, fine_steps, fine_values
+from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
 REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
@@ -126,12 +118,14 @@ def rub(
         >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
         '200.0 um3'
     """
-    experiment = functools.partial(
-        RubExperiment.of, body, indenter, control, times, velocity=velocity, law=law, grid=grid, path=path,
-        friction=friction, wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance,
-        max_iterations=max_iterations, save=save, checkpoint=checkpoint,
-    )  # fmt: skip
-    history = _refined(experiment) if substeps == "auto" else _noted(experiment(substeps=substeps))
+    setup, options = ContactSetup(body, indenter, control, times, grid), Options(save, checkpoint=checkpoint)
+    settings = Settings(tolerance, max_iterations, options=options)
+    conditions = RubConditions(velocity, path, law, friction, thermal, thickest, wears)
+    if substeps == "auto":
+        history = _refined(setup, settings, conditions)
+    else:
+        settings = replace(settings, options=replace(options, substeps=substeps))
+        history = _noted(RubExperiment.of(setup, settings, conditions))
     announce(history, stacklevel=2)
     return history
 
@@ -139,7 +133,7 @@ def rub(
 def _noted(rubs: RubExperiment) -> RubbingHistory:
     """Return the finished history, in place with its error relative to the largest change of the thickness."""
     history: RubbingHistory = marched(rubs)
-    if rubs.path is not None:  # the sum of the largest errors of places far apart
+    if not rubs.conditions.in_place:  # the sum of the largest errors of places far apart
         return history
     change = jnp.max(jnp.abs(history.thickness - rubs.at_first))
     share = jnp.where(change > 0.0, history.step_error[-1] / jnp.where(change > 0.0, change, 1.0), 0.0)
@@ -147,10 +141,11 @@ def _noted(rubs: RubExperiment) -> RubbingHistory:
     return replace(history, diagnostics=told)
 
 
-def _refined(experiment: Callable[..., RubExperiment]) -> RubbingHistory:
+def _refined(setup: ContactSetup, settings: Settings, conditions: RubConditions) -> RubbingHistory:
     """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last; without warnings."""
     for substeps in REFINED:
-        rubs = experiment(substeps=substeps)
+        options = replace(settings.options, substeps=substeps)
+        rubs = RubExperiment.of(setup, replace(settings, options=options), conditions)
         history = _noted(rubs)
         checks.require(
             is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
@@ -163,82 +158,83 @@ def _refined(experiment: Callable[..., RubExperiment]) -> RubbingHistory:
 
 
 @pytree
-class RubExperiment(TimedExperiment):
-    """A rubbing, by the arguments of ``rub``; thickest is a number; one of velocity and path is None, path (nt, 2)."""
+class RubConditions:
+    """The motion of a rubbed contact, the law of growth or wear, and friction and heat; fields as in ``rub``."""
 
-    velocity: Array | None
-    path: Array | None
-    kinetics: Any
-    friction: Array
-    thermal: Thermal | None
-    thickest: Array
-    wears: str = static()
+    velocity: Any
+    path: Any
+    law: Any
+    friction: Any = 0.0
+    thermal: Thermal | None = None
+    thickest: Any = None
+    wears: str = static(default="film")
+
+    @property
+    def in_place(self) -> bool:
+        """True if the film does not move relative to the indenter."""
+        return self.path is None
+
+    def checked(self, setup: ContactSetup) -> tuple[Self, Verdict]:
+        """Return the conditions with positions of shape (nt, 2) and a law, and whether traced values are in range."""
+        law, heated = SumOfLaws(()) if self.law is None else self.law, self.thermal is not None
+        valid = check_law(law, heated=heated) & check_friction(self.friction, setup.grid.shape)
+        velocity, path, moves = _motion(self.velocity, self.path, np.shape(setup.times)[0])
+        valid = valid & moves & check_thermal(self.thermal, setup.grid, "rub")
+        if path is not None:
+            valid = valid & check_path(path, setup.times, setup.indenter, setup.grid)
+            plain = self.wears == "film" and not heated
+            checks.require(plain, 'path: expected None with thermal= or wears="indenter", got positions')
+        rubs = not is_concrete(self.friction) or bool(np.any(np.asarray(self.friction) > 0.0))
+        checks.require(
+            rubs or not (heated or is_sheared(law)),
+            "friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
+        )
+        return replace(self, velocity=velocity, path=path, law=law), valid
+
+
+@pytree
+class RubExperiment(TimedExperiment):
+    """A rubbing under ``conditions``, whose ``thickest`` is a number and whose path is None or (nt, 2)."""
+
+    conditions: RubConditions
 
     @classmethod
     def of(  # type: ignore[override]
-        cls,
-        body: LayeredHalfSpace,
-        indenter: Indenter,
-        control: Control,
-        times: Any,
-        *,
-        velocity: Any = None,
-        law: Any,
-        grid: Grid,
-        path: Any = None,
-        friction: Any = 0.0,
-        wears: str = "film",
-        thermal: Thermal | None = None,
-        thickest: Any = None,
-        **options: Any,
+        cls, setup: ContactSetup, settings: Settings, conditions: RubConditions
     ) -> Self:
-        body, film_map, valid = _film(body, wears, grid, np.size(times))
-        experiment = Experiment.of(body, indenter, control, times, grid=grid, film_map=film_map, **options)
-        law = SumOfLaws(()) if law is None else law
-        valid = valid & check_law(law, heated=thermal is not None) & check_friction(friction, grid.shape)
-        velocity, path, moves = _motion(velocity, path, np.shape(times)[0])
-        valid = valid & moves & check_thermal(thermal, grid, "rub")
-        if path is not None:
-            valid = valid & check_path(path, times, indenter, grid)
-            in_place = wears == "film" and thermal is None
-            checks.require(in_place, 'path: expected None with thermal= or wears="indenter", got positions')
-        rubs = not is_concrete(friction) or bool(np.any(np.asarray(friction) > 0.0))
-        checks.require(
-            rubs or (thermal is None and not is_sheared(law)),
-            "friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
-        )
-        if thickest is None:
-            thickest = _reach(film_map, grid)
-        valid = valid & checks.positive("thickest [m]", thickest)
-        given = as_float64((velocity, path, law, friction, thermal, thickest))
-        return cls(**vars(experiment.also(valid)), **dict(zip(_OWN, given, strict=True)), wears=wears)
+        body, film_map, valid = _film(setup.body, conditions.wears, setup.grid, np.size(setup.times))
+        experiment = Experiment.of(replace(setup, body=body), settings, film_map=film_map)
+        conditions, in_range = conditions.checked(setup)
+        if conditions.thickest is None:
+            conditions = replace(conditions, thickest=_reach(film_map, setup.grid))
+        valid = valid & in_range & checks.positive("thickest [m]", conditions.thickest)
+        return cls(**vars(experiment.also(valid)), conditions=as_float64(conditions))
 
     def with_kernels(self) -> Self:
         """Return the experiment with kernels for all thicknesses up to ``thickest``."""
-        stays = isinstance(self.kinetics, SumOfLaws) and not self.kinetics.terms
+        stays = isinstance(self.conditions.law, SumOfLaws) and not self.conditions.law.terms
         if self.film_map is None or stays:
             return super().with_kernels()
-        thickness = jnp.stack([jnp.zeros(()), self.thickest])
+        thickness = jnp.stack([jnp.zeros(()), self.conditions.thickest])
         return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
 
     def planned(self) -> Plan:
         """Return the march of the rubbing."""
         memory, scale, errors = self._memory()
-        course = {} if self.path is None else {"position": self.path}
+        course = {} if self.conditions.in_place else {"position": self.conditions.path}
         stepper = RubStepper(
             memory,
             **self.contact(scale),
-            kinetics=self.kinetics,
-            friction=self.friction,
+            kinetics=self.conditions.law,
+            friction=self.conditions.friction,
             at_first=self.at_first,
-            thickest=self.thickest,
+            thickest=self.conditions.thickest,
             scale=scale,
             heated=self._heated(),
             track=self._track(scale),
-            of_film=self.wears == "film",
+            of_film=self.conditions.wears == "film",
         )
-        made = {"makes": RubbingHistory, "step": RubbedStep, "course": course}
-        return self.plan(stepper, self._inputs(), scale, errors, **made)
+        return self.plan(stepper, self._inputs(), scale, errors).to(RubbingHistory, RubbedStep, course=course)
 
     @property
     def at_first(self) -> Array:
@@ -247,19 +243,22 @@ class RubExperiment(TimedExperiment):
 
     @property
     def temperatures(self) -> list[Any]:
-        return temperatures_of(self.kinetics) + ([] if self.thermal is None else [self.thermal.ambient])
+        law, thermal = self.conditions.law, self.conditions.thermal
+        return temperatures_of(law) + ([] if thermal is None else [thermal.ambient])
 
     @property
     def profile(self) -> Array:
         """As of every experiment; with a path at its first position."""
-        if self.path is None:
+        if self.conditions.in_place:
             return super().profile
-        moved = MovedGrid(self.grid.shape, self.grid.spacing, self.grid.periodic, tuple(self.path[0]))
+        grid, first = self.grid, tuple(self.conditions.path[0])
+        moved = MovedGrid(grid.shape, grid.spacing, grid.periodic, first)
         return profile_over_film(self.indenter, moved, self.film_map)
 
     def _track(self, scale: Scale) -> Track | None:
         """Return the way of the indenter, None where it stays in place."""
-        return None if self.path is None else Track(self.indenter, self.grid, self.path[0], scale.length)
+        path = self.conditions.path
+        return None if path is None else Track(self.indenter, self.grid, path[0], scale.length)
 
     def _memory(self) -> tuple[Memory, Scale, Any]:
         if self.film_map is None:
@@ -272,10 +271,10 @@ class RubExperiment(TimedExperiment):
     def _inputs(self) -> RubStep:
         """Return the further input of the steps, (nt, substeps)."""
         substeps = self.options.substeps
-        if self.path is not None:
-            return self._along(self.path, substeps)
-        assert self.velocity is not None
-        start, end = at_fine_times(over_times(self.velocity, self.times), substeps)
+        if not self.conditions.in_place:
+            return self._along(self.conditions.path, substeps)
+        assert self.conditions.velocity is not None
+        start, end = at_fine_times(over_times(self.conditions.velocity, self.times), substeps)
         before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
         ends = (before + after) / 2.0
         share = jnp.where(ends > 0.0, mean / jnp.where(ends > 0.0, ends, 1.0), 1.0)
@@ -292,15 +291,16 @@ class RubExperiment(TimedExperiment):
         return RubStep(steps, speed, speed, jnp.ones_like(speed), when, ends, move)
 
     def _heated(self) -> Heated | None:
-        if self.thermal is None:
+        thermal = self.conditions.thermal
+        if thermal is None:
             return None
-        rises = coefficients_at_rest(self.grid.shape, self.grid.spacing) / self.thermal.conductivity
-        return Heated(
-            spectral.kernel_spectrum(rises), self.thermal.ambient, self.thermal.share, self.thermal.shift
-        )
+        rises = coefficients_at_rest(self.grid.shape, self.grid.spacing) / thermal.conductivity
+        return Heated(spectral.kernel_spectrum(rises), thermal.ambient, thermal.share, thermal.shift)
 
 
-_OWN = ("velocity", "path", "kinetics", "friction", "thermal", "thickest")
+def rubbed(setup: ContactSetup, settings: Settings, **conditions: Any) -> RubExperiment:
+    """Return the checked experiment of conditions that are given by the names of the arguments of ``rub``."""
+    return RubExperiment.of(setup, settings, RubConditions(**({"velocity": None, "path": None} | conditions)))
 
 
 def _film(

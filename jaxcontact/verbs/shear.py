@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Self
 
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import as_float64, pytree, replace, static
@@ -25,7 +24,10 @@ from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.traction_kernels import TractionKernels, compiled_traction
 from jaxcontact.results.friction import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
-from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_values, marched
+from jaxcontact.verbs.experiment import Experiment, TimedExperiment
+from jaxcontact.verbs.plan import Plan, fine_values
+from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
 
 def shear(
@@ -90,10 +92,9 @@ def shear(
         >>> f"{np.sqrt(sticking/touching):.2f} of the contact radius sticks"   # Mindlin: (1 - 0.5)^(1/3)
         '0.79 of the contact radius sticks'
     """
-    shearing = Shearing.of(
-        body, indenter, control, times, tangential=tangential, friction=friction, coupled=coupled, grid=grid,
-        tolerance=tolerance, max_iterations=max_iterations, save=save, substeps=substeps, checkpoint=checkpoint,
-    )  # fmt: skip
+    setup = ContactSetup(body, indenter, control, times, grid)
+    settings = Settings(tolerance, max_iterations, options=Options(save, substeps, checkpoint=checkpoint))
+    shearing = Shearing.of(setup, settings, tangential=tangential, friction=friction, coupled=coupled)
     history = marched(shearing)
     announce(history, stacklevel=2)
     return history
@@ -110,20 +111,16 @@ class Shearing(TimedExperiment):
     @classmethod
     def of(  # type: ignore[override]
         cls,
-        body: LayeredHalfSpace,
-        indenter: Indenter,
-        control: Control,
-        times: Any,
+        setup: ContactSetup,
+        settings: Settings,
         *,
         tangential: TangentialControl,
         friction: Any,
         coupled: bool = True,
-        max_iterations: Any = 2000,
-        **options: Any,
     ) -> Self:
-        experiment = Experiment.of(body, indenter, control, times, max_iterations=max_iterations, **options)
+        experiment = Experiment.of(setup, settings)
         check_free_along_x(experiment.grid, "shear")
-        valid = check_tangential(tangential, np.shape(times)[0])
+        valid = check_tangential(tangential, experiment.times.size)
         experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
         tangential, friction = as_float64((tangential, friction))
         return cls(**vars(experiment), tangential=tangential, friction=friction, coupled=bool(coupled))
@@ -146,7 +143,7 @@ class Shearing(TimedExperiment):
             **self.contact(scale),
         )
         errors = kernels.errors(self.duration)
-        return self.plan(stepper, self._targets(scale), scale, errors, makes=ShearHistory, step=ShearStep)
+        return self.plan(stepper, self._targets(scale), scale, errors).to(ShearHistory, ShearStep)
 
     def _targets(self, scale: Scale) -> Array:
         """Return the tangential control at the ends of the inner steps, scaled, (nt, substeps, 2)."""

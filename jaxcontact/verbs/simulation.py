@@ -16,7 +16,9 @@ from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.march import Carry, Outcome, Rows, Stepper, begin, begun, in_blocks, march
 from jaxcontact.results.contact import ContactHistory
-from jaxcontact.verbs.experiment import Plan, TimedExperiment, doubted
+from jaxcontact.verbs.experiment import TimedExperiment
+from jaxcontact.verbs.plan import Plan
+from jaxcontact.verbs.running import doubted
 
 BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the block costs nothing
 

@@ -41,10 +41,13 @@ from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.results.notes import announce
 from jaxcontact.results.sliding import SlidingHistory, sliding_history
-from jaxcontact.verbs.experiment import Experiment, Plan, Save, TimedExperiment, fine_steps, marched
+from jaxcontact.verbs.experiment import Experiment, TimedExperiment
 from jaxcontact.verbs.flash_temperature import check_peclet
+from jaxcontact.verbs.plan import Plan, fine_steps
+from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
-DROPPED_LIMIT = 0.01  # of the largest approach so far
+TRUNCATION_LIMIT = 0.01  # of the largest approach so far
 
 
 def slide(
@@ -75,13 +78,13 @@ def slide(
     which should be well below the contact radius while the pressure changes (with a step of 0.45 widths the initial
     error is about 10 %).
 
-    The deformation that remains on the grid behind the indenter is included, also when the indenter returns to it. For a
-    reversing motion the grid must be twice as wide as the sum of the stroke and the contact radius. The part of the
-    history that leaves the grid is neglected, and the field ``dropped`` of the result is a bound on its effect. The effect
-    is negligible for a film (with a grid of twice the width the peak pressure changes by 1e-5), but is 4 % of peak
-    pressure and approach for a half-space of the material of the paper's Table 4 after 4 h at 0.4 um/s on a grid of 5 mm.
-    A track that leaves the grid and returns is rejected. If the contact returns to a place where history was neglected,
-    the step has status 5.
+    The deformation that remains on the grid behind the indenter is included, also when the indenter returns to it. For
+    a reversing motion the grid must be twice as wide as the sum of the stroke and the contact radius. The part of the
+    history that leaves the grid is neglected, and the field ``truncation_bound`` of the result is a bound on its
+    effect. The effect is negligible for a film (with a grid of twice the width the peak pressure changes by 1e-5), but
+    is 4 % of peak pressure and approach for a half-space of the film's material in Wang et al. (Tribology Letters 2025,
+    Table 4) after 4 h at 0.4 um/s on a grid of 5 mm. A track that leaves the grid and returns is rejected. If the
+    contact returns to a place where history was neglected, the step has status 5.
 
     With friction, the traction mu p along the velocity also causes normal displacement and changes the pressure; see
     ``slide_steady``.
@@ -120,11 +123,9 @@ def slide(
         >>> bool(history.tangential_force[-1] > 0.0)             # a force that resists the motion
         True
     """
-    sliding = Sliding.of(
-        body, indenter, control, times, velocity=velocity, friction=friction, thermal=thermal, grid=grid,
-        tolerance=tolerance, max_iterations=max_iterations, kernels=kernels, save=save, substeps=substeps,
-        checkpoint=checkpoint,
-    )  # fmt: skip
+    setup = ContactSetup(body, indenter, control, times, grid)
+    settings = Settings(tolerance, max_iterations, kernels, Options(save, substeps, checkpoint=checkpoint))
+    sliding = Sliding.of(setup, settings, velocity=velocity, friction=friction, thermal=thermal)
     history = marched(sliding)
     announce(history, stacklevel=2)
     return history
@@ -141,19 +142,16 @@ class Sliding(TimedExperiment):
     @classmethod
     def of(  # type: ignore[override]
         cls,
-        body: LayeredHalfSpace,
-        indenter: Indenter,
-        control: Control,
-        times: Any,
+        setup: ContactSetup,
+        settings: Settings,
         *,
         velocity: Any,
         friction: Any = None,
         thermal: Any = None,
-        **options: Any,
     ) -> Self:
-        experiment, velocity = Experiment.of(body, indenter, control, times, **options), as_array(velocity)
+        experiment, velocity = Experiment.of(setup, settings), as_array(velocity)
         substeps, grid = experiment.options.substeps, experiment.grid
-        valid = checked_track(velocity, times, grid, substeps) & _check_heat(
+        valid = checked_track(velocity, setup.times, grid, substeps) & _check_heat(
             thermal, velocity, friction, grid
         )
         experiment = experiment.also(valid).also(check_rubbing(friction, grid))
@@ -176,12 +174,9 @@ class Sliding(TimedExperiment):
         friction, errors = jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None and memory.rubbing is not None:
             friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
-        return self.plan(
-            SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale)),
-            motion,
-            scale,
-            errors,
-            makes=sliding_history,
+        stepper = SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale))
+        return self.plan(stepper, motion, scale, errors).to(
+            sliding_history,
             course={"velocity": over_times(self.velocity, self.times)},
             beside={"friction": jnp.broadcast_to(friction, grid.shape)},
         )
@@ -257,8 +252,8 @@ class SlideStepper(PressStepper):
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
         far = carry.far | self._moves_too_far(step.more.shift)
         status = jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
-        back = returned(contact.memory.overlaps, contact.memory.dropped, depth)
-        status = jnp.where(back & (status == Status.FINE), int(Status.CAME_BACK), status)
+        back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
+        status = jnp.where(back & (status == Status.FINE), int(Status.REENTERED_TRACK), status)
         return SlideCarry(contact, depth, far, shift), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
@@ -296,6 +291,6 @@ def _check_heat(thermal: Any, velocity: Any, friction: Any, grid: Grid) -> Verdi
     return valid & check_peclet(grid, velocity, thermal.diffusivity)
 
 
-def returned(overlaps: Array, dropped: Array, depth: Array) -> Array:
-    """Return whether dropped history under the contact would show; depth: the largest approach so far."""
-    return overlaps & (dropped > DROPPED_LIMIT * depth)
+def reentered(overlaps: Array, bound: Array, depth: Array) -> Array:
+    """Return whether the displacement missing in the contact, up to a bound, matters; depth: the largest approach so far."""
+    return overlaps & (bound > TRUNCATION_LIMIT * depth)

@@ -32,7 +32,9 @@ from jaxcontact.operators.thickness_kernels import VaryingKernels
 from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.response.limits import limits_of
 from jaxcontact.results.sliding import SteadySliding, with_totals
-from jaxcontact.verbs.experiment import Experiment, reported
+from jaxcontact.verbs.experiment import Experiment
+from jaxcontact.verbs.running import reported
+from jaxcontact.verbs.setup import ContactSetup, Settings
 from jaxcontact.verbs.steady.film_wake import FilmWake, film_wake_of
 from jaxcontact.verbs.steady.rubbed_wake import RubbedWake
 from jaxcontact.verbs.steady.wake import Wake, doubled, wake_of
@@ -95,9 +97,9 @@ def slide_steady(
     """
     velocity = as_array(velocity)
     _check_single(control, velocity, grid)
-    given = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid=grid, film_map=film_map, **given)
+    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
+    experiment = Experiment.of(setup, Settings(tolerance, max_iterations, kernels), film_map=film_map)
     experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
     experiment = experiment.also(valid)
     if film_map is not None:

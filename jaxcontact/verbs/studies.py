@@ -136,7 +136,7 @@ def sweep(
     of it, into the cases.
 
     Args:
-        f: a function of a dict that returns a dict of arrays or numbers. A module's function or one of a notebook.
+        f: a function of a dict that returns a dict of arrays or numbers. It may be defined in a module or in a notebook.
         cases: dicts of numbers, text, or lists of them; ``itertools.product`` makes a grid of them.
         out: folder of the results, created if necessary; only one sweep at a time may write into it.
         executor: any ``concurrent.futures.Executor``, such as ``distributed.Client(...).get_executor()`` or
@@ -150,8 +150,8 @@ def sweep(
 
     Raises:
         ValueError: cases that are not such dicts; f that is not a function, or that uses a value whose content cannot be
-            compared, such as an open file, if no ``version`` is given; a folder of another f or of another state of
-            this package, or one in use; or both processes and an executor.
+            compared, such as an open file or the result of ``eval``, if no ``version`` is given; a folder of another f
+            or of another state of this package, or one in use; or both processes and an executor.
 
     Example:
         >>> import tempfile

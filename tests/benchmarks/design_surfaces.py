@@ -1,8 +1,8 @@
 """Rough surfaces whose contact area is designed to follow a power of the load, checked on four times as many cells.
 
-The area on 64 x 64 cells is fitted to ``TOP`` (load/largest load)^exponent at 11 loads over one and a half decades, from
+The area on 64 x 64 cells is fitted to ``TOP`` (load/largest load)^exponent at 21 loads over one and a half decades, from
 random heights with 8 x 8 unknowns, on an elastic half-space or on a viscoelastic coating on steel one hour after each
-load was applied (9 loads). The design is then solved on 128 x 128 cells at 21 loads. A row has the largest deviation
+load was applied (17 loads). The design is then solved on 128 x 128 cells at 41 loads. A row has the largest deviation
 there from the power law, before and after, and the largest error of the area of independent asperities: a Hertz contact
 at each highest point, with the mean curvature there and the modulus of the half-space (of the coating after one hour).
 
@@ -23,7 +23,7 @@ import jaxcontact as jc
 WAVES, CELLS = 8, 64  # unknowns and cells along a side
 SIDE, TOP = 1e-3, 0.3  # width [m], largest share in contact
 LOW, HIGH = 0.3, 0.3 * 10**1.5  # loads [N]
-DESIGNED, CHECKED = {"half-space": 11, "coating": 9}, 21  # numbers of loads
+DESIGNED, CHECKED = {"half-space": 21, "coating": 17}, 41  # numbers of loads
 HEIGHT, ALLOWED = 0.5e-6, 0.05  # of the random start [m]; deviation from the law
 POLYMER, STEEL = jc.Elastic.from_young(2e9, nu=0.4), jc.Elastic.from_young(210e9, nu=0.3)
 HALF = POLYMER.G, 600.0  # moduli [Pa] and retardation time [s] of the coating

@@ -96,14 +96,15 @@ class Tabulated(PressedImages):
         return logs[0] / STEP - i, self._node(i), self._node(i + 1)
 
     def _history(self, logs):
-        t, (f, status, df), (g, other, dg) = self._ends(logs)
+        t, (f, history, df), (g, other, dg) = self._ends(logs)
         weights = (
             (1 + 2 * t) * (1 - t) ** 2,
             STEP * t * (1 - t) ** 2,
             t**2 * (3 - 2 * t),
             STEP * t**2 * (t - 1),
         )
-        return _summed(weights, f, df, g, dg), max(status, other)
+        worse = max(history, other, key=lambda one: int(np.max(one.status)))
+        return _summed(weights, f, df, g, dg), worse
 
     def _slopes(self, logs):
         t, (f, _, df), (g, _, dg) = self._ends(logs)

@@ -257,10 +257,10 @@ def report(chosen: list[FrictionProblem]) -> bool:
         begin = time.perf_counter()
         history = each.run()
         status, iterations = np.asarray(history.status), np.asarray(history.iterations)
-        held = [k for k in range(STEPS) if status[k] != jc.Status.SLIDES]
-        first = next((k for k in range(STEPS) if status[k] == jc.Status.SLIDES), STEPS)
+        held = [k for k in range(STEPS) if status[k] != jc.Status.GROSS_SLIP]
+        first = next((k for k in range(STEPS) if status[k] == jc.Status.GROSS_SLIP), STEPS)
         worst = residuals(each, history, [k for k in held if k < first])
-        allowed = np.isin(status, (0, jc.Status.SLIDES, jc.Status.TOO_COARSE))
+        allowed = np.isin(status, (0, jc.Status.GROSS_SLIP, jc.Status.TOO_COARSE))
         allowed |= (status == jc.Status.INHERITED) & (
             np.arange(STEPS) > first
         )  # nothing determines its shift

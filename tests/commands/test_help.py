@@ -8,7 +8,8 @@ import sys
 import pytest
 from test_command_line import READY_MADE
 
-from jaxcontact.__main__ import _parser, main
+from fitting.cli import command
+from jaxcontact.__main__ import _parser, _parser_with_fits, main
 from jaxcontact.paper import REPRODUCTIONS
 from jaxcontact.paper.reproduce import CASES
 
@@ -23,16 +24,32 @@ def test_cite_and_cases_print(capfd):
     assert listed.count(".toml") == len(READY_MADE) + 1 == 10 and "film_map: A study" in listed
 
 
-@pytest.mark.parametrize("command", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])
-def test_help_ends_with_examples_that_are_commands(command, capsys):
+@pytest.mark.parametrize("name", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])
+def test_help_ends_with_examples_that_are_commands(name, capsys):
     """Each is understood by the parser, but for what stands behind its #."""
     with pytest.raises(SystemExit):
-        main([command, "--help"])
+        main([name, "--help"])
     text = capsys.readouterr().out
     examples = [line.split("#")[0].split() for line in text.split("examples:")[1].splitlines() if line]
     assert len(examples) >= 2
     for words in examples:
-        assert words[:2] == ["jaxcontact", command] and _parser().parse_args(words[1:])
+        assert words[:2] == ["jaxcontact", name] and _parser().parse_args(words[1:])
+
+
+def test_examples_of_the_fits_are_commands(capsys):
+    """Every kind of fit has examples, which its help shows and its parser understands."""
+    with pytest.raises(SystemExit):
+        main(["fit", "--help"])
+    kinds = set(re.findall(r"^    (\w+)\b", capsys.readouterr().out, re.M)) - {"KIND"}
+    assert kinds == set(command.EXAMPLES)
+    parser = _parser_with_fits()
+    for kind, examples in command.EXAMPLES.items():
+        with pytest.raises(SystemExit):
+            main(["fit", kind, "--help"])
+        shown = capsys.readouterr().out
+        for words in examples:
+            assert f"\n  jaxcontact fit {kind} {words}" in shown
+            assert callable(parser.parse_args(["fit", kind, *words.split()]).command)
 
 
 COMPLETE = """
@@ -41,7 +58,7 @@ shift
 COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
 $(complete -p jaxcontact | sed 's/.*-F \\([^ ]*\\) .*/\\1/') jaxcontact "${!#}" "${COMP_WORDS[COMP_CWORD - 1]}"
 printf '%s\\n' "${COMPREPLY[@]}"
-"""  # what bash does when the tabulator is pressed
+"""  # what bash does when the tab key is pressed
 
 
 @pytest.mark.skipif(not shutil.which("bash"), reason="asks bash itself")

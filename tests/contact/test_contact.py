@@ -283,7 +283,7 @@ def test_bad_input_is_refused_before_anything_is_computed(name):
 
 
 def test_two_equal_calls_trace_once():
-    from jaxcontact.verbs.experiment import _run
+    from jaxcontact.verbs.running import _run
 
     grid = square(2.6)
     press(jc.Load(20.0), grid)

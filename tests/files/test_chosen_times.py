@@ -58,6 +58,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         "relative_step_error",
         "ball_radius",
         "coldest",
+        "size_error",
     }
     summary = json.loads((out / "summary.json").read_text())
     assert set(summary["arrays_in_course_npz"]) == set(course.files)

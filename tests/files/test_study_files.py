@@ -18,8 +18,8 @@ from test_storage import made_up
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.commands.sweep import figures_by
-from jaxcontact.files.case_file import read_tables
 from jaxcontact.files.case_schema import KINDS
+from jaxcontact.files.case_tables import read_tables
 from jaxcontact.files.study_file import read_study
 
 CASE = SOLIDS + "[control]\nload = 1.0\n[times]\nvalues = [0.0]\n"

@@ -133,7 +133,7 @@ def test_what_has_no_posterior_is_refused(monkeypatch):
     bent = fitting.CreepData(t=T, J=1e-6 * (1 + np.sqrt(T)))
     with pytest.raises(ValueError, match="rejected"):
         fitting.posterior(fitting.fit_creep(bent, "Maxwell", weights="relative"))
-    with pytest.raises(ValueError, match="expected what a fit returned, got float"):
+    with pytest.raises(ValueError, match="expected the result of a fit, got float"):
         fitting.posterior(1.0)
     with pytest.raises(ValueError, match="chains >= 2"):
         fitting.posterior(good, chains=1)

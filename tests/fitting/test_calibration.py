@@ -8,6 +8,7 @@ from fitting.inference import evidence
 from fitting.inference.calibration import Calibration
 from fitting.inference.correlation import basis, coloured, whitened
 from fitting.inference.evidence import Sample, Solved
+from tests.benchmarks import coverage
 
 TIMES = np.linspace(1 / 40, 1.0, 40)
 DECAY = np.exp(-5.0 * TIMES)
@@ -89,3 +90,16 @@ def test_intervals_of_a_linear_model_hold_the_truth(floor):
     share = np.mean(held, axis=0)
     print(f"\na/b = {floor}: {np.round(100 * share, 1)} %")
     assert np.all((share > 0.925) & (share < 0.98))
+
+
+@pytest.mark.parametrize("kind", coverage.NOISES)
+def test_intervals_that_know_the_noise_contain_the_truth_in_95_percent(kind):
+    """Those with which the benchmark compares: of drawn noise, without a fit; the standard error is 0.5 %."""
+    row = coverage.Row("Burgers", 6, kind, "even")
+    t, rng = coverage.times(row), np.random.default_rng(5)
+    (clean,), (estimator, error) = coverage.curves(row, t), coverage.linearised(row, t)
+    drawn = np.stack([coverage.noise(kind, clean, rng) for _ in range(2000)])
+    np.testing.assert_allclose(np.std(drawn @ estimator.T, 0) / error, 1.0, atol=0.05)
+    np.testing.assert_allclose(np.mean(np.abs(drawn @ estimator.T) <= 1.96 * error, 0), 0.95, atol=0.02)
+    more = coverage.curves(row, t, G2=1.001 * coverage.truth(row)["G2"])[0]
+    np.testing.assert_allclose(estimator @ (more - clean), [0.0, np.log(1.001), 0.0, 0.0], atol=1e-5)

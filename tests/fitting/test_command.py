@@ -11,7 +11,7 @@ import pytest
 from test_progress import Terminal
 from test_readers import MALFORMED, write
 
-from fitting.cli import command
+from fitting.cli import command, indentation_command
 from fitting.views.shell_words import HEADS
 from jaxcontact.__main__ import main
 
@@ -157,7 +157,7 @@ def taken(monkeypatch):
         raise Taken(data, options)
 
     monkeypatch.setattr(command, "fit_creep", stop)
-    monkeypatch.setattr(command, "fit_indentation", stop)
+    monkeypatch.setattr(indentation_command, "fit_indentation", stop)
 
     def run(*arguments):
         with pytest.raises(Taken) as caught:

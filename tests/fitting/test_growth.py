@@ -11,6 +11,7 @@ import scipy
 import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
+from fitting.fits import growth
 from jaxcontact.inputs.laws import RubbingState
 from tests.benchmarks import growth_coverage
 
@@ -355,8 +356,26 @@ def test_the_shell_fits_several_files(tmp_path, capsys):
         main(["growth", files[0], "--stress", "1e8", "--temperature", "0", "-o", str(tmp_path / "c")])
 
 
+@pytest.mark.slow
+def test_a_fit_in_a_contact_repeats_the_notes_of_the_solver():
+    """A grid with a contact of few cells, and a film that is compressed by more than a fifth of its thickness."""
+    film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e8, 0.3), 0.0)], jc.Elastic(80e9, 0.3))
+    grid = jc.Grid((16, 1), (8e-6, 1e-3), periodic=(False, True))
+    roller = jc.Cylinder(5e-3, length=1e-3)
+    contact = fitting.RubbedContact(
+        film, roller, grid, velocity=0.1, friction=0.1, radius=5e-6, thickest=5e-7
+    )
+    t, kinetics = np.linspace(120.0, 240.0, 5), fitting.GrowthKinetics(1e-2, 9.2e-20, 0.0, 1e-3)
+    data = [
+        fitting.GrowthData(t, np.full(5, 1e-9), stress=1e9, temperature=353.0, load=load)
+        for load in (10.0, 2.0)
+    ]
+    notes = growth._of_contact(contact, growth.Curves.of(tuple(data)), kinetics)
+    assert any("of 2 curves, first: only" in note and "cells across" in note for note in notes)
+    assert any("of 2 curves, first: film strain reaches" in note for note in notes)
+
+
 @pytest.mark.long
-@pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
 def test_a_film_that_changes_its_pressure_is_fitted_in_its_contact():
     """Curves of ``rub`` with finer steps than those of the fit, where relief and softness of the film change the pressure:
     the truth is found, which the fit at Hertz's pressure on the bare base misses."""

@@ -30,11 +30,15 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     (folder / "notes.txt").write_text("no curve\n")
     command = ["fit", "map", str(folder), "-o", str(out), "--radius", "5e-6", "--processes", "1"]
     main(command)
-    assert "2 of 4 curves accepted" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "2 of 4 curves accepted" in said
+    # the curves end at a fifth of the radius of the ball
+    assert "note: 2 of 4 curves, first: the depth reaches 0.2 of the radius of the ball" in said
     with (out / "map.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["verdict"] for row in rows] == ["accepted", "accepted", "failed", "failed"]
     assert "rises with depth" in rows[2]["reason"]
+    assert ["radius of the ball" in row["notes"] for row in rows] == [True, True, False, False]
     for row, E in zip(rows, (500.0, 1e3), strict=False):
         assert float(row["low [Pa]"]) < E < float(row["high [Pa]"])
     assert (out / "map.png").stat().st_size > 1e4

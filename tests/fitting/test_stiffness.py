@@ -78,6 +78,20 @@ def test_a_half_space_under_every_tip():
         assert not fit.refused and low < G < high and high / low < 1.02
 
 
+@pytest.mark.parametrize(("widest", "deep"), [(0.7, True), (0.3, False)])
+def test_a_ball_that_is_no_paraboloid_has_a_note_with_the_error_of_the_modulus(widest, deep):
+    """Contact radius and depth of a rigid sphere by Sneddon (1965), sec. 6; the stiffness is that of a punch."""
+    share = np.linspace(0.05, widest, 50)
+    depth, stiffness = (
+        R * share / 2.0 * np.log((1.0 + share) / (1.0 - share)),
+        4.0 * G / (1.0 - NU) * R * share,
+    )
+    fit = fitting.fit_stiffness(fitting.StiffnessData(depth, stiffness), indenter=BALL, nu=NU)
+    told = [note for note in fit.notes if "radius of the ball" in note]
+    assert len(told) == deep and (not deep or "up to 10 % too low" in told[0])  # 0.607/6 at the largest depth
+    assert fit.moduli[-1] == pytest.approx(2.0 * (1.0 + NU) * G * (1.0 - depth[-1] / R / 6.0), rel=0.01)
+
+
 def test_a_sharp_tip_after_plastic_flow_with_an_area_function_and_an_elastic_tip():
     """Depth, load and stiffness of a material of constant hardness, from the formulas of Oliver and Pharr (1992)."""
     E, hardness, area = 70e9, 1.1e9, (24.5, 2e-6)

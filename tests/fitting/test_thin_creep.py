@@ -50,6 +50,13 @@ def fitted(load, depth, t=T, **given):
     return fitting.fit_indentation(data, "StandardLinearSolid", **given)
 
 
+@pytest.mark.parametrize("control", ["load", "depth"])
+def test_a_sample_too_thin_for_the_table_is_refused(control):
+    """A contact that is more than ten times as wide as the sample is thick."""
+    with pytest.raises(ValueError, match=r"up to 10, got 12.5 at the largest depth of 1e-06 m"):
+        fitted(1e-3 * T, 1e-6 * T / T[-1], control=control, thickness=4e-7)
+
+
 def test_a_viscoelastic_gel_in_a_dish_is_recovered_from_creep():
     load, depth = creep(T)
     noise = 2e-3 * depth.max() * np.random.default_rng(3).standard_normal(T.size)

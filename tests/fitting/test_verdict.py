@@ -11,7 +11,7 @@ import fitting
 import jaxcontact as jc
 from fitting.data.weights import noise_floor
 from fitting.inference import correlation, verdict
-from fitting.inference.noise import noise_model
+from fitting.inference.noise import ErrorModels, noise_model
 from tests.benchmarks import coverage
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
@@ -188,7 +188,8 @@ def test_the_noise_is_judged_by_the_restricted_likelihood():
     share = prior * np.exp(likelihood - likelihood.max())
     kept = share > 1e-5 * share.max()
     inside = np.ones(k, dtype=bool)
-    found = noise_model(residual, X, inside, blocks, shapes, np.array([0.0, 1.0]), k, known=False)
+    tried = ErrorModels(shapes, np.array([0.0, 1.0]))
+    found = noise_model(residual, X, inside, blocks, tried, k, known=False)
     found = found._replace(calibration=None)
     np.testing.assert_allclose(found.share, (share / share[kept].sum())[kept], rtol=1e-6)
     for i in range(k):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import fitting
 import jaxcontact as jc
 
 ROOT = Path(__file__).parents[2]
@@ -199,3 +200,14 @@ def test_functions_are_short():
                 doc = ast.get_docstring(node) or ""
                 length = node.end_lineno - node.lineno - doc.count("\n")
                 assert length <= 40, f"{path.name}: {node.name} has {length} lines"
+
+
+def test_functions_that_are_not_public_take_at_most_eight_arguments():
+    wide = set()
+    for path in [*SOURCES, *(ROOT / "fitting").rglob("*.py")]:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                given = node.args
+                if len([*given.posonlyargs, *given.args, *given.kwonlyargs]) > 8:
+                    wide.add(node.name)
+    assert "indent" in wide and wide <= {*jc.__all__, *fitting.__all__}

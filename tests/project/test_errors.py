@@ -18,7 +18,8 @@ from mistakes_of_motion import MOTION
 from mistakes_of_pressing import PRESSING
 
 import jaxcontact as jc
-from jaxcontact.files.case_file import CaseError, read_case
+from jaxcontact.files.case_file import read_case
+from jaxcontact.files.case_tables import CaseError
 
 PACKAGE = Path(jc.__file__).parent
 PYTHON = PRESSING | MOTION
@@ -92,6 +93,7 @@ ELSEWHERE = {  # reached by no row, and why
             ),
         )
     },
+    **{f"study_figures.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
     **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_reject", "_module")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
@@ -119,6 +121,7 @@ ELSEWHERE = {  # reached by no row, and why
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",
     "contact.py: peak_pressure": "an AttributeError: test_summaries.py",
+    "status.py: __getattr__": "an AttributeError: test_exports.py",
     "contact.py: largest_over_time": "an AttributeError: test_rubbed_films.py",
 }
 

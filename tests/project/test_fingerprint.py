@@ -223,6 +223,9 @@ REFUSED = {
         r"TextIOWrapper \(h in f\)",
     ),
     "in a default": ("def f(case, log=__import__('sys').__stderr__): pass", r"\(its defaults in f\)"),
+    "read from globals": ("K = 1.0\ndef f(case): return globals()['K']", r"a use of globals.*\(globals in f\)"),
+    "evaluated": ("K = 1.0\ndef g(x): return eval(x)\ndef f(case): return g('K')", r"a use of eval.*\(eval in g in f\)"),
+    "imported by a text": ("def f(case): return __import__('other').helper(1)", r"a use of __import__"),
     "a whole module": ("import other\ndef f(case): return vars(other)", "the module other, used other than by an"),
     "a module in a list": ("import other\nM = [other]\ndef f(case): return M", r"the module other.*\(M in f\)"),
 }  # fmt: skip

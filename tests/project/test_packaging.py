@@ -62,6 +62,8 @@ def test_wheel_and_sdist_build_and_the_wheel_runs_a_case(tmp_path):
         assert any(name.endswith("jaxcontact/cases/tribofilm_creep.toml") for name in file.getnames())
     with zipfile.ZipFile(wheel) as file:
         names = set(file.namelist())
+        (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
+        assert "License-Expression: MIT" in file.read(metadata).decode().splitlines()
     ours = ("py.typed", "style.mplstyle", "cases/tribofilm_creep.toml")
     wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]
     assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)

@@ -65,7 +65,7 @@ MEMBERS = {
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",
     jc.SlidingHistory: "tangential_force hysteresis_force coulomb_force friction_coefficient pressure_centre power"
-    " hysteresis_power friction_power friction traction stored_energy dropped",
+    " hysteresis_power friction_power friction traction stored_energy truncation_bound",
     jc.ShearHistory: "traction slip stick sticking_share notes tangential_load tangential_displacement dissipated"
     " friction_work",
     jc.RubbingHistory: "thickness temperature friction_work step_error pressure gap notes plot",

@@ -122,7 +122,7 @@ def test_a_response_that_is_not_finite_has_a_status_of_its_own_in_every_verb(ver
 )
 def test_a_response_known_to_be_off_by_more_than_a_hundredth_is_not_fine(separation, horizon, status):
     from jaxcontact.operators.kernels import Errors
-    from jaxcontact.verbs.experiment import doubted
+    from jaxcontact.verbs.running import doubted
 
     errors = Errors(np.asarray(separation), np.asarray(1e-6), np.asarray(horizon))
     assert np.asarray(doubted(np.array([0, 1]), np.array([1.0, 1.0]), errors)).tolist() == [status, 1]

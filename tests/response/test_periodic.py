@@ -101,6 +101,7 @@ def test_a_wave_drawn_over_a_solid_in_full_contact_meets_its_complex_modulus():
     np.testing.assert_allclose(steady.pressure, exact, rtol=0.0, atol=1e-8 * FULL)
     power = 0.5 * area_of(grid) * (WAVENUMBER * AMPLITUDE) ** 2 / (1.0 - NU) * modulus.imag * speed
     np.testing.assert_allclose(steady.power, power, rtol=1e-7)
+    np.testing.assert_allclose(steady.hysteresis_force * speed, power, rtol=2e-6)  # of slopes of the profile
 
 
 # a line contact --------------------------------------------------------------------------------------------

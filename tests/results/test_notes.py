@@ -151,6 +151,24 @@ def test_a_ball_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
         jc.indent(body, ball, jc.Approach(0.17e-4), [0.0], grid=jc.Grid.square(24, 1.2e-4))
 
 
+def test_a_size_that_is_rounded_by_much_is_noted():
+    """A cylinder of 20 um along cells of 1.5 um takes 14 of them, 5 % more; along cells of 2 um it has its length. The cells
+    under a punch are those of a circle with nearly its radius."""
+    body, cylinder = jc.LayeredHalfSpace([], jc.Elastic(1e9, nu=0.3)), jc.Cylinder(1e-3, length=20e-6)
+    grids = [jc.Grid((16, 16), (2e-6, side)) for side in (1.5e-6, 2e-6)]
+    with pytest.warns(UserWarning, match="rounded to whole cells, by 5 %: use a finer grid"):
+        jc.indent(body, cylinder, jc.Load(4e-3), [0.0], grid=grids[0])
+    exact = jc.indent(
+        body, cylinder, jc.Load(4e-3), [0.0], grid=grids[1]
+    )  # no warning, which would be an error
+    assert exact.diagnostics.size_error == pytest.approx(0.0, abs=1e-12)
+    for cells in (3.0, 7.6):
+        x, y = np.meshgrid(*[np.arange(-7.5, 8.0)] * 2)
+        counted = np.sqrt(np.sum(x**2 + y**2 <= cells**2) / np.pi) / cells - 1.0
+        found = jc.FlatPunch(cells * 1e-6).size_error(jc.Grid.square(16, 16e-6))
+        assert float(found) == pytest.approx(abs(counted), rel=1e-9)
+
+
 def test_inside_a_transformation_there_are_no_words_yet():
     result, _ = troubled(jc.ContactHistory)
     with pytest.raises(ValueError, match=r"notes: expected a result with known values.*read them outside"):

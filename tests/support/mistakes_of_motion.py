@@ -277,6 +277,14 @@ MOTION = {
         lambda: jax.eval_shape(lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0])).notes,
         r"notes: expected fields with known values, got fields traced",
     ),
+    "a name for the body of a picture": (
+        lambda: jax.eval_shape(indent).plot("steel"),
+        r"body: expected a LayeredHalfSpace or None, got str",
+    ),
+    "depths for the stresses of a picture": (
+        lambda: jax.eval_shape(indent).plot(BODY, [1e-6]),
+        r"inside: expected the result of subsurface or None, got list",
+    ),
     "a rough line": (
         lambda: rough(grid=LINE),
         r"grid: expected a known spacing and more than one cell",

@@ -13,7 +13,7 @@ from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
 from jaxcontact.operators.kernels import build_images
 from jaxcontact.reference import abel, lee_radok, ting
-from jaxcontact.verbs.experiment import fine_steps
+from jaxcontact.verbs.plan import fine_steps
 
 TAU = 1.0
 MAXWELL = jc.Maxwell(80.77e9, 80.77e9 * TAU)

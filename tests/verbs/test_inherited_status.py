@@ -14,8 +14,9 @@ from jaxcontact._support.status import inherited, passed_on, to_next_row
 from jaxcontact.history.march import begin, in_blocks
 from jaxcontact.history.pressing import solved
 from jaxcontact.verbs.indent import Indentation
+from jaxcontact.verbs.setup import ContactSetup, Settings
 from jaxcontact.verbs.simulation import ready, run_block
-from jaxcontact.verbs.slide import returned
+from jaxcontact.verbs.slide import reentered
 
 FINE, FAILED, INHERITED = jc.Status.FINE, jc.Status.NOT_CONVERGED, jc.Status.INHERITED
 MATERIALS = {
@@ -72,7 +73,7 @@ def test_steps_after_a_load_that_friction_cannot_hold():
     body = jc.LayeredHalfSpace([], MATERIALS["elastic"])
     push = jc.TangentialLoad([[0.0, 0.0], [2.0, 0.0], [0.5, 0.0], [0.5, 0.0]])
     history = jc.shear(body, BALL, jc.Load(5.0), push, TIMES[:4], friction=0.3, coupled=False, grid=GRID)
-    assert [*np.asarray(history.status)] == [FINE, jc.Status.SLIDES, INHERITED, INHERITED]
+    assert [*np.asarray(history.status)] == [FINE, jc.Status.GROSS_SLIP, INHERITED, INHERITED]
 
 
 @pytest.mark.slow
@@ -95,15 +96,15 @@ def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
 
 
 def _plan(body, load):
-    given = {"grid": GRID, "max_iterations": FEW}
-    plan = ready(Indentation.of(body, BALL, load, 1e-6 * TIMES, **given)).plan
+    setup = ContactSetup(body, BALL, load, 1e-6 * TIMES, GRID)
+    plan = ready(Indentation.of(setup, Settings(max_iterations=FEW))).plan
     return plan.stepper, plan.steps
 
 
 def test_history_that_came_back_within_a_row():
     """An inner step between two times counts; what follows inherits it. The bound is 1 % of the largest approach so far."""
     comes_back = [
-        # inner steps of each row: whether dropped history lies under the contact, its bound, the largest approach so far
+        # inner steps of each row: whether lost history lies under the contact, its bound, the largest approach so far
         [(False, 0.0, 100.0), (False, 3.0, 100.0)],
         [(True, 1.0, 100.0), (False, 0.0, 100.0)],
         [(True, 2.0, 100.0), (False, 0.0, 100.0)],
@@ -114,11 +115,11 @@ def test_history_that_came_back_within_a_row():
     for row in comes_back:
         failed = to_next_row(failed)
         for each in row:
-            back = returned(*map(jnp.asarray, each))
-            status = inherited(jnp.where(back, int(jc.Status.CAME_BACK), FINE), failed)
+            back = reentered(*map(jnp.asarray, each))
+            status = inherited(jnp.where(back, int(jc.Status.REENTERED_TRACK), FINE), failed)
             failed = passed_on(status)
         statuses.append(int(status))
-    assert statuses == [FINE, FINE, jc.Status.CAME_BACK, INHERITED, jc.Status.CAME_BACK]
+    assert statuses == [FINE, FINE, jc.Status.REENTERED_TRACK, INHERITED, jc.Status.REENTERED_TRACK]
 
 
 def test_what_is_passed_on():

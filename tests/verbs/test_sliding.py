@@ -130,7 +130,7 @@ def test_doubling_the_window_changes_the_peak_by_less_than_a_thousandth(body, ba
     print(f"film, window doubled: peak pressure {change:.1e}")
     assert abs(change) < 1e-3
     assert abs(change) < 1e-5  # measured
-    assert float(narrow.dropped[-1]) < 1e-4 * float(narrow.approach[-1])
+    assert float(narrow.truncation_bound[-1]) < 1e-4 * float(narrow.approach[-1])
 
 
 @pytest.mark.long
@@ -145,9 +145,9 @@ def test_doubling_the_window_of_a_half_space(ball, film):
     change = float(jnp.max(narrow.pressure) / jnp.max(wide.pressure) - 1.0)
     missed = float(wide.approach[-1] - narrow.approach[-1])
     print(f"half-space, window doubled: peak {change:.1e}, approach {missed / float(wide.approach[-1]):.1e}")
-    print(f"bound of what was dropped {float(narrow.dropped[-1]) / float(narrow.approach[-1]):.1e}")
+    print(f"bound of what was dropped {float(narrow.truncation_bound[-1]) / float(narrow.approach[-1]):.1e}")
     assert abs(change) < 0.05
-    assert 0.0 <= missed <= float(narrow.dropped[-1])
+    assert 0.0 <= missed <= float(narrow.truncation_bound[-1])
 
 
 @pytest.mark.slow
@@ -224,15 +224,15 @@ def test_coming_back_to_what_left_the_grid_is_marked(body, ball):
     for share, held in ((0.15, True), (0.25, True), (0.4, False), (0.5, False), (1.3, False)):
         run, wide = small(share * 500e-6), large(share * 500e-6)
         missed = apart(run.pressure[-1], wide.pressure[-1, 48:80])
-        bound = float(run.dropped[-1] / run.approach[-1])
+        bound = float(run.truncation_bound[-1] / run.approach[-1])
         print(
             f"stroke {share} of the window: pressure {missed:.1e}, bound {bound:.1e}, {np.unique(run.status)}"
         )
         assert np.all(np.asarray(run.status) == 0) == held
         assert missed < 1e-2 or run.status[-1] == 5
-        assert abs(float(wide.approach[-1] - run.approach[-1])) < float(run.dropped[-1]) + 1e-5 * float(
-            run.approach[-1]
-        )
+        assert abs(float(wide.approach[-1] - run.approach[-1])) < float(
+            run.truncation_bound[-1]
+        ) + 1e-5 * float(run.approach[-1])
     assert missed > 0.05  # there was something to be missed
 
 
@@ -296,7 +296,7 @@ def test_derivatives_reverse_forward_and_central():
 
 @pytest.mark.slow
 def test_equal_calls_compile_once(body, ball):
-    from jaxcontact.verbs.experiment import _run
+    from jaxcontact.verbs.running import _run
 
     slide(body, ball, velocity=0.1e-6)
     before = _run.compiled._cache_size()

@@ -1,0 +1,139 @@
+"""The command ``jaxcontact fit indentation``: a material from time, load and depth of an indentation."""
+
+import argparse
+import math
+from typing import Any
+
+import jaxcontact as jc
+from fitting.cli import flags
+from fitting.fits.indentation import fit_indentation
+from fitting.io.indentation_reader import read_indentation
+from fitting.views import output
+
+
+def add_indentation(parser: Any) -> None:
+    """Add the flags of ``fit indentation``."""
+    flags.add_file(parser)
+    flags.add_model(parser)
+    errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
+    flags.add_common(parser, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
+    flags.add_resample(parser)
+    _add_curve(parser)
+    _add_indenter(parser)
+    parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
+    bulk = "bulk modulus of the material [Pa], in place of --nu"
+    parser.add_argument("--bulk-modulus", type=float, metavar="PA", help=bulk)
+    control = "prescribed quantity, load or depth (load)"
+    parser.add_argument("--control", default="load", metavar="C", help=control)
+    _add_sample(parser)
+    adhesive = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
+    parser.add_argument("--adhesion", default="0", metavar="W", help=adhesive)
+    for name, what in (
+        ("contact-point", "offset of the depth [m]"),
+        ("drift", "drift of the depth [m/s]"),
+        ("machine-compliance", "compliance of the instrument [m/N]"),
+    ):
+        parser.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
+    parser.set_defaults(command=run)
+
+
+def _add_curve(parser: Any) -> None:
+    """Add the flags that select a curve and its points."""
+    flags.add_segment(parser, "approach, hold or retract; repeat to select several")
+    parser.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
+    spring = "spring constant of the cantilever [N/m]"
+    parser.add_argument("--spring-constant", type=float, metavar="K", help=spring)
+    taken = "leave out the points before contact, found from the load or given as a depth [m]"
+    parser.add_argument("--in-contact", nargs="?", const="seen", metavar="DEPTH", help=taken)
+
+
+def _add_sample(parser: Any) -> None:
+    """Add the flags for a film or a thin sample, and for what lies below it."""
+    film = "thickness of a film [m]; by default a half-space"
+    parser.add_argument("--layer", type=float, metavar="H", help=film)
+    thin = "thickness of a sample bonded to a rigid base [m], such as a gel in a dish; in place of --layer"
+    parser.add_argument("--thickness", type=float, metavar="H", help=thin)
+    modulus = "Young's modulus of the substrate [Pa]"
+    parser.add_argument("--substrate-modulus", type=float, metavar="E", help=modulus)
+    nu = "Poisson's ratio of the substrate (0.3)"
+    parser.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help=nu)
+
+
+def _add_indenter(parser: Any) -> None:
+    """Add the flags for the indenter."""
+    parser.add_argument("--radius", type=float, metavar="R", help="radius of the ball or of the --punch [m]")
+    parser.add_argument("--punch", action="store_true", help="a flat punch of that radius in place of a ball")
+    cone = "a cone in place of a ball: half-angle [degrees], or berkovich"
+    parser.add_argument("--cone", metavar="A", help=cone)
+    modulus = "Young's modulus of the indenter [Pa]; rigid by default"
+    parser.add_argument("--ball-modulus", type=float, metavar="E", help=modulus)
+    nu = "Poisson's ratio of the indenter (0.3)"
+    parser.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help=nu)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fit an indentation curve and write the results."""
+    indenter = _indenter(options)
+    if options.layer is not None and options.substrate_modulus is None:
+        raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
+    output.check_directory(options)
+    data = flags.resampled(options, options.file, _indented(options, indenter))
+    extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
+    for name in ("contact_point", "drift", "machine_compliance"):
+        text = getattr(options, name)
+        extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
+    if options.layer is not None:
+        substrate = _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
+        extra |= {"layer": options.layer, "substrate": substrate}
+    nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
+    driven = "load" if options.control.lower() == "depth" else "depth"
+    has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
+    with flags.about(options.file):
+        found = fit_indentation(
+            data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
+            control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
+        )  # fmt: skip
+    return output.finish(options, found)
+
+
+def _adhesion(options: argparse.Namespace) -> Any:
+    """Return the work of adhesion, or how it is fitted."""
+    fitted = options.adhesion.lower() in ("fit", "jkr")
+    return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)
+
+
+def _indenter(options: argparse.Namespace) -> Any:
+    """Return the indenter."""
+    solid = (
+        _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
+    )
+    if options.cone is None:
+        if options.radius is None:
+            raise ValueError("--radius: expected the radius of the ball in m, or a --cone, got none")
+        return (jc.FlatPunch if options.punch else jc.Sphere)(options.radius, solid)
+    if options.radius is not None or options.punch:
+        raise ValueError("--cone: expected no --radius and no --punch beside it")
+    if options.cone.lower() == "berkovich":
+        return jc.Cone.berkovich(solid)
+    return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
+
+
+def _indented(options: argparse.Namespace, indenter: Any) -> Any:
+    """Return the curve, from contact on if requested; segments and window then refer to the remaining points."""
+    curve = None if options.curve is None else flags.place(options.curve)
+    of_file = {"curve": curve, "spring_constant": options.spring_constant}
+    if options.in_contact is None:
+        return flags.read(read_indentation, options.file, options, segment=options.segment, **of_file)
+    window, options.window = options.window, None
+    data = flags.read(read_indentation, options.file, options, **of_file)
+    depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
+    stiffened = options.layer is not None or options.thickness is not None
+    with flags.about(options.file):
+        data = data.in_contact(depth, indenter, stiffened).only(*(options.segment or ()))
+        return data.window(*flags.span("--window", window)) if window else data
+
+
+def _elastic(flag: str, E: float, nu: float) -> jc.Elastic:
+    if not (E > 0 and -1.0 < nu <= 0.5):
+        raise ValueError(f"{flag}: expected a modulus > 0 and -1 < nu <= 0.5, got {E:g} and {nu:g}")
+    return jc.Elastic.from_young(E, nu)

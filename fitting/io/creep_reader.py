@@ -1,0 +1,198 @@
+"""The reader of creep tests: compliance, or strain under a stress, over time."""
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fitting.data import units as unit_table
+from fitting.data.curves import CONVENTIONS, CreepData
+from fitting.io import constancy, mending, onset
+from fitting.io.cells import number
+from fitting.io.columns import Series, Wanted, has, locate
+from fitting.io.curves import (
+    COMPLIANCE,
+    DEPTH,
+    LOAD,
+    MODULUS,
+    STORAGE,
+    TIME,
+    build,
+    checked_options,
+    curves_of,
+    once,
+    stated_number,
+)
+from fitting.io.names import kind_of, says_shear
+from fitting.io.table import Table, read_table
+
+STRAIN = Wanted("strain", ("strain", "tensile strain"))
+STRESS = Wanted("stress", ("stress", "tensile stress"))
+SWEEP = Wanted("sweep", (*STORAGE.names, "complex modulus", "tensile complex modulus"))
+STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+STATED = re.compile(
+    r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
+)
+
+
+def read_creep(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None, convention: str = "J",
+    nu: float | None = None, stress: float | None = None, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> CreepData:  # fmt: skip
+    """Read time and compliance, or time, strain and stress, of a creep test.
+
+    A stress column beside a compliance determines its meaning: J(t) if the stress is constant; if it varies, the
+    compliance is the quotient of strain and stress, and the strain is used with the measured stress.
+
+    Args:
+        path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
+        columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
+            "strain": ..., "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
+            unit of these if it has none of its own.
+        units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
+        convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
+            tension, which needs nu.
+        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D; required for a column that is named as tensile
+            ("D(t)", "tensile strain").
+        stress: the constant stress [Pa] of a file that has strain alone.
+        start: time of loading [s] on the file's clock. Without it the file must show it, and a note states the
+            time used.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
+
+    Returns:
+        The curve in SI, with notes on what was read and corrected.
+
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
+        >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
+        >>> data = fitting.read_creep(file)
+        >>> print(data.t[0], data.J[0])
+        60.0 3e-06
+    """
+    if convention not in CONVENTIONS:
+        raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "J", "strain", "stress", "sigma"))
+    wanted = _what(table, columns, stress)
+    if "sigma" in columns:
+        wanted = (*wanted, Wanted("sigma", wanted[1].names))
+    if COMPLIANCE in wanted:
+        wanted = (*wanted, *_beside(table, columns, units))
+    taken = mending.choose(table.path, "segment", curves_of(table, wanted, columns, units), segment)
+    if "J" in taken.values and "stress" in taken.values:
+        taken = constancy.settle(table.path, taken, window and window[1])
+    convention, taken = _tension(table, taken, convention, nu)
+    taken = onset.shift(table.path, taken, start)
+    fields: dict[str, Any] = {"convention": convention, "nu": nu}
+    if "J" in taken.values:
+        onset.check_clock(table.path, taken, start)
+        taken = mending.complete(table.path, mending.window(taken, window), positive=("J",))
+        taken = mending.check_times(table.path, mending.ordered(taken))
+        fields |= {"J": taken.values["J"], "start": 0.0}
+        onset.check_course(table.path, taken.values["t"], fields["J"])
+    else:
+        taken = mending.ordered(mending.complete(table.path, _stressed(table, taken, stress)))
+        taken, fields["stress"] = onset.loaded(table.path, taken, start)
+        taken = mending.window(taken, window)
+        taken = mending.check_times(table.path, taken)
+        fields["strain"] = taken.values["strain"]
+        onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
+    fields["sigma"] = taken.values.get("sigma")
+    return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
+
+
+def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
+    """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
+    some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    if some(COMPLIANCE) or not some(STRAIN):
+        for others, what, reader in (
+            ((MODULUS,), "a relaxation modulus", "read_relaxation"),
+            ((STORAGE,), "a storage modulus", "read_oscillation"),
+            ((SWEEP,), "a complex modulus", "read_oscillation"),
+            ((LOAD, DEPTH), "load and depth", "read_indentation"),
+        ):
+            if not some(COMPLIANCE) and some(*others) and "J" not in columns:
+                raise ValueError(
+                    f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
+                )
+        return TIME, COMPLIANCE
+    alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
+    if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
+        raise ValueError(
+            f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
+        )
+    return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
+
+
+def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
+    """Return the stress, and the strain, in the columns beside a compliance; empty where the stress is missing or
+    ambiguous."""
+    blocks = [block for block in table.blocks if has(block, COMPLIANCE, columns)]
+
+    def told(wanted: Wanted) -> bool:
+        try:
+            return bool(blocks) and all(locate(table, block, wanted, columns, units) for block in blocks)
+        except (ValueError, AssertionError):
+            return False
+
+    return [wanted for wanted in (STRESS, STRAIN) if told(wanted)] if told(STRESS) else []
+
+
+def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
+    """Return the series with a stress, from the file or the caller."""
+    if "stress" in taken.values:
+        if stress is not None:
+            raise ValueError(
+                f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
+            )
+        return taken
+    value = _stated_stress(taken.before) if stress is None else float(stress)
+    if not value or not np.isfinite(value):
+        raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
+    values = taken.values | {"stress": np.full(taken.lines.size, value)}
+    return taken._replace(values=values).say(f"constant stress {value:g} Pa")
+
+
+def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
+    """Return the convention that the columns declare; a tensile test is never taken as shear."""
+    columns = [taken.columns[key] for key in ("J", "strain", "stress") if key in taken.columns]
+    tensile = [column.label for column in columns if (column.name or "").startswith("tensile")]
+    if tensile and nu is None:
+        raise ValueError(
+            f"{table.path}: column {tensile[0]!r}: a tensile test needs nu= for J = 2 (1 + nu) D, got none"
+        )
+    if tensile and convention == "1/(2G)":
+        raise ValueError(f"{table.path}: convention: expected 'D' for {tensile[0]!r}, got {convention!r}")
+    if tensile:
+        return "D", taken.say(f"{tensile[0]}: tension, J = 2 (1 + nu) D with nu = {nu:g}")
+    if nu is not None and convention != "D":
+        raise ValueError(
+            f"{table.path}: nu: goes with tension, convention='D'; got convention={convention!r}"
+        )
+    silent = [column.label for column in columns if not says_shear(column.shown)]
+    if convention == "J" and len(silent) == len(columns):
+        return convention, taken.say(f"{silent[0]}: taken as shear; for tension give convention='D' and nu=")
+    return convention, taken
+
+
+def _stated_stress(text: str) -> float | None:
+    """Return the one stress [Pa] that the text above the columns states with its unit ("Stress: 100 Pa"), or None."""
+    found = set()
+    for line in text.splitlines():
+        parts = STATED.fullmatch(line)
+        kind = parts and kind_of(parts["name"])
+        if parts and kind in STRESS.names and unit_table.is_unit("stress", parts["unit"]):
+            value = number(parts["value"], ".")
+            value = number(parts["value"], ",") if value is None else value
+            found |= set() if value is None else {value * unit_table.factor("stress", parts["unit"])}
+    return found.pop() if len(found) == 1 else stated_number(STRESS_FACT, text)

@@ -1,0 +1,96 @@
+"""The curves of a table: its wanted columns in SI, one curve for each block or step, for all readers.
+
+A file is read in steps, one module of ``fitting.io`` for each: lines (``text``), cells and decimal mark (``cells``),
+blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``). Corrections that lose no
+information are made and recorded in ``notes``: rows out of order are sorted, repeated times are kept as repeated
+measurements, rows with an empty cell or J <= 0 are left out if they are at most a tenth, and a column without a unit is
+taken as SI. Everything else is a ValueError of one line that names the file, the line, the column, and the option that
+would read it.
+"""
+
+import re
+from typing import Any
+
+from fitting.io import mending
+from fitting.io.columns import Series, Wanted, has, locate, series
+from fitting.io.table import Table
+
+TIME = Wanted("t", ("step time", "time"))
+COMPLIANCE = Wanted("J", ("compliance", "tensile compliance"))
+MODULUS = Wanted("modulus", ("relaxation modulus",))
+STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
+LOAD = Wanted("load", ("load",))
+DEPTH = Wanted("depth", ("depth", "delta"))
+OF = {
+    "sigma": 1,
+    "sigma_load": 1,
+    "sigma_depth": 2,
+}  # place, among the wanted columns, of the quantity of an error
+
+
+def checked_options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
+    """Return the two dictionaries; ValueError for unknown keys."""
+    for name, given in (("columns", columns), ("units", units)):
+        for key in given or {}:
+            if key not in keys:
+                raise ValueError(f"{table.path}: {name}: expected keys among {list(keys)}, got {key!r}")
+    chosen = list((columns or {}).values())
+    if len(set(chosen)) < len(chosen):
+        raise ValueError(f"{table.path}: columns: expected different columns, got {columns}")
+    return columns or {}, units or {}
+
+
+def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
+    """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again."""
+    blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
+    if not blocks:  # report what the longest block lacks
+        blocks = [max(table.blocks, key=lambda block: len(block.rows))]
+        if len(blocks[0].rows) < mending.LEAST < blocks[0].width:
+            raise ValueError(
+                f"{table.path}: expected a row for each time, got {len(blocks[0].rows)} rows of {blocks[0].width} "
+                "cells: transpose the table"
+            )
+        if blocks[0].header is None:
+            example = {one.key: k for k, one in enumerate(wanted)}
+            line, got = blocks[0].rows[0][0], columns or "none"
+            raise ValueError(
+                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, "
+                f"and units=; got {got}"
+            )
+    found = []
+    for block in blocks:
+        places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+        for key, place in OF.items():
+            if key in places and any("no unit" in note for note in places[key].notes):
+                places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
+        if len({column.place for column in places.values()}) < len(places):
+            raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
+        found += mending.runs(series(table, block, places))
+    others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
+    if not others:
+        return found
+    first, last = others[0].rows[0][0], others[-1].rows[-1][0]
+    return [
+        part.say(f"{len(others)} other blocks of numbers, lines {first} to {last}, not read")
+        for part in found
+    ]
+
+
+def stated_number(pattern: str, text: str) -> float | None:
+    """Return a number that the text above the columns states, or None."""
+    found = re.findall(pattern, text)
+    try:
+        return float(found[-1]) if found else None
+    except ValueError:
+        return None
+
+
+def once(notes: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(notes))
+
+
+def build(path: str, cls: type, **fields: Any) -> Any:
+    try:
+        return cls(**fields)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None

@@ -1,0 +1,153 @@
+"""The readers of indentation curves: delimited text of any instrument, and force curves of microscopes."""
+
+import dataclasses
+import os
+from collections.abc import Sequence
+
+from fitting.data.contact import tip_depth
+from fitting.data.indentation import ERRORS, IndentationData
+from fitting.data.segments import label, named
+from fitting.io import afm, mending
+from fitting.io.columns import Wanted, has
+from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once, stated_number
+from fitting.io.table import read_table
+
+CLOCK = Wanted("t", ("time", "step time"))
+HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
+AIR = 5  # number of points before contact below which no note is made
+SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
+
+
+def read_indentation(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
+    segment: str | Sequence[str] | None = None, window: tuple[float | None, float | None] | None = None,
+    curve: int | str | None = None, spring_constant: float | None = None, decimal: str | None = None,
+) -> IndentationData:  # fmt: skip
+    """Read time, load and depth of an indentation, or of a force curve.
+
+    The curve is returned as measured; its method ``in_contact`` removes the points before contact.
+    The depth of a force curve without one follows from the height and the cantilever, depth = z - load/k, counted
+    from the first sample.
+
+    Args:
+        path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
+            microscope (JPK, Igor, HDF5) through the library afmformats.
+        columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
+            for columns of standard deviations, in the unit of depth or load if they have none of their own.
+        units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
+        segment: the selected segments: "approach", "hold", "retract", or several of them.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        curve: which of several curves in the file, by position from 0 or by name.
+        spring_constant: of the cantilever [N/m], where the file does not state it.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
+
+    Returns:
+        The curve in SI, with notes on what was read and corrected.
+
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
+        ImportError: a microscope's format without afmformats.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "hold.txt"
+        >>> rows = "".join(f"{t}\\t2\\t{3 + t}\\n" for t in range(6))
+        >>> _ = file.write_text("Time (s)\\tLoad (uN)\\tDepth (nm)\\n" + rows)
+        >>> print(fitting.read_indentation(file).load.max())
+        2e-06
+    """
+    if afm.is_force_curve(path):
+        if columns or units or decimal:
+            raise ValueError(
+                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
+            )
+        found = afm.read(path, curve, spring_constant)
+        data = build(os.fspath(path), IndentationData, **found)
+    else:
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+    data = data.only(segment) if isinstance(segment, str) else data.only(*(segment or ()))
+    data = data.window(*window) if window else data
+    before = data.contact.before
+    if before <= AIR:
+        return data
+    note = f"{before} of {data.t.size} points are before contact: in_contact() leaves them out"
+    return dataclasses.replace(data, notes=(*data.notes, note))
+
+
+def read_force(
+    path: str | os.PathLike, *, curve: int | str | None = None, spring_constant: float | None = None,
+    sensitivity: float | None = None, columns: dict | None = None, units: dict | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> IndentationData:  # fmt: skip
+    """Read a force curve for ``fit_force``, with its baseline and all segments.
+
+    Args:
+        path: a force curve of JPK, Asylum (Igor), Bruker, AFM Workshop, HDF5 or NT-MDT through the library afmformats, or
+            a text file as in ``read_indentation``.
+        curve: which of several curves in the file, by position from 0 or by name.
+        spring_constant: of the cantilever [N/m], where the file does not state it.
+        sensitivity: of the deflection [m/V], where the file does not state it.
+        columns, units, decimal: as in ``read_indentation``, for a text file.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+
+    Returns:
+        The curve in SI. If the file has no times, the points are numbered in their place, with a note.
+
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
+        ImportError: a microscope's format without afmformats.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "curve.txt"
+        >>> rows = "".join(f"{t}\\t{max(t - 9, 0)}\\t{10 * t}\\n" for t in range(20))
+        >>> _ = file.write_text("Time (s)\\tLoad (nN)\\tDepth (nm)\\n" + rows)
+        >>> print(fitting.read_force(file).load.max())
+        1e-08
+    """
+    if afm.is_force_curve(path) or afm.is_force_text(path):
+        if columns or units or decimal:
+            raise ValueError(
+                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
+            )
+        data = build(
+            os.fspath(path),
+            IndentationData,
+            **afm.read(path, curve, spring_constant, sensitivity, untimed=True),
+        )
+    else:
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+    return data.window(*window) if window else data
+
+
+def _indentation_text(
+    path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
+    spring_constant: float | None, decimal: str | None,
+) -> IndentationData:  # fmt: skip
+    """Read a text file with all segments, without selection."""
+    table = read_table(path, decimal)
+    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
+    raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
+        has(block, HEIGHT, columns) for block in table.blocks
+    )
+    errors = [
+        Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
+    ]
+    parts = curves_of(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units)
+    parts = [
+        part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
+    ]
+    one = all(named(part.name) for part in parts) and curve is None
+    taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
+    taken = mending.ordered(mending.complete(table.path, taken))
+    t, load = taken.values["t"], taken.values["load"]
+    if raised:
+        k = spring_constant or stated_number(SPRING_FACT, taken.before)
+        depth, note = tip_depth(table.path, t, load, taken.values["height"], k)
+        taken = taken.say(note)
+    else:
+        depth = taken.values["depth"]
+    marks = label(taken.marks, load, depth) if taken.marks else None
+    notes = once(taken.notes)
+    known = {key: taken.values[key] for key in ERRORS if key in taken.values}
+    return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)

@@ -1,0 +1,123 @@
+"""Running an experiment: its compiled march, the diagnostics of the result for its notes, and the warnings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support.pytree import replace
+from jaxcontact._support.status import LARGEST_ERROR, Status
+from jaxcontact.indenters.shapes import HeightField, Sphere
+from jaxcontact.operators.kernels import Errors
+from jaxcontact.response.limits import limits_of
+from jaxcontact.results.contact import ContactHistory, nan_where_invalid
+from jaxcontact.results.notes import Diagnostics, announce
+from jaxcontact.verbs.experiment import Experiment, TimedExperiment
+
+ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
+
+
+@Program
+def _run(experiment: TimedExperiment) -> tuple[ContactHistory, Errors]:
+    """The compiled core of all experiments over time: one trace for equal shapes and options."""
+    plan = experiment.planned()
+    return plan.marched(experiment.options), plan.errors
+
+
+def marched(experiment: TimedExperiment) -> Any:
+    """Return the finished result of an experiment over time, without warnings."""
+    result, errors = _run(experiment.with_kernels())
+    return finished(result, errors, experiment)
+
+
+def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
+    """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
+    single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
+    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
+    told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    rounded = experiment.indenter.size_error(experiment.grid)
+    told = replace(
+        told, **jax.lax.stop_gradient({"ball_radius": jnp.asarray(radius, float), "size_error": rounded})
+    )
+    if experiment.temperatures:
+        told = replace(told, coldest=_least(experiment.temperatures))
+    if experiment.film_map is not None:
+        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
+    return nan_where_invalid(
+        replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
+    )
+
+
+def _least(values: list[Any]) -> Array:
+    """Return the least of some values, without derivative, ()."""
+    return jax.lax.stop_gradient(jnp.min(jnp.stack([jnp.min(jnp.asarray(v, float)) for v in values])))
+
+
+def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
+    """Return the largest slope of a film's thickness, given or formed, and whether the film is stiffer than its base."""
+    assert experiment.film_map is not None
+    grid, maps = experiment.grid, [experiment.film_map.values]
+    if hasattr(result, "thickness"):
+        maps.append(result.thickness)
+    along = [axis for axis, n in enumerate(grid.shape) if n > 1]
+    slopes = [
+        jnp.max(jnp.abs(_differences(values, axis - 2, grid.periodic[axis]))) / grid.spacing[axis]
+        for values in maps
+        for axis in along
+    ]
+    ratio = limits_of(experiment.body).stiffness_ratio()
+    found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+    if hasattr(result, "thickness"):
+        last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
+        grown, least = last - experiment.film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
+        found["narrow_growth"] = _narrowest(
+            jnp.where(jnp.abs(grown) > least, grown, 0.0), along, grid.periodic
+        )
+    return found
+
+
+def _narrowest(grown: Array, axes: list[int], periodic: tuple[bool, bool]) -> Array:
+    """Return how far a cell has grown beyond all its neighbours along some axes, relative to the largest change, ()."""
+    highest = jnp.full_like(grown, -jnp.inf)
+    for axis in axes:
+        ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
+        padded = (
+            jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
+        )
+        for start in (0, 2):
+            beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
+            highest = jnp.maximum(highest, beside)
+    beyond, largest = jnp.max(grown - highest), jnp.max(jnp.abs(grown))
+    return jnp.where(largest > 0.0, beyond / jnp.where(largest > 0.0, largest, 1.0), 0.0)
+
+
+def _differences(values: Array, axis: int, periodic: bool) -> Array:
+    """Return the differences between neighbours along an axis."""
+    return values - jnp.roll(values, 1, axis) if periodic else jnp.diff(values, axis=axis)
+
+
+def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
+    """Return a finished result, and issue its notes as warnings to the caller of the verb."""
+    result = finished(result, errors, experiment)
+    announce(result, stacklevel=3)
+    return result
+
+
+def _doubted(result: Any, errors: Errors) -> Array:
+    """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
+    if hasattr(result, "times"):
+        return doubted(result.status, result.times - result.times[0], errors)
+    speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
+    width = jnp.max(jnp.stack(result.grid.width))
+    return doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+
+
+def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
+    """Return the status, with ``NOT_RESOLVED`` in place of ``FINE`` where the error of the response exceeds 1 %."""
+    largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
+    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
+    return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)
