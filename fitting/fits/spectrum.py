@@ -146,8 +146,8 @@ def fit_spectrum(
         >>> omega = np.geomspace(1e-2, 1e2, 25)
         >>> G = np.asarray(jc.Maxwell(1e5, 1e5, nu=0.5).complex_modulus(omega))
         >>> fit = fitting.fit_spectrum(fitting.OscillationData(omega, G.real, G.imag), equilibrium=False)
-        >>> print(f"most at {fit.tau[np.argmax(fit.H)]:.1f} s")
-        most at 1.0 s
+        >>> print(f"most at {fit.tau[np.argmax(fit.H)]:.0f} s")
+        most at 1 s
     """
     if not isinstance(data, RelaxationData | OscillationData):
         raise ValueError(f"data: expected RelaxationData or OscillationData, got {type(data).__name__}")

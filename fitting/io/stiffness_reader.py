@@ -44,8 +44,8 @@ def read_stiffness(
         >>> rows = "".join(f"{d},{d**2},{2 * d}\\n" for d in range(9))
         >>> _ = file.write_text("Depth (nm),Load (uN),Stiffness (uN/nm)\\n" + rows)
         >>> data = fitting.read_stiffness(file)
-        >>> print(data.depth.size, data.stiffness[0])
-        8 2000.0
+        >>> print(data.depth.size, f"{data.stiffness[0]:.6g}")
+        8 2000
     """
     table = read_table(path, decimal)
     columns, units = checked_options(table, columns, units, ("depth", "stiffness", "load", "sigma"))

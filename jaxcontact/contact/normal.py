@@ -220,9 +220,10 @@ def _positive(value: Array) -> Array:
 
 
 def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
-    """The part of a step, which lifts the surface so, that leaves the least energy; one where it has no slope.
+    """The part of a step, which lifts the surface so, that leaves the least energy.
 
-    Under a given approach together with the size of the whole pressure.
+    Under a given approach together with the size of the whole pressure, and none of a step along which the energy does not
+    fall; under a given load all of such a step.
     """
     p, residual = s.pressure, s.displacement + problem.gap - s.approach
     if not _sized(problem):
@@ -236,7 +237,8 @@ def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
         whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
         slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
     part = slope / _positive(curvature)
-    return jnp.where((curvature > 0.0) & (part > 0.0), part, 1.0)
+    rising = 1.0 if problem.load_controlled else 0.0
+    return jnp.where(curvature > 0.0, jnp.where(part > 0.0, part, rising), 1.0)
 
 
 def _best_size(problem: Problem, pressure: Array, displacement: Array) -> tuple[Array, Array]:
@@ -304,13 +306,15 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
     )  # to one it may always go
     part = jnp.minimum(least, longest)
     part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
-    length = s.length * jnp.where(clipped, jnp.clip(least, *LENGTHENED), least)
+    # a direction that does not lower the energy is given up, for a shorter step down the residual
+    rises = least == 0.0
+    length = s.length * jnp.where(clipped | rises, jnp.clip(least, *LENGTHENED), least)
     moved = s._replace(
         pressure=jnp.where(part == 1.0, tried, law.admissible(p + part * step)),
         displacement=s.displacement + part * lifted,
         direction=t,
         before=s.residual,
-        descent=descent,
+        descent=jnp.where(rises, 0.0, descent),
         length=length,
         iterations=s.iterations + 1,
     )

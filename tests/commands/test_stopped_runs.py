@@ -127,13 +127,27 @@ def test_a_run_that_was_stopped_or_killed_goes_on_to_the_same_files(
         assert_same_files(stopped, tmp_path / "whole")
 
 
-def started(case, out, cache):
-    """``jaxcontact run`` in a process of its own, and a function that waits until it has finished more steps."""
+SLOWLY = """
+import time
+from jaxcontact.__main__ import enter
+from jaxcontact._support.progress import Progress
+advance = Progress.advance
+Progress.advance = lambda self, count: (advance(self, count), time.sleep(1.0))
+enter()
+"""
+
+
+def started(case, out, cache, pauses=False):
+    """``jaxcontact run`` in a process of its own, and a function that waits until it has finished more steps.
+
+    With pauses, it rests for a second after every block of steps: no machine is so fast that it ends before its signal.
+    """
     environment = os.environ | {
         "JAX_COMPILATION_CACHE_DIR": str(cache), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
         "TF_CPP_MIN_LOG_LEVEL": "3",
     }  # fmt: skip
-    command = [sys.executable, "-m", "jaxcontact", "run", str(case), "-o", str(out), "--resume"]
+    program = ["-c", SLOWLY] if pauses else ["-m", "jaxcontact"]
+    command = [sys.executable, *program, "run", str(case), "-o", str(out), "--resume"]
     checkpoint = out / "unfinished" / "checkpoint.npz"
     before = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
     process = subprocess.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, text=True)
@@ -147,23 +161,17 @@ def started(case, out, cache):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind, steps", [("indentation", 4000), ("shear", 1000)])
-def test_a_process_that_is_killed_twice_ends_as_if_it_had_not_been(kind, steps, tmp_path):
-    """With so many steps that none of the first two processes ends before its signal, also on a busy machine."""
-    long_case = tmp_path / "case.toml"
-    long_case.write_text(text_of(kind, steps))
+@pytest.mark.parametrize("long_case", ["indentation", "shear", "sliding"], indirect=True)
+def test_a_process_that_is_killed_twice_ends_as_if_it_had_not_been(long_case, tmp_path):
     out, whole = tmp_path / "out", tmp_path / "whole"
     for number in (signal.SIGKILL, signal.SIGTERM):
-        process, wait = started(long_case, out, tmp_path / "cache")
+        process, wait = started(long_case, out, tmp_path / "cache", pauses=True)
         wait()
         process.send_signal(number)
         errors = [line for line in process.communicate()[1].splitlines() if "error" in line]
         assert process.returncode == (-number if number == signal.SIGKILL else 128 + number)
         assert len(errors) == (number == signal.SIGTERM)
-    for folder in (
-        out,
-        whole,
-    ):  # with the programs of the runs before: another compilation may round differently
+    for folder in (out, whole):  # with the programs of the runs before: others may round differently
         process, _ = started(long_case, folder, tmp_path / "cache")
         errors = process.communicate()[1]
         assert process.returncode == 0, errors
