@@ -36,7 +36,9 @@ half a cell inside the wall.
 """
 
 from collections.abc import Iterator
+from functools import partial
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -49,6 +51,9 @@ QUARTIC = 0.0489
 OUTSIDE = 0.1336, 0.0576, -0.0165
 ROUND = 0.5
 ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
+
+CORNERS = (0, 0), (1, 0), (1, 1), (0, 1)  # of a square, one after the other
+TILE, BATCH = 16, 64  # squares along a side of a tile; tiles of which the corrections are computed together
 
 
 def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tuple[bool, bool]) -> Array:
@@ -65,18 +70,79 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
         compliance, periodic = compliance / ROW, (periodic[0], True)
     own = compliance * pressure
     level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, jnp.max(own)))
-    for axis, wraps in enumerate(periodic):
-        level = _padded(level, axis, wraps)[(slice(None),) * axis + (slice(1 if wraps else None, None),)]
-    weights = jnp.outer(*(_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True)))
-    parts = zip(*(_share_rim_length(*corners) for corners in _triangles(level)), strict=True)
+    axes = [_tiled(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True)]
+    (rows, along_x), (columns, along_y) = axes
+    level = jnp.take(jnp.take(level, rows, axis=0, mode="clip"), columns, axis=1, mode="clip")
+    positive = level[1:-1, 1:-1] > 0.0
+    inside = total(jnp.outer(along_x.ravel(), along_y.ravel()) * positive[:-1, :-1])
+    order, number = _first_those(_crossed(positive, along_x.shape, along_y.shape))
+    i, j = order // len(along_y), order % len(along_y)
+    (_, height), (_, width) = along_x.shape, along_y.shape
+    tile = lambda i, j: jax.lax.dynamic_slice(level, (i * height, j * width), (height + 3, width + 3))
+    once = jnp.arange(len(order)) < along_x.shape[0] * along_y.shape[0]
+    given = jax.vmap(tile)(i, j), once[:, None] * along_x[i], along_y[j]
+    batches = jax.tree.map(lambda a: a.reshape(-1, min(BATCH, len(a)), *a.shape[1:]), given)
+
+    @partial(jax.checkpoint, prevent_cse=False)
+    def add(sum_: Array, batch: tuple[Array, tuple[Array, Array, Array]]) -> tuple[Array, None]:
+        first, tiles = batch
+        return sum_ + jax.lax.cond(first < number, _near_edge, lambda *_: jnp.zeros(()), *tiles), None
+
+    firsts = jnp.arange(len(batches[1])) * batches[1].shape[1]
+    return jnp.maximum(jax.lax.scan(add, inside, (firsts, batches))[0], 0.0)
+
+
+def _tiled(n: int, wraps: bool) -> tuple[Array, Array]:
+    """Return how an axis of n cells is divided into tiles of squares between cells' centres.
+
+    The cells of all tiles, with one more square before and after them; and the part of each square that lies in the grid,
+    (tiles, squares), zero for those that fill up the last tile.
+    """
+    squares = n if wraps else n + 1
+    size = min(TILE, squares)
+    count = -(-squares // size)
+    cells = jnp.arange(count * size + 3) - (1 if wraps else 2)
+    widths = jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5)
+    widths = jnp.pad(widths, (0, count * size - squares)).reshape(count, size)
+    return cells % n if wraps else jnp.clip(cells, 0, n - 1), widths
+
+
+def _crossed(positive: Array, along_x: tuple[int, int], along_y: tuple[int, int]) -> Array:
+    """Return the tiles that the edge crosses, (tiles,) bool, from the signs at the corners of all squares."""
+    one = positive[:-1, :-1]
+    cut = (one != positive[1:, :-1]) | (one != positive[1:, 1:]) | (one != positive[:-1, 1:])
+    return jnp.any(cut.reshape(*along_x, *along_y), (1, 3)).ravel()
+
+
+def _first_those(chosen: Array) -> tuple[Array, Array]:
+    """Return the indices of all elements of a mask, those that it holds first, and the number of these.
+
+    After these the index zero fills up the last batch.
+    """
+    number, count = jnp.sum(chosen), len(chosen)
+    place = jnp.where(chosen, jnp.cumsum(chosen), number + jnp.cumsum(~chosen)) - 1
+    return jnp.zeros(count + -count % min(BATCH, count), int).at[place].set(jnp.arange(count)), number
+
+
+def _near_edge(level: Array, along_x: Array, along_y: Array) -> Array:
+    """Return by how much the area in tiles differs from that of the squares whose first corner is in contact, ().
+
+    level: (tiles, m + 3, n + 3), with one more square on all sides; along_x, along_y: (tiles, m), (tiles, n), the part of
+    each square that lies in the grid.
+    """
+    _, height, width = level.shape
+    corner = lambda offset: jax.lax.dynamic_slice(level, (0, *offset), (len(level), height - 1, width - 1))
+    corners = jax.vmap(corner)(
+        jnp.array(CORNERS)
+    )  # of slices the transpose would compute each part many times
+    parts = zip(*(_share_rim_length(*three) for three in _triangles(*corners)), strict=True)
     share, rim, length = (scale * sum(part) for scale, part in zip((0.25, 0.5, 0.5), parts, strict=True))
-    missing = 0.5 + (share - 0.5) / 3.0 - _box_sum(share, periodic) / 9.0
-    return jnp.maximum(total(weights * (share - rim + ROUND * length * missing)), 0.0)
-
-
-def _widths(n: int, wraps: bool) -> Array:
-    """Return the part of each square between cells' centres that lies in the grid, along an axis of n cells."""
-    return jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5)
+    near = lambda n: (jnp.abs(jnp.arange(n - 2)[:, None] + 1 - jnp.arange(n)) <= 1).astype(float)
+    box = jnp.einsum("ik,tkl,jl->tij", near(height - 1), share, near(width - 1))  # sums over 3 x 3 squares
+    share, rim, length = (a[:, 1:-1, 1:-1] for a in (share, rim, length))
+    missing = 0.5 + (share - 0.5) / 3.0 - box / 9.0
+    beyond = share - (level[:, 1:-2, 1:-2] > 0.0) - rim + ROUND * length * missing
+    return jnp.sum(beyond * along_x[:, :, None] * along_y[:, None, :])
 
 
 def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, bool]) -> Array:
@@ -117,9 +183,8 @@ def _padded(field: Array, axis: int, wraps: bool) -> Array:
     return jnp.pad(field, widths, mode="wrap" if wraps else "edge")
 
 
-def _triangles(level: Array) -> Iterator[tuple[Array, Array, Array]]:
+def _triangles(a: Array, b: Array, c: Array, d: Array) -> Iterator[tuple[Array, Array, Array]]:
     """Yield the values at the corners of the triangles of both ways to halve a square, that at the right angle first."""
-    a, b, c, d = level[:-1, :-1], level[1:, :-1], level[1:, 1:], level[:-1, 1:]
     yield from ((b, a, c), (d, a, c), (a, b, d), (c, b, d))
 
 

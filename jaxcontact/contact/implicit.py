@@ -60,7 +60,8 @@ TANGENT_ITERATIONS = 400
 DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for what neither conjugate gradients nor BiCGSTAB solves,
 LEFT = 1e-7  # and what may be left of its right side (measured: 3e-9, where the system itself holds a solve)
 ROUNDING = 1e-12
-KEPT = "pressure"  # what reverse mode keeps of a step: all that its linear solve needs; with friction the whole solution
+KEPT = "pressure"  # what reverse mode keeps of a step, as far as it is needed, so that no contact is solved again: the
+# pressure, from which the linear solve follows, displacement and approach; with friction the whole solution
 
 
 class _Subspace(NamedTuple):
@@ -131,7 +132,9 @@ def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iteratio
 def _solve_contact_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     solution = solve_contact(*primals)
-    p, law = checkpoint_name(solution.pressure, KEPT), problem.law
+    kept = solution.pressure, solution.displacement, solution.approach
+    p, u, approach = (checkpoint_name(a, KEPT) for a in kept)
+    law = problem.law
     mask = law.free(p)
     forcing, target = problem.operator.tangent(change.operator, p) + change.gap, change.target
     prescribed = jnp.zeros_like(p)
@@ -146,7 +149,7 @@ def _solve_contact_jvp(primals, tangents):
     du = forcing - change.gap + problem.operator(dp)
     zero_iterations = jnp.zeros((), dtype=jax.dtypes.float0)
     tangent = Solution(dp + prescribed, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
-    return replace(solution, pressure=p), tangent
+    return replace(solution, pressure=p, displacement=u, approach=approach), tangent
 
 
 def _under_load(

@@ -67,7 +67,7 @@ class PressStepper(Stepper):
         pressure = solution.pressure
         fields = self.memory.update(fields, pressure, step.more)
         rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
-        numbers = contact_outcome(problem, solution, earlier) | {
+        numbers = contact_outcome(problem, solution, earlier if self.inherits else None) | {
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
         if adhering is not None:

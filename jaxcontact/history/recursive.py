@@ -11,6 +11,8 @@ lambda = 0 (unlimited flow) gives psi = phi2 = 1/2; a step of no length keeps th
 the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 from jax import Array
@@ -21,6 +23,13 @@ from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.history.observables import inner_product
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import Kernels
+
+
+class Before(NamedTuple):
+    """eta (K, nx, ny) and the pressure (nx, ny) before a step: the fields pass the memory once, after the step."""
+
+    eta: Array
+    pressure: Array
 
 
 @pytree
@@ -40,14 +49,17 @@ class RecursiveMemory(Memory):
     def predict(self, eta: Array, pressure: Array, dt: Array) -> Prediction:
         k = self.kernels
         decay, old, new = ramps(k.rates * dt)
-        eta = decay[:, None, None] * eta + jnp.tensordot(dt * old, pressure, 0)
         count = len(k.mix) if len(eta) else 0  # an elastic body has no history
-        mixed = k.mix[:count] @ eta.reshape(len(eta), pressure.size)  # matrices: quicker to differentiate
-        earlier = k.family.total(mixed.reshape(count, *pressure.shape))
-        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, eta)
+        mix = k.mix[:count]  # of matrices: quicker to differentiate
+        mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
+        mixed = mixed.reshape(count, *pressure.shape) + jnp.tensordot(mix @ (dt * old), pressure, 0)
+        earlier = k.family.total(mixed)
+        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, Before(eta, pressure))
 
-    def update(self, eta: Array, pressure: Array, dt: Array) -> Array:
-        return eta + jnp.tensordot(dt * ramps(self.kernels.rates * dt)[2], pressure, 0)
+    def update(self, before: Before, pressure: Array, dt: Array) -> Array:
+        decay, old, new = ramps(self.kernels.rates * dt)
+        added = jnp.tensordot(dt * old, before.pressure, 0) + jnp.tensordot(dt * new, pressure, 0)
+        return decay[:, None, None] * before.eta + added
 
     def stored_energy(self, eta: Array, pressure: Array) -> Array:
         """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs of

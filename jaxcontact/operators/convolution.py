@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.operators import distributed, spectral
 from jaxcontact.operators.base import Corner, Extended, Family, InvertibleOperator, Linear
 
@@ -22,13 +22,15 @@ class Convolution(InvertibleOperator):
     """An even kernel, by its spectra, which are real.
 
     spectrum (my/2 + 1, mx): on the padded grid; circulant (ny/2 + 1, nx): of the periodic operator nearest to
-    it on the grid itself; window: the same kernel on a smaller grid, or None; periodic: axes without padding.
+    it on the grid itself; window: the same kernel on a smaller grid, or None; periodic: axes without padding; wide: as
+    circulant, on the grid of ``spectral.wide_shape``, for the preconditioner alone, or None.
     """
 
     spectrum: Array
     circulant: Array
     window: Convolution | None
     periodic: spectral.Periodic = static(default=spectral.FREE)
+    wide: Array | None = None
 
     symmetric = True
 
@@ -39,10 +41,15 @@ class Convolution(InvertibleOperator):
         return self
 
     def preconditioner(self) -> Linear:
-        """The inverse of the circulant, its small and negative eigenvalues raised."""
-        floor = FLOOR * jnp.mean(jnp.abs(self.circulant))
-        inverse = 1.0 / jnp.maximum(self.circulant, floor)
-        return lambda r: spectral.apply_circulant(inverse, r)
+        """The inverse of a circulant, its small and negative eigenvalues raised.
+
+        On the grid itself cells at opposite sides would be neighbours: of rough surfaces with 35 % of 256 x 256 cells in
+        contact, also at the sides, the search would take 39 iterations; with the wide circulant it takes 26.
+        """
+        circulant = self.circulant if self.wide is None else self.wide
+        shape = lambda r: None if self.wide is None else spectral.wide_shape(r.shape, self.periodic)
+        inverse = 1.0 / jnp.maximum(circulant, FLOOR * jnp.mean(jnp.abs(circulant)))
+        return lambda r: spectral.apply_circulant(inverse, r, shape(r))
 
     def confined_compliance(self) -> Array:
         return confined_compliance(self.circulant)
@@ -105,13 +112,16 @@ class Convolutions(Family):
         """Return the operators of kernels (m, nx, ny) at offsets (i, j) >= 0, even in both; of one period along a
         periodic axis.
 
-        The window is without derivative, since only searches use it. There is none if the cells are divided among
-        devices: each search would move its part of the grid.
+        The window and the wide circulant are without derivative, since only searches use them. There is no window if the
+        cells are divided among devices: each search would move its part of the grid.
         """
         nx, ny = spectral.window_shape(kernels.shape[-2:], periodic)
         part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
         window = _members(part, None, periodic) if distributed.devices() == 1 else None
-        return cls(_members(kernels, window, periodic))
+        around = spectral.wide_shape(kernels.shape[-2:], periodic)
+        held = jax.lax.stop_gradient(kernels)
+        wide = None if around is None else spectral.circulant_spectrum(held, around)
+        return cls(replace(_members(kernels, window, periodic), wide=wide))
 
     @classmethod
     def of_spectra(cls, spectra: Array) -> Convolutions:

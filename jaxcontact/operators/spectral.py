@@ -18,6 +18,7 @@ from jax import Array
 from jaxcontact.operators import distributed
 
 Periodic = tuple[bool, bool]  # along x, along y
+MARGIN = 8  # cells around a grid, over which the inverse of a response falls to little (with 64 it serves no better)
 FREE: Periodic = (False, False)
 
 
@@ -93,28 +94,39 @@ def both_signs(my: int) -> Array:
     return jnp.where((row == 0) | (2 * row == my), 1.0, 2.0)
 
 
-def circulant_spectrum(kernel: Array) -> Array:
-    """Spectrum (..., ny/2 + 1, nx) of the periodic operator nearest to the kernel on the grid itself.
+def circulant_spectrum(kernel: Array, shape: tuple[int, int] | None = None) -> Array:
+    """Spectrum (..., my/2 + 1, mx) of the periodic operator nearest to the kernel on the grid itself, or one of a shape.
 
     It takes the offsets up to half the grid (Strang's circulant): cheap, and close enough to
     the true operator for a preconditioner.
     """
-    for axis in (kernel.ndim - 2, kernel.ndim - 1):
-        n = kernel.shape[axis]
-        near = jax.lax.slice_in_dim(kernel, 0, n // 2 + 1, axis=axis)
-        far = jax.lax.slice_in_dim(kernel, 1, (n + 1) // 2, axis=axis)
+    for axis, m in zip((kernel.ndim - 2, kernel.ndim - 1), shape or kernel.shape[-2:], strict=True):
+        near = jax.lax.slice_in_dim(kernel, 0, m // 2 + 1, axis=axis)
+        far = jax.lax.slice_in_dim(kernel, 1, (m + 1) // 2, axis=axis)
         kernel = jnp.concatenate([near, jnp.flip(far, axis)], axis)
     return kernel_spectrum(kernel, (True, True))
 
 
-def apply_circulant(spectrum: Array, field: Array) -> Array:
-    """Multiply by a circulant spectrum on the grid itself, (..., nx, ny) -> (..., nx, ny)."""
+def apply_circulant(spectrum: Array, field: Array, shape: tuple[int, int] | None = None) -> Array:
+    """Multiply by a circulant spectrum on the grid itself, or one of a shape around it, (..., nx, ny) -> (..., nx, ny)."""
     nx, ny = field.shape[-2:]
+    mx, my = shape or (nx, ny)
     if distributed.devices() > 1:
-        return distributed.inverse(scaled(spectrum, distributed.transform(field, (nx, ny))), (nx, ny), ny)
-    rows = jnp.swapaxes(jnp.fft.rfft(field, axis=-1), -1, -2)
-    rows = jnp.fft.ifft(scaled(spectrum, jnp.fft.fft(rows, axis=-1)), axis=-1)
-    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=ny, axis=-1)
+        return distributed.inverse(scaled(spectrum, distributed.transform(field, (mx, my))), (nx, ny), my)
+    rows = jnp.swapaxes(jnp.fft.rfft(field, n=my, axis=-1), -1, -2)
+    rows = jnp.fft.ifft(scaled(spectrum, jnp.fft.fft(rows, n=mx, axis=-1)), axis=-1)[..., :nx]
+    return jnp.fft.irfft(jnp.swapaxes(rows, -1, -2), n=my, axis=-1)[..., :ny]
+
+
+def wide_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int] | None:
+    """Return the shape of a grid that is wider by at least ``MARGIN`` cells along axes that are not periodic.
+
+    A circulant on it hardly joins opposite sides of the grid. None if there is no such axis, or one of too few cells.
+    """
+    wider = lambda n: 2 * scipy.fft.next_fast_len((n + 1) // 2 + MARGIN // 2)
+    nx, ny = (n if wraps else wider(n) for n, wraps in zip(shape, periodic, strict=True))
+    known = all(wraps or m // 2 < n for n, m, wraps in zip(shape, (nx, ny), periodic, strict=True))
+    return (nx, ny) if known and not all(periodic) else None
 
 
 def window_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int]:

@@ -73,7 +73,7 @@ def counted(run: Callable[[], Any], n: int) -> dict[str, float]:
 
     forward = lambda field, *_: 0.5 * np.prod(field.shape) / n**2
     back = lambda spectrum, shape, *_: 0.5 * np.prod((*spectrum.shape[:-2], *shape)) / n**2
-    once = lambda spectrum, field: np.prod(field.shape) / n**2
+    once = lambda spectrum, field, *_: np.prod(field.shape) / n**2
     kept = spectral.transform, spectral.inverse, spectral.apply_circulant
     spectral.transform = counting(kept[0], "convolutions", forward)
     spectral.inverse = counting(kept[1], "convolutions", back)

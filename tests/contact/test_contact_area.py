@@ -58,8 +58,8 @@ def test_the_correction_follows_the_number_of_patches(count, across):
     """So many discs on one periodic grid have the area of one, so many times; each to a tenth of a cell along its edge."""
     p, g = disc(24, (11.3, 11.6), 5.2, across)
     one = float(contact_cells(p, g, jnp.asarray(1.0), PERIODIC))
-    many = contact_cells(*(jnp.tile(a, (count, 1)) for a in (p, g)), jnp.asarray(1.0), PERIODIC)
-    np.testing.assert_allclose(many, count * one, rtol=1e-13)
+    many = contact_cells(*(jnp.tile(a, (count, 3)) for a in (p, g)), jnp.asarray(1.0), PERIODIC)
+    np.testing.assert_allclose(many, 3 * count * one, rtol=1e-13)  # of 16 x 3 the tiles are in two batches
     assert one == pytest.approx(np.pi * 5.2**2 / across, abs=0.1 * 2.0 * np.pi * 5.2 / across)
 
 

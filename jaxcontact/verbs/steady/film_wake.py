@@ -128,7 +128,7 @@ def film_wake_of(
     def of_term(spectrum: Array, circulant: Array) -> Wake:
         family = replace(
             kernels.uniform.family,
-            members=replace(members, spectrum=spectrum, circulant=circulant, window=None),
+            members=replace(members, spectrum=spectrum, circulant=circulant, window=None, wide=None),
         )
         return wake_of(experiment, replace(kernels.uniform, family=family), velocity, across=False)
 
