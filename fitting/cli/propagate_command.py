@@ -21,7 +21,7 @@ CELLS = 64  # along the side of the grid of a contact with a film
 MARCH = 60  # time steps before the first and between the first and the last requested time
 
 
-class Prediction(NamedTuple):
+class PredictedQuantity(NamedTuple):
     """A predicted quantity: its name on an axis, unit, and column of the table; over: name and unit of the abscissa."""
 
     name: str
@@ -32,11 +32,11 @@ class Prediction(NamedTuple):
 
 OMEGA = ("ω", "rad/s")
 RESULTS = {
-    "creep": Prediction("J", "1/Pa", "J_1_per_Pa"),
-    "relaxation": Prediction("G", "Pa", "G_Pa"),
-    "storage": Prediction("G'", "Pa", "storage_Pa", OMEGA),
-    "loss": Prediction("G''", "Pa", "loss_Pa", OMEGA),
-    "depth": Prediction("depth", "m", "depth_m"),
+    "creep": PredictedQuantity("J", "1/Pa", "J_1_per_Pa"),
+    "relaxation": PredictedQuantity("G", "Pa", "G_Pa"),
+    "storage": PredictedQuantity("G'", "Pa", "storage_Pa", OMEGA),
+    "loss": PredictedQuantity("G''", "Pa", "loss_Pa", OMEGA),
+    "depth": PredictedQuantity("depth", "m", "depth_m"),
 }
 CONTACT = (
     "radius",

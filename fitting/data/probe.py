@@ -56,7 +56,7 @@ def probe_of(indenter: Any) -> Probe:
 
 
 def paraboloid_note(
-    indenter: Any, depth: float, order: float = FORCE, thickness: float | None = None
+    indenter: Any, depth: float, order: float = FORCE, *, thickness: float | None = None
 ) -> tuple[str, ...]:
     """Return a note where a ball is pressed in so deep [m] that a paraboloid does not describe it, on a half-space or a
     layer of a thickness [m].

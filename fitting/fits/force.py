@@ -231,7 +231,7 @@ def _notes(force: ForceProblem, theta: np.ndarray) -> tuple[str, ...]:
     if approach.each > 1:
         notes.append(f"{approach.t.size} points are means of {approach.each} samples each")
     thickness, depth = force.setup.thickness, float((1.0 - theta[2]) * force.units[1])
-    notes += paraboloid_note(force.setup.indenter, depth, thickness)
+    notes += paraboloid_note(force.setup.indenter, depth, thickness=thickness)
     if thickness is not None and depth > STRAIN * thickness:
         notes.append(
             f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"

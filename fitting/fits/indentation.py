@@ -292,7 +292,7 @@ def _curvature(press: IndentationProblem, theta: np.ndarray) -> tuple[str, ...]:
     return (
         ()
         if press.pressing.adhesion
-        else paraboloid_note(press.pressing.indenter, deepest, press.pressing.thickness)
+        else paraboloid_note(press.pressing.indenter, deepest, thickness=press.pressing.thickness)
     )
 
 

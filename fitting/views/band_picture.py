@@ -10,7 +10,7 @@ WIDE = 20.0  # ratio of the ends of an axis above which it is logarithmic
 
 
 def draw(wanted: Any, at: np.ndarray, band: Any, level: float) -> Any:
-    """Return a Figure of a predicted quantity (``propagate_command.Prediction``) at times or frequencies (k,)."""
+    """Return a Figure of a predicted quantity (``PredictedQuantity``) at times or frequencies (k,)."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7.0, 4.5), layout="constrained")

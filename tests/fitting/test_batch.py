@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.cli import batch_command
+from fitting.cli import batch_command, kinds
 from fitting.cli.batch_command import folders_of
 from jaxcontact.__main__ import main
 
@@ -64,7 +64,7 @@ def test_awkward_files_are_all_fitted(tmp_path, monkeypatch):
 
 def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, capsys):
     """The line comes before any fit, and the file stays as it was."""
-    monkeypatch.setattr(batch_command, "fit_creep", lambda *_: pytest.fail("fitted"))
+    monkeypatch.setattr(kinds, "fit_creep", lambda *_: pytest.fail("fitted"))
     monkeypatch.chdir(tmp_path)
     for name, command in (("curve.csv", "creep"), ("table.csv", "batch"), ("a/curve.csv", "batch")):
         path = Path(maxwell(tmp_path / name, 1e5))
@@ -75,7 +75,7 @@ def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, capsys):
 
 
 def test_a_folder_in_the_way_is_named_before_any_fit(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(batch_command, "fit_creep", lambda *_: pytest.fail("fitted"))
+    monkeypatch.setattr(kinds, "fit_creep", lambda *_: pytest.fail("fitted"))
     file, out = maxwell(tmp_path / "a.csv", 1e5), tmp_path / "out"
     (out / "report.html").mkdir(parents=True)
     assert main(["fit", "batch", file, "-o", str(out), "--force"]) == 2

@@ -127,7 +127,7 @@ def test_an_indentation_keeps_its_segments(control):
 @pytest.mark.parametrize(
     ("data", "per_decade", "message"),
     [
-        ([1.0, 2.0], 20, "data: expected CreepData or IndentationData, got list"),
+        ([1.0, 2.0], 20, "data: expected CreepData, RelaxationData or IndentationData, got list"),
         (noisy(0.0, 100), 0, "per_decade: expected a number > 0, got 0"),
         (noisy(0.0, 100), "20", "per_decade: expected a number > 0, got '20'"),
     ],
