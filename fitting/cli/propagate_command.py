@@ -153,7 +153,7 @@ def _on_film(options: argparse.Namespace, at: np.ndarray) -> Callable[..., Any]:
     indenter, load = indentation_command.indenter_of(options), jc.Load(options.load)
     substrate = indentation_command.substrate_of(options)
     later = at[at > 0.0]
-    steps = np.geomspace(0.05 * later.min(), later.max(), MARCH) if later.size else []
+    steps = np.geomspace(0.05 * later.min(), later.max(), MARCH) if later.size else np.zeros(0)
     times, places = np.unique(np.concatenate([[0.0], steps, at]), return_inverse=True)
     grids: list[jc.Grid] = []
 
