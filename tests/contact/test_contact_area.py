@@ -86,6 +86,7 @@ def test_the_side_of_a_grid_is_no_edge_of_the_contact():
     )
 
 
+@pytest.mark.slow
 def test_the_area_moves_steadily_while_cells_enter():
     """A disc that grows by 1/50 of a cell a step: no jump of the area, and its slope stays within a third."""
     radii = np.arange(4.0, 7.0, 0.02)

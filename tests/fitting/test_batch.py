@@ -46,6 +46,7 @@ def maxwell(path, G):
     return str(path)
 
 
+@pytest.mark.slow
 def test_awkward_files_are_all_fitted(tmp_path, monkeypatch):
     names = ["x/a.csv", "y/a.csv", "x/1_a.csv", "x/...csv", "x/report.html.csv"]
     moduli = {
