@@ -192,7 +192,7 @@ def test_parameters_that_describe_the_data_equally_well_are_rejected():
     assert not fit.identified["p"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_from_every_field_hold_the_truth():
     """Twenty images of each kind on 64 x 64 pixels, fitted on 32 x 32 cells."""
     images = fields.images(32)

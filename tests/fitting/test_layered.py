@@ -82,8 +82,8 @@ def test_a_film_between_known_layers():
         assert abs(np.log(found.values[key] / TRUTH[key])) < 0.2 * found.sd_log[key], key
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("control", [pytest.param("load", marks=pytest.mark.long), "depth"])
+@pytest.mark.long
+@pytest.mark.parametrize("control", ["load", "depth"])
 def test_two_thousand_samples_of_a_ramp_and_a_hold(control):
     """On a film far thicker than the contact is wide, where Lee and Radok's integral is the truth. The ramp ends
     between the times that the solver would march through if they were chosen without a look at the load."""

@@ -79,7 +79,7 @@ def test_data_that_no_spectrum_describes_are_rejected():
     assert fitting.fit_spectrum(fitting.OscillationData(OMEGA, G.real[::-1], G.imag)).verdict == "rejected"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_bands_hold_the_spectrum():
     held = np.concatenate([inside(fitting.fit_spectrum(noisy(moduli(), seed))) for seed in range(20)])
     assert 0.88 < held.mean() <= 1.0

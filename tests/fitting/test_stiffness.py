@@ -118,7 +118,7 @@ def test_a_film_that_is_taken_for_a_half_space_is_rejected():
     assert fit.verdict == "rejected" and "give its thickness" in fit.refused[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_hold_the_modulus_and_the_thickness():
     _, depth, known = film()
     held, count = np.zeros(2), 60
