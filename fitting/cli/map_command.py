@@ -20,7 +20,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.cli import force_command
 from fitting.io import afm
-from fitting.views import map_picture, output
+from fitting.views import map_picture, output, report
 from fitting.views.shell_words import in_flags
 
 RESULTS = ("map.csv", "map.png", "summary.json")
@@ -178,10 +178,9 @@ def _accepted(points: list[MapPoint]) -> np.ndarray:
 
 def _noted(points: list[MapPoint]) -> list[str]:
     """Return each kind of note, with the number of its curves and the note of the first."""
-    kinds: dict[str, list[str]] = {}
-    for note in (note for one in points for note in one.notes):
-        kinds.setdefault(NUMBERS.sub("0", note), []).append(note)
-    return [f"{len(found)} of {len(points)} curves, first: {found[0]}" for found in kinds.values()]
+    return report.counted(
+        ((NUMBERS.sub("0", note), note) for one in points for note in one.notes), len(points)
+    )
 
 
 def _report(points: list[MapPoint]) -> None:

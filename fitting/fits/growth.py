@@ -197,17 +197,15 @@ def fit_growth(
 
 def _of_contact(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
     """Return each kind of note on the contacts of the curves, with the number of its curves and the note of the first."""
-    kinds: dict[str, list[str]] = {}
+    notes: list[tuple[str, str]] = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the fit has them as notes
         for one in curves.data:
             run = contact.run(
                 kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial
             )
-            for note in run.notes:
-                kinds.setdefault(note.kind, []).append(note)
-    total = len(curves.data)
-    return [f"contact of {len(found)} of {total} curves, first: {found[0]}" for found in kinds.values()]
+            notes += [(note.kind, note) for note in run.notes]
+    return [f"contact of {line}" for line in report.counted(notes, len(curves.data))]
 
 
 def _check_contact(contact: Any, curves: Curves) -> None:

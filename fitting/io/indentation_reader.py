@@ -3,6 +3,7 @@
 import dataclasses
 import os
 from collections.abc import Sequence
+from typing import Any
 
 from fitting.data.contact import tip_depth
 from fitting.data.indentation import ERRORS, IndentationData
@@ -57,10 +58,7 @@ def read_indentation(
         2e-06
     """
     if afm.is_force_curve(path):
-        if columns or units or decimal:
-            raise ValueError(
-                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
-            )
+        _require_no_text_options(path, columns or units or decimal)
         found = afm.read(path, curve, spring_constant)
         data = build(os.fspath(path), IndentationData, **found)
     else:
@@ -106,10 +104,7 @@ def read_force(
         1e-08
     """
     if afm.is_force_curve(path) or afm.is_force_text(path):
-        if columns or units or decimal:
-            raise ValueError(
-                f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
-            )
+        _require_no_text_options(path, columns or units or decimal)
         data = build(
             os.fspath(path),
             IndentationData,
@@ -118,6 +113,14 @@ def read_force(
     else:
         data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
     return data.window(*window) if window else data
+
+
+def _require_no_text_options(path: str | os.PathLike, given: Any) -> None:
+    """Raise ValueError if options for text files are given with a force curve of a microscope."""
+    if given:
+        raise ValueError(
+            f"{os.fspath(path)}: columns, units, decimal: expected none for a force curve; they apply to text files"
+        )
 
 
 def _indentation_text(

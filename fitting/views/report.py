@@ -1,6 +1,7 @@
 """Lines of text that report a ``Fit`` of any kind."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,14 @@ PLACES = {
     "m": ("small depths", "intermediate depths", "large depths"),
 }  # by the unit of the abscissa
 ENOUGH = 4.0  # duration over the longest retardation time above which flow and retardation are separable
+
+
+def counted(notes: Iterable[tuple[str, str]], total: int) -> list[str]:
+    """Return a line for each kind of note on ``total`` curves, with their number and the first; notes: (kind, note)."""
+    kinds: dict[str, list[str]] = {}
+    for kind, note in notes:
+        kinds.setdefault(kind, []).append(note)
+    return [f"{len(found)} of {total} curves, first: {found[0]}" for found in kinds.values()]
 
 
 def parameter(fit: Any, name: str) -> str:

@@ -132,9 +132,8 @@ def _near_edge(level: Array, along_x: Array, along_y: Array) -> Array:
     """
     _, height, width = level.shape
     corner = lambda offset: jax.lax.dynamic_slice(level, (0, *offset), (len(level), height - 1, width - 1))
-    corners = jax.vmap(corner)(
-        jnp.array(CORNERS)
-    )  # of slices the transpose would compute each part many times
+    # by vmap, since the transpose of four slices would compute each part many times
+    corners = jax.vmap(corner)(jnp.array(CORNERS))
     parts = zip(*(_share_rim_length(*three) for three in _triangles(*corners)), strict=True)
     share, rim, length = (scale * sum(part) for scale, part in zip((0.25, 0.5, 0.5), parts, strict=True))
     near = lambda n: (jnp.abs(jnp.arange(n - 2)[:, None] + 1 - jnp.arange(n)) <= 1).astype(float)

@@ -161,9 +161,9 @@ def _refined(setup: ContactSetup, settings: Settings, conditions: RubConditions)
 class RubConditions:
     """The motion of a rubbed contact, the law of growth or wear, and friction and heat; fields as in ``rub``."""
 
-    velocity: Any
-    path: Any
-    law: Any
+    velocity: Any = None
+    path: Any = None
+    law: Any = None
     friction: Any = 0.0
     thermal: Thermal | None = None
     thickest: Any = None
@@ -300,7 +300,7 @@ class RubExperiment(TimedExperiment):
 
 def rubbed(setup: ContactSetup, settings: Settings, **conditions: Any) -> RubExperiment:
     """Return the checked experiment of conditions that are given by the names of the arguments of ``rub``."""
-    return RubExperiment.of(setup, settings, RubConditions(**({"velocity": None, "path": None} | conditions)))
+    return RubExperiment.of(setup, settings, RubConditions(**conditions))
 
 
 def _film(
