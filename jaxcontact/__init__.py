@@ -76,6 +76,7 @@ from jaxcontact.results.rough_contact import contact_clusters as contact_cluster
 from jaxcontact.results.rough_contact import contact_statistics as contact_statistics  # noqa: E402
 from jaxcontact.results.rough_contact import pressure_histogram as pressure_histogram  # noqa: E402
 from jaxcontact.results.rubbing import RubbingHistory as RubbingHistory  # noqa: E402
+from jaxcontact.results.sliding import AdhesiveSlidingHistory as AdhesiveSlidingHistory  # noqa: E402
 from jaxcontact.results.sliding import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.results.sliding import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.results.topography import SurfaceStatistics as SurfaceStatistics  # noqa: E402
@@ -99,6 +100,7 @@ from jaxcontact.verbs.subsurface import subsurface as subsurface  # noqa: E402
 # what the reference shows; tests/project/test_public_api.py holds the same names
 __all__ = [
     "AdhesiveHistory",
+    "AdhesiveSlidingHistory",
     "Approach",
     "Archard",
     "ArrheniusShift",

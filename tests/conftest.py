@@ -1,5 +1,6 @@
 """Shared pieces of the tests: the paper's film, ball and substrate, and one store of compiled programs."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -12,7 +13,9 @@ import pytest
 # when it is first imported. A folder of your own, JAX_COMPILATION_CACHE_DIR=~/.cache/jax, serves the next session too.
 COMPILED = tempfile.TemporaryDirectory(prefix="jaxcontact-tests-")
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", COMPILED.name)
-os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.1")
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")  # thousands take 20 ms each
+# in two processes on two cores the threads of numpy's products and of scipy's decompositions would wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # it writes a screen of names of processor features to stderr for each program that it finds there
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
@@ -56,8 +59,16 @@ def body():
     return bodies.BODY
 
 
+def pytest_collection_finish():
+    """Let the garbage collector run less often: tracing creates many objects, hardly any of which are garbage."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 10, 10)
+
+
 @pytest.fixture(autouse=True, scope="module")
 def compiled_programs_are_dropped():
-    """After each file of tests: some thousand of them exhaust the memory maps that a process may have."""
+    """Drop compiled programs after each file of tests. Several thousand exhaust the memory maps that a process may have, and
+    a program that was traced while a test replaced a function must not reach another file."""
     yield
     jax.clear_caches()

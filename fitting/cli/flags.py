@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -140,7 +141,17 @@ def read(reader: Callable[..., Any], file: str, options: argparse.Namespace, **g
     try:
         return reader(file, decimal=options.decimal, **places, **given)
     except ValueError as error:
-        raise ValueError(in_flags(str(error))) from error
+        raise ValueError(_other_kind(in_flags(str(error)), options)) from error
+
+
+def _other_kind(message: str, options: argparse.Namespace) -> str:
+    """Return a message that names another command, for a command of several kinds of curves with the flag of the kind."""
+    if not hasattr(options, "kind"):
+        return message
+    flag = "--data" if hasattr(options, "frequencies") else "--of"
+    return re.sub(
+        r"jaxcontact fit (creep|relaxation|oscillation|indentation) reads it", rf"{flag} \1 reads it", message
+    )
 
 
 @contextlib.contextmanager
@@ -151,6 +162,17 @@ def about(file: str) -> Iterator[None]:
             yield
     except ValueError as error:
         raise ValueError(f"{file}: {in_flags(str(error))}") from error
+
+
+def check_metres(options: argparse.Namespace, **largest: float) -> None:
+    """Raise ValueError where a length is so large that it was hardly meant in metres."""
+    for name, limit in largest.items():
+        value = getattr(options, name, None)
+        if value is not None and value > limit:
+            flag = f"--{name.replace('_', '-')}"
+            raise ValueError(
+                f"{flag}: expected a length in m, got {value:g} m, and {value:g} um is {flag} {value:g}e-6"
+            )
 
 
 def place(text: str) -> int | str:
@@ -172,7 +194,12 @@ def weighting(options: argparse.Namespace, has_sigma: bool, usual: str = "estima
     if options.weights.lower() in KINDS:
         kind = options.weights.lower()
         return level | {"weights": None if has_sigma and kind == usual else kind}
-    return level | {"weights": None, "sigma": number("--weights", options.weights)}
+    try:
+        return level | {"weights": None, "sigma": float(options.weights)}
+    except ValueError:
+        raise ValueError(
+            f"--weights: expected {', '.join(KINDS)} or a number, got {options.weights!r}"
+        ) from None
 
 
 def known(options: argparse.Namespace) -> dict[str, Any]:

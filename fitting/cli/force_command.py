@@ -52,6 +52,11 @@ def add_sample(parser: Any) -> None:
     for name in ("spring-constant", "sensitivity"):
         what = f"relative standard deviation of the {name.replace('-', ' ')}, which enters the interval of the modulus"
         parser.add_argument(f"--{name}-error", type=float, default=0.0, metavar="E", help=what)
+    drag = (
+        "viscous drag on the cantilever in liquid [N s/m], which is subtracted: a number, or fit to read it from the"
+        " baselines of approach and retraction; not subtracted by default"
+    )
+    parser.add_argument("--drag", metavar="B", help=drag)
     errors = "estimated, absolute, or a standard deviation in N"
     flags.add_common(parser, "estimated", errors, "t, load, depth, height")
     flags.add_bounds(parser)
@@ -83,8 +88,13 @@ def fitted(options: argparse.Namespace, file: str, curve: int | str | None) -> F
         return fit_force(
             data, indenter=tip_of(options)[0], nu=options.nu, thickness=options.thickness, substrate=_base(options),
             polynomials=getattr(options, "polynomials", False), bounds=flags.bounds(options), errors=calibration,
-            spring_constant=options.spring_constant, **flags.weighting(options, False),
+            spring_constant=options.spring_constant, drag=_drag(options.drag), **flags.weighting(options, False),
         )  # fmt: skip
+
+
+def _drag(text: str | None) -> float | str | None:
+    """Return a coefficient of drag, "fit" or None."""
+    return text if text is None or text == "fit" else flags.number("--drag", text)
 
 
 def _base(options: argparse.Namespace) -> Any:
@@ -94,7 +104,8 @@ def _base(options: argparse.Namespace) -> Any:
 
 
 def tip_of(options: argparse.Namespace) -> tuple[Any, str]:
-    """Return the indenter, and a sentence where it is assumed."""
+    """Return the indenter, and a sentence where it is assumed; ValueError for lengths of no microscope."""
+    flags.check_metres(options, radius=1e-2, punch=1e-2, thickness=0.1)
     if options.radius is not None:
         return jc.Sphere(options.radius), ""
     if options.punch is not None:

@@ -92,10 +92,11 @@ def run(options: argparse.Namespace) -> int:
 
 def fitted(options: argparse.Namespace, file: str) -> Any:
     """Return the fit of a file."""
+    flags.check_metres(options, radius=1.0, layer=0.1, thickness=0.1)
     check_substrate(options)
     indenter = indenter_of(options)
     data = flags.resampled(options, file, _indented(options, file, indenter))
-    extra: dict[str, Any] = {"adhesion": _adhesion(options), "thickness": options.thickness}
+    extra: dict[str, Any] = {"adhesion": adhesion_of(options), "thickness": options.thickness}
     for name in ("contact_point", "drift", "machine_compliance"):
         text = getattr(options, name)
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
@@ -122,7 +123,7 @@ def substrate_of(options: argparse.Namespace) -> jc.Elastic:
     return _elastic("--substrate-modulus", options.substrate_modulus, options.substrate_nu)
 
 
-def _adhesion(options: argparse.Namespace) -> Any:
+def adhesion_of(options: argparse.Namespace) -> Any:
     """Return the work of adhesion, or how it is fitted."""
     fitted = options.adhesion.lower() in ("fit", "jkr")
     return options.adhesion if fitted else flags.number("--adhesion", options.adhesion)

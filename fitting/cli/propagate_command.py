@@ -118,6 +118,10 @@ def _check_contact(options: argparse.Namespace) -> None:
     indentation_command.check_substrate(options)
     if options.thickness is not None:
         raise ValueError("--thickness: expected a --layer on a substrate for --of depth")
+    if indentation_command.adhesion_of(options) != 0.0:
+        raise ValueError(
+            f"--adhesion: expected 0 for --of depth, which is that of a contact without adhesion, got {options.adhesion}"
+        )
     if options.bulk_modulus is not None and options.layer is None:
         raise ValueError("--bulk-modulus: expected --nu for the depth on a half-space")
 

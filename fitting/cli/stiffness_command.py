@@ -32,8 +32,11 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help=nu)
     how = f"contact radius: {' or '.join(CONTACTS)} (oliver-pharr for a cone, elastic for others)"
     parser.add_argument("--contact", choices=CONTACTS, help=how)
-    area = "coefficients of the area function of the tip in SI, c0 [-], c1 [m], c2 [m^1.5] ..."
-    parser.add_argument("--area", metavar="C0,C1,...", help=area)
+    areas = parser.add_mutually_exclusive_group()
+    area = "area function of the tip, c0 d^2 + c1 d + c2 d^(1/2) + c3 d^(1/4) ..., in SI: c0 [-], c1 [m], c2 [m^1.5] ..."
+    areas.add_argument("--area", metavar="C0,C1,...", help=area)
+    nano = "the same in powers of nm, as instruments print them: c0 [-], c1 [nm], c2 [nm^1.5] ..."
+    areas.add_argument("--area-nm", metavar="C0,C1,...", help=nano)
     beta = "factor on the stiffness of a tip that is not of revolution (1); often 1.034 for Berkovich"
     parser.add_argument("--beta", type=float, default=1.0, metavar="B", help=beta)
     parser.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
@@ -49,14 +52,25 @@ def run(options: argparse.Namespace) -> int:
     output.check_directory(options)
     curve = None if options.curve is None else flags.place(options.curve)
     data = flags.read(read_stiffness, options.file, options, curve=curve)
-    area = options.area and [flags.number("--area", text) for text in options.area.split(",")]
     with flags.about(options.file):
         found = fit_stiffness(
             data, indenter=_tip(options), nu=options.nu, thickness=_thickness(options.thickness),
-            substrate=_elastic(options.substrate_modulus, options.substrate_nu), contact=options.contact, area=area,
+            substrate=_elastic(options.substrate_modulus, options.substrate_nu), contact=options.contact,
+            area=_area(options),
             beta=options.beta, bounds=flags.bounds(options), **flags.weighting(options, data.sigma is not None),
         )  # fmt: skip
     return output.finish(options, found)
+
+
+def _area(options: argparse.Namespace) -> list[float] | None:
+    """Return the coefficients of the area function in SI, None without one."""
+    if options.area is not None:
+        return [flags.number("--area", text) for text in options.area.split(",")]
+    if options.area_nm is None:
+        return None
+    found = [flags.number("--area-nm", text) for text in options.area_nm.split(",")]
+    power = lambda k: 2.0 if k == 0 else 0.5 ** (k - 1)
+    return [c * 1e-9 ** (2.0 - power(k)) for k, c in enumerate(found)]
 
 
 def _thickness(text: str | None) -> float | str | None:
@@ -71,6 +85,7 @@ def _elastic(E: float | None, nu: float) -> jc.Elastic | None:
 
 def _tip(options: argparse.Namespace) -> Any:
     """Return the indenter."""
+    flags.check_metres(options, radius=1.0, punch=1.0)
     solid = _elastic(options.tip_modulus, options.tip_nu)
     if options.radius is not None:
         return jc.Sphere(options.radius, solid)
@@ -78,4 +93,6 @@ def _tip(options: argparse.Namespace) -> Any:
         return jc.FlatPunch(options.punch, solid)
     if options.cone.lower() == "berkovich":
         return jc.Cone.berkovich(solid)
+    if options.cone.isalpha():
+        raise ValueError(f"--cone: expected degrees or berkovich, got {options.cone!r}")
     return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)

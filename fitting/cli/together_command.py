@@ -21,9 +21,17 @@ def add_together(parser: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Fit one material to all files and write the results."""
     names = options.of.split(",")
+    if len(options.file) < 2:
+        raise ValueError(
+            f"{options.file[0]}: expected several files, got one: jaxcontact fit {names[0]} fits it"
+        )
     if len(names) != len(options.file) or not set(names) <= set(ALLOWED):
         raise ValueError(
             f"--of: expected a kind for each of {len(options.file)} files, of {', '.join(ALLOWED)}, got {options.of}"
+        )
+    if options.window is not None and len({name == "oscillation" for name in names}) > 1:
+        raise ValueError(
+            f"--window: expected none for a sweep over frequency beside a test over time, got {options.window}"
         )
     output.check_directory(options)
     # the fit weighs each test by itself

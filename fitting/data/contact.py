@@ -88,6 +88,11 @@ def find_contact(
     return FirstTouch(float(began), depth_sign * point, offset, load_sign, depth_sign, before)
 
 
+def baseline(load: np.ndarray) -> float:
+    """Return the median of the first tenth of a force (n,), before contact."""
+    return float(np.median(load[: max(load.size // 10, 5)]))
+
+
 def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:
     """Return the signs (of the depth, of the load), +1 or -1.
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.data.contact import FirstTouch, find_contact
 from fitting.data.curves import array, deviations, times
+from fitting.data.drag import find_drag, without
 from fitting.data.probe import probe_of
 from fitting.data.segments import SEGMENTS, infer
 from fitting.views.curve_picture import draw
@@ -197,6 +198,44 @@ class IndentationData:
             whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
         )  # fmt: skip
+
+    def without_drag(self, coefficient: float | None = None) -> "IndentationData":
+        """Return the curve without the viscous drag on its cantilever, load - b d(depth)/dt.
+
+        In liquid the drag shifts the baselines of approach and retraction apart, and leaves the load as soon as the tip
+        stops; derived in ``fitting.data.drag``.
+
+        Args:
+            coefficient: b [N s/m]; None: from the baselines of approach and retraction.
+
+        Returns:
+            All points, with a note that states b and its standard deviation.
+
+        Raises:
+            ValueError: a negative coefficient, no baselines of approach and retraction, or a curve read from a file without
+                times.
+
+        Example:
+            >>> t = np.arange(200.0)
+            >>> depth = 1e-8 * np.minimum(t, 199 - t)  # to 1 um and back, never in contact until 0.9 um
+            >>> force = 1e-3 * np.maximum(depth - 0.9e-6, 0) + np.where(t < 100, 5e-11, -5e-11)  # drag 5 mN s/m
+            >>> curve = fitting.IndentationData(t=t, load=force, depth=depth).without_drag()
+            >>> print(curve.notes[0])
+            drag of 0.005 N s/m subtracted from the load
+        """
+        if coefficient is None:
+            found = find_drag(self)
+            return self.without_drag(found.coefficient)._noted(
+                f"drag read from the baselines (sd {found.sd:.2g} N s/m)"
+            )
+        if not 0.0 <= coefficient < np.inf:
+            raise ValueError(f"coefficient: expected a drag >= 0 N s/m, got {coefficient!r}")
+        return dataclasses.replace(self, load=without(self, coefficient))._noted(
+            f"drag of {coefficient:.4g} N s/m subtracted from the load"
+        )
+
+    def _noted(self, note: str) -> "IndentationData":
+        return dataclasses.replace(self, notes=(*self.notes, note))
 
     def whole_curve(self) -> np.ndarray:
         """Return ``whole``, or this curve, (3, m)."""

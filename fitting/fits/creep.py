@@ -101,9 +101,10 @@ def fit_creep(
             the times of the data, and no point is left out of the fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
             then from the residuals (``noise.py``), with isolated outliers left out (``unsupported.py``);
-            "relative" (errors proportional to the data); "absolute" (one error for all).
+            "relative" (errors in proportion to J, a fraction of the fitted values); "absolute" (one error for all).
         sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that
-            the data carry, if any. For resampled data, ``scatter`` is the default.
+            the data carry, if any. For resampled data, ``scatter`` is the default. If it is a constant fraction of the
+            readings, the same fraction of the fitted values is taken, because that of the readings makes a fit too low.
         fixed: {parameter: value} [Pa, Pa s] of any subset.
         bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
         nu: Poisson's ratio that the returned material is given; creep in shear does not depend on it.
@@ -223,8 +224,9 @@ def compare(
 ) -> Comparison:
     """Fit several models to one creep curve, relaxation modulus or frequency sweep; the printed result is a table.
 
-    All fits of a creep curve use the points and the estimated weights of the model with the most parameters. Those of a
-    modulus take "relative" weights by default, or "absolute" ones or a sigma, which are the same for all models.
+    All fits of a creep curve use the points and the weights of the model with the most parameters. Those of a modulus take
+    "relative" weights by default, a fraction of each model's own values, whose variances AIC and BIC include, or "absolute"
+    ones or a sigma.
 
     Args:
         data: the curve.
@@ -269,7 +271,7 @@ def compare(
 
 
 def _of_modulus(data: RelaxationData | OscillationData, each: dict[type, dict], options: dict) -> tuple:
-    """Return the fits of a modulus by several models with the same weights, lowest BIC first."""
+    """Return the fits of a modulus by several models with weights of one kind, lowest BIC first."""
     given = dict(options)
     if given.get("weights") is None and given.get("sigma") is None:
         given["weights"] = "relative"

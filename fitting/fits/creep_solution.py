@@ -32,7 +32,7 @@ class CreepSearch:
     def of(cls, data: CreepData, sought: Sought, sample: Sample) -> "CreepSearch":
         """Return the search for a classical material; points are left out where the weights are estimated."""
         scaled = creep_search.scale(data, sample.weights, sought.structure, sought.table)
-        return cls(data, sought.structure, scaled, leave_out if sample.adjustable else keep_all)
+        return cls(data, sought.structure, scaled, leave_out if sample.robust else keep_all)
 
     @property
     def space(self) -> SearchSpace:

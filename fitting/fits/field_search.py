@@ -8,6 +8,10 @@ more begin at both sides of the best optimum. On the grid of the model the slope
 cell enters the contact, so that it has several local minima within the error of the grid. Two optima are therefore the
 same if they differ by no more than this error and the noise allow. Optima of the same sum of squares at other parameters
 lead to rejection.
+
+The images of pressure, gap and displacement at the best optimum are corrected for the error of the grid
+(``field_grids.py``), and the search goes on with the corrected images. Contact images are not corrected: the error of their
+edge is not a smooth function of the size of the cells, and a correction would be uneven along the edge.
 """
 
 import dataclasses
@@ -21,9 +25,10 @@ from scipy.stats import qmc
 
 import jaxcontact as jc
 from fitting.data.fields import ContactData
+from fitting.fits.field_grids import Finer, coarser, finer
 from fitting.inference import pixels
 from fitting.inference.evidence import Sample
-from fitting.models.imaging import View, sampled
+from fitting.models.imaging import View
 from fitting.models.pressing import PressedImages
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import Sought
@@ -32,17 +37,6 @@ from fitting.search.nonlinear import Best, Objective
 from fitting.search.uncertainty import inverse
 
 RANGE = 7.0  # e-folds about the start within which a parameter is sought
-WIDER = (
-    1.0,
-    1.03,
-    1.06,
-    1.09,
-    1.12,
-)  # widths, over that of the fit, of grids of half the cells that tell the error
-COARSER = (
-    1 / 2,
-    3 / 4,
-)  # cells along each axis of these grids, over those of the fit, where the width cannot differ
 TURNS = 3  # of estimating the noise
 MARGIN = 3  # cells at the edge of the model's grid that are not compared
 ALIGN = {"none": (), "shift": ("shift_x", "shift_y"), "shift and rotation": ("shift_x", "shift_y", "angle")}
@@ -68,6 +62,7 @@ class FieldSearch:
     sought: Sought
     pressing: PressedImages
     coarse: tuple[PressedImages, ...]
+    finer: tuple[Finer, ...]
     nuisances: tuple[str, ...]
     units: np.ndarray
     blur: float
@@ -77,6 +72,7 @@ class FieldSearch:
     scale: dict[str, float]
     known: dict[str, np.ndarray]
     blocks: dict[str, pixels.Blocks]
+    errors: tuple[dict[str, np.ndarray], ...] = ()
 
     @classmethod
     def of(
@@ -89,16 +85,15 @@ class FieldSearch:
         nuisances = (*align, *(("blur",) if blur == "fitted" else ()), *contact)
         pixel = float(data.grid.spacing[0])
         units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
-        press = lambda own: PressedImages(
-            sought.structure.model, tuple(parameters),
-            (_on_grid(indenter, grid, own), data.control, jnp.asarray(data.times)), tuple(data.fields), data.grid, own,
-            tolerance,
+        press = lambda indenter, own: PressedImages(
+            sought.structure.model, tuple(parameters), (indenter, data.control, jnp.asarray(data.times)),
+            tuple(data.fields), data.grid, own, tolerance,
         )  # fmt: skip
         known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         return cls(
-            data, sought, press(grid),
-            tuple(press(one) for one in _coarser(grid, isinstance(indenter, jc.HeightField))), nuisances, units,
+            data, sought, press(indenter, grid), coarser(press, indenter, grid), finer(press, indenter, grid), nuisances,
+            units,
             0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
             {name: float(np.nanmax(np.abs(field))) or 1.0 for name, field in data.fields.items()}, known,
@@ -118,8 +113,12 @@ class FieldSearch:
         return View(jnp.stack([one("shift_x"), one("shift_y")]), *(one(name) for name in View._fields[1:]))
 
     def images(self, theta: np.ndarray, pressing: PressedImages | None = None) -> dict[str, np.ndarray]:
-        """Return the images of the model."""
-        return (pressing or self.pressing).images(theta[: self.k], self.view(theta))
+        """Return the corrected images of the model, or those on another grid."""
+        images = (pressing or self.pressing).images(theta[: self.k], self.view(theta))
+        if pressing is not None or not self.errors:
+            return images
+        mean = {name: np.mean([one[name] for one in self.errors], 0) for name in images if name != "contact"}
+        return images | {name: images[name] + error for name, error in mean.items()}
 
     def vector(self, images: Mapping[str, Any]) -> np.ndarray:
         """Return block means (..., n) of all fields, in parts of their largest value."""
@@ -187,6 +186,7 @@ class FieldSearch:
         first = self.weights(self.start, True)
         found = self.several(first, [self.start, *self.scanned(first)])
         best = found
+        self.correct(best.theta)
         images = self.images(best.theta)
         for name, field in self.data.fields.items():
             residual = (images[name] - np.where(self.known[name], field, 0.0)) / np.sqrt(
@@ -196,7 +196,10 @@ class FieldSearch:
         for _ in range(TURNS):
             weights = self.weights(best.theta)
             best = nonlinear.minimise(self.objective(weights), best.theta)
-        return best._replace(starts=found.starts, agreed=found.agreed, others=found.others), weights
+        # the correction and the weights have moved the other optima as well
+        moved = [nonlinear.minimise(self.objective(weights), theta) for theta in found.others]
+        others = self.different(best, moved, weights)
+        return best._replace(starts=found.starts, agreed=found.agreed, others=others), weights
 
     def several(self, weights: np.ndarray, starts: list[np.ndarray]) -> Best:
         """Return the best of the optima from several starts, with those that differ from it as ``others``."""
@@ -211,14 +214,18 @@ class FieldSearch:
             beside = np.where(np.arange(best.theta.size) < self.k, BESIDE, 0.0)
             found += [nonlinear.minimise(objective, best.theta + sign * beside) for sign in (-1.0, 1.0)]
             best = min(found, key=lambda one: one.rss)
-        same = self.same(best, found, weights)
-        others = tuple(one.theta for one, equal in zip(found, same, strict=True) if not equal)
-        return best._replace(starts=len(found), agreed=sum(same), others=others)
+        others = self.different(best, found, weights)
+        return best._replace(starts=len(found), agreed=len(found) - len(others), others=others)
 
     def same(self, best: Best, found: list[Best], weights: np.ndarray) -> list[bool]:
         """Return whether each optimum lies within the noise and the error of the grid about the best one."""
-        reach = SURE * self.deviations(best) + np.nan_to_num(self.grid_error(best, weights)[: self.k])
+        reach = SURE * self.deviations(best) + np.nan_to_num(self.coarse_change(best, weights)[: self.k])
         return [bool(np.all(np.abs(one.theta - best.theta)[: self.k] <= reach)) for one in found]
+
+    def different(self, best: Best, found: list[Best], weights: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the coordinates (m,) of the optima that are not the best one."""
+        same = self.same(best, found, weights)
+        return tuple(one.theta for one, equal in zip(found, same, strict=True) if not equal)
 
     def deviations(self, best: Best) -> np.ndarray:
         """Return the standard deviations (k,) of the log parameters in the linearised model."""
@@ -266,20 +273,47 @@ class FieldSearch:
             found.append(f"other parameters describe the data as well: {names}")
         return tuple(found)
 
-    def grid_error(self, best: Best, weights: np.ndarray) -> np.ndarray:
-        """Return the largest change (m,) of the coordinates between the grid and coarser ones.
+    def coarse_change(self, best: Best, weights: np.ndarray) -> np.ndarray:
+        """Return the largest change (m,) of the coordinates between the grid and coarser ones; nan where one fails.
 
         The error of the edge of contact oscillates with its place among the cells, so that a single coarser grid may show
-        none by chance. The widths of these grids therefore differ. nan where a coarse solution fails.
+        none by chance. The widths of these grids therefore differ.
         """
-        return np.max([self._change(best, weights, one) for one in self.coarse], axis=0)
+        own = self.vector(self.images(best.theta))
+        changes = (self.vector(self.images(best.theta, one)) - own for one in self.coarse)
+        return np.max([np.abs(self.moved(best, weights * change)) for change in changes], axis=0)
 
-    def _change(self, best: Best, weights: np.ndarray, coarse: PressedImages) -> np.ndarray:
-        """Return the change (m,) of the coordinates with another grid."""
-        change = weights * (
-            self.vector(self.images(best.theta, coarse)) - self.vector(self.images(best.theta))
+    def moved(self, best: Best, change: np.ndarray) -> np.ndarray:
+        """Return the change (m,) of the optimum with a change (n,) of the weighted residuals."""
+        return nonlinear.moved(best, self.space.free, change)
+
+    def correct(self, theta: np.ndarray) -> None:
+        """Set the errors of the images at theta, as each finer grid has them; none if a solution fails."""
+        own = self.images(theta, self.pressing)
+        images = [self.images(theta, one.pressing) for one in self.finer]
+        found = tuple(
+            {name: (image[name] - own[name]) / (1.0 - one.share) for name in own}
+            for one, image in zip(self.finer, images, strict=True)
         )
-        return np.abs(nonlinear.moved(best, self.space.free, change))
+        fine = all(np.all(np.isfinite(error)) for one in found for error in one.values())
+        self.errors = found if fine else ()
+
+    def grid_error(self, best: Best, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the change (m,) of the coordinates by the correction, and the error (m,) that may be left.
+
+        Of corrected fields this is what the extrapolation adds to the finer grids, and the largest difference between two
+        of them, since the error oscillates with the place of the edge of contact among the cells; of contact images it is
+        the largest change. nan where a solution failed.
+        """
+        if not self.errors:
+            return (np.full(best.theta.size, np.nan),) * 2
+        part = lambda one, kept: {
+            name: f if (name == "contact") == kept else 0.0 * f for name, f in one.items()
+        }
+        change = lambda one, kept: self.moved(best, weights * self.vector(part(one, kept)))
+        corrected, kept = (np.array([change(one, k) for one in self.errors]) for k in (False, True))
+        mean, share = np.mean(corrected, 0), max(one.share for one in self.finer)
+        return mean, share * np.abs(mean) + np.ptp(corrected, 0) + np.max(np.abs(kept), 0)
 
     def sample(self, weights: np.ndarray) -> Sample:
         """Return the block means as a curve over time; lines of blocks along y are series."""
@@ -292,42 +326,17 @@ class FieldSearch:
         curve = "field over its maximum", "", np.concatenate(t), self.measured()
         return Sample.of(curve, weights, "sigma", np.concatenate(lines))
 
-    def notes(self, theta: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
+    def notes(self, theta: np.ndarray, moved: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
         """Return remarks on blocks of pixels and the error of the grid, and those of the solver."""
         sizes = ", ".join(f"{blocks.size} x {blocks.size} of {name}" for name, blocks in self.blocks.items())
-        worst = 100.0 * float(np.max(left[: self.k]))
+        most, worst = (100.0 * float(np.max(np.abs(one[: self.k]))) for one in (moved, left))
         return (
             f"the values that were fitted are means over blocks of pixels: {sizes}",
             "standard deviations were estimated from the residuals of each field",
-            f"the intervals include the estimated error of the grid, up to {worst:.2g} % of a parameter",
+            f"the error of the grid, up to {most:.2g} % of a parameter, was corrected by solutions on finer grids; the"
+            f" intervals include what may be left of it, up to {worst:.2g} %",
             *self.pressing.notes(tuple(theta[: self.k].tolist())),
         )
-
-
-def _on_grid(indenter: Any, grid: jc.Grid, own: jc.Grid) -> Any:
-    """Return the indenter for another grid of the same width: heights between cells follow by cubic convolution."""
-    if own is grid or not isinstance(indenter, jc.HeightField):
-        return indenter
-    return dataclasses.replace(
-        indenter, heights=sampled(jnp.asarray(indenter.heights), grid, *own.coordinates())
-    )
-
-
-def _coarser(grid: jc.Grid, sampled_heights: bool) -> list[jc.Grid]:
-    """Return coarser grids, with different places of the edge of contact among their cells.
-
-    Their width is that of the grid where it is a period or where the heights of the indenter are not known beyond it.
-    """
-    if any(grid.periodic) or sampled_heights:
-        return [_changed(grid, share, 1.0) for share in COARSER]
-    return [_changed(grid, COARSER[0], wider) for wider in WIDER]
-
-
-def _changed(grid: jc.Grid, share: float, wider: float) -> jc.Grid:
-    """Return a grid of another width with a share of the cells along each axis."""
-    shape = tuple(max(int(share * n), 4) for n in grid.shape)
-    spacing = tuple(wider * d * n / m for d, n, m in zip(grid.spacing, grid.shape, shape, strict=True))
-    return jc.Grid(shape, spacing, grid.periodic)
 
 
 def _within(image: jc.Grid, model: jc.Grid) -> np.ndarray:

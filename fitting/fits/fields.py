@@ -3,8 +3,8 @@
 The model is ``jc.indent`` on a grid of its own, seen through the instrument (``imaging.py``). The fit is a least squares
 of means over blocks of pixels, divided by the standard deviations that their residuals show (``pixels.py``), over the
 logarithms of the parameters and the nuisance parameters of the instrument; the Jacobian is that of forward mode through
-the solver. Solutions on grids with half the cells along each axis and slightly different widths estimate the error of the
-grid, by which the intervals are widened.
+the solver. Solutions on grids with twice the cells along each axis correct the images for the error of the grid; the
+intervals are widened by what the correction may leave of it.
 """
 
 import dataclasses
@@ -38,7 +38,8 @@ class FieldFit(Fit):
             [rad], blur [m], width [m] of the edge in a contact image, and errors, the share of misread pixels.
         view_intervals: {nuisance parameter: (low, high)}, of the linearised model.
         blocks: {field: b}: the values of the fit are means over b x b pixels.
-        grid_error: {parameter: relative change that is the estimated error of the grid}, by which the intervals are widened.
+        grid_error: {parameter: relative change that the error of the grid may cause after its correction}, by which the
+            intervals are widened.
     """
 
     view: dict[str, float]
@@ -130,9 +131,10 @@ def fit_fields(
     Example:
         >>> plate = lambda p: jc.LayeredHalfSpace([], substrate=jc.Elastic(G=p["G"], nu=0.3))
         >>> ball, grid, image = jc.Sphere(5e-3), jc.Grid.square(32, 400e-6), jc.Grid.square(20, 320e-6)
-        >>> truth = jc.indent(plate({"G": 2e9}), ball, jc.Load(1.0), [0.0], grid=image)
+        >>> truth = jc.indent(plate({"G": 2e9}), ball, jc.Load(1.0), [0.0], grid=jc.Grid.square(80, 320e-6))
+        >>> pixels = np.asarray(truth.pressure).reshape(1, 20, 4, 20, 4).mean((2, 4))  # a film averages over its pixels
         >>> noise = 1e6 * np.random.default_rng(0).standard_normal((1, 20, 20))
-        >>> data = fitting.ContactData([0.0], jc.Load(1.0), {"pressure": np.asarray(truth.pressure) + noise}, image)
+        >>> data = fitting.ContactData([0.0], jc.Load(1.0), {"pressure": pixels + noise}, image)
         >>> fit = fitting.fit_fields(data, plate, {"G": 1e9}, indenter=ball, grid=grid, units={"G": "Pa"})
         >>> low, high = fit.intervals["G"]
         >>> low < 2e9 < high
@@ -165,14 +167,14 @@ def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: 
 def _concluded(search: FieldSearch, level: float) -> FieldFit:
     """Return the fit with intervals at a level."""
     best, weights = search.solve()
-    left = search.grid_error(best, weights)
+    moved, left = search.grid_error(best, weights)
     objective, k = search.objective(weights), search.k
     others = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     traced = np.arange(best.theta.size) < k
     traced[:k] &= SURE * search.deviations(best) > NARROW
     solved = solution(objective, best, weights)._replace(
         profile=lambda assessment: profiles.profile(objective, best, assessment.levels(), traced),
-        left=left, notes=search.notes(best.theta, left), against=search.doubts(best, others),
+        left=left, notes=search.notes(best.theta, moved, left), against=search.doubts(best, others),
     )  # fmt: skip
     duration = float(np.ptp(search.data.times))
     found = conclude(

@@ -7,14 +7,14 @@ import numpy as np
 
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import paraboloid_note, probe_of
-from fitting.fits import force_calibration
+from fitting.fits import force_calibration, force_drag
 from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
 from fitting.fits.force_verdict import deviation
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Solved
 from fitting.inference.result import Fit, plain
 from fitting.models import thickness_polynomials
-from fitting.models.force_curve import indentation_force
+from fitting.models.force_curve import PARTS, indentation_force
 from fitting.search import nonlinear
 from fitting.views import force_picture
 
@@ -32,7 +32,8 @@ class ForceFit(Fit):
     Attributes:
         youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
         nuisances: {contact_point [m], baseline [N], tilt [N/s]: (value, low, high)}; the contact point is a depth as
-            measured, the others belong to the force above the first tenth of the approach.
+            measured, the others belong to the force above the first tenth of the approach. With a correction, also the
+            drag [N s/m] on the cantilever.
         indenter, nu, thickness [m], substrate: given quantities on which the modulus is conditional; thickness is None for
             a half-space, substrate for a rigid base.
         polynomials: {name: (E [Pa], deviation from ``youngs_modulus``)} of fits with the approximations in common use for
@@ -63,7 +64,7 @@ class ForceFit(Fit):
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
         E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
-        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
+        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_').replace(' ', '_')}"
         return super().to_dict() | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
             **probe_of(self.indenter).key,
@@ -110,7 +111,7 @@ def fit_force(
     data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
     substrate: Any = None, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
     bounds: dict[str, tuple] | None = None, errors: dict[str, float] | None = None,
-    spring_constant: float | None = None, level: float = 0.95,
+    spring_constant: float | None = None, drag: float | str | None = None, level: float = 0.95,
 ) -> ForceFit:  # fmt: skip
     """Fit modulus, contact point and baseline to the approach of a force curve.
 
@@ -141,13 +142,17 @@ def fit_force(
             enter the interval of the modulus. The force is taken as proportional to both, and the depth as the height
             minus the deflection.
         spring_constant: of the cantilever [N/m], required with an error of the sensitivity.
+        drag: viscous drag on the cantilever in liquid, whose force b d(depth)/dt is subtracted: b [N s/m], or "fit" to read
+            it from the baselines of approach and retraction, with its error in the interval of the modulus; None: no
+            correction, with a note where the baselines differ.
         level: confidence level of the intervals.
 
     Returns:
         The modulus with its interval, and how well the model describes the curve.
 
     Raises:
-        ValueError: bad values, a curve without approach or contact, or a sample too thin for the table.
+        ValueError: bad values, a curve without approach or contact, a sample too thin for the table, or a drag without two
+            baselines or without times.
 
     Example:
         >>> t = np.linspace(0.0, 1.0, 201)
@@ -161,33 +166,35 @@ def fit_force(
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
-    setup, errors = (
-        Setup.of(indenter, nu, thickness, bounds, substrate),
-        force_calibration.check(errors, spring_constant),
-    )
-    approach = trimmed(ApproachCurve.of(data), setup).thinned()
+    setup = Setup.of(indenter, nu, thickness, bounds, substrate)
+    errors = force_calibration.check(errors, spring_constant)
+    bare = force_drag.corrected(data, drag)
+    taken = lambda curve: trimmed(ApproachCurve.of(curve), setup).thinned()
 
     def searched(
         curve: ApproachCurve, own: Setup = setup, left: int = TURNS
     ) -> tuple[ForceProblem, FitProblem, Solved]:
         force = ForceProblem.of(curve, own, weights, sigma)
-        problem = FitProblem(data, own.sought, force.space, force.sample, float(curve.t[-1]), level)
+        problem = FitProblem(bare.data, own.sought, force.space, force.sample, float(curve.t[-1]), level)
         solved = least_squares(problem, force.objective, force.starts())
         G = _modulus(force, problem, solved)
         if substrate is None or left == 0 or abs(G - own.guess) <= SETTLED * G:
             return force, problem, solved
         return searched(curve, own._replace(guess=G), left - 1)
 
+    approach = taken(bare.data)
     force, problem, solved = searched(approach)
     off = deviation(problem, force, solved)
-    solved = solved._replace(
-        left=off.left, against=off.against, notes=(*_notes(force, solved.theta), *off.notes)
-    )
+    notes = (*_notes(force, solved.theta), *bare.notes, *off.notes)
+    solved = solved._replace(left=off.left, against=off.against, notes=notes)
     found = conclude(problem, solved)
     modulus = lambda curve: _modulus(*searched(curve))
-    wider = force_calibration.widened(found.fields, problem, approach, errors, spring_constant, modulus)
-    found = found._replace(fields=found.fields | wider)
-    return found.fit(ForceFit, **_own(force, solved, found, polynomials))
+    fields, given = found.fields, (errors, spring_constant, modulus)
+    fields = fields | force_calibration.calibrated(fields, problem, approach, *given)
+    extra = bare.error(data, lambda curve: modulus(taken(curve)))
+    fields = fields | force_calibration.widened(fields, problem, extra, "drag")
+    own = _own(force, solved, found._replace(fields=fields), polynomials, bare.interval(level))
+    return found._replace(fields=fields).fit(ForceFit, **own)
 
 
 def _modulus(force: ForceProblem, _: FitProblem, solved: Solved) -> float:
@@ -196,7 +203,9 @@ def _modulus(force: ForceProblem, _: FitProblem, solved: Solved) -> float:
     return float(1.0 / compliance)
 
 
-def _own(force: ForceProblem, solved: Any, concluded: Any, polynomials: bool) -> dict[str, Any]:
+def _own(
+    force: ForceProblem, solved: Any, concluded: Any, polynomials: bool, drag: dict[str, tuple]
+) -> dict[str, Any]:
     """Return the fields of a ``ForceFit`` that other fits do not have."""
     setup, theta, (load, depth, *_) = force.setup, solved.theta, force.units
     G, nu = concluded.fields["values"]["G"], setup.sought.volume.value
@@ -206,7 +215,7 @@ def _own(force: ForceProblem, solved: Any, concluded: Any, polynomials: bool) ->
     return {
         "indenter": setup.indenter, "nu": nu, "thickness": setup.thickness, "substrate": setup.substrate,
         "youngs_modulus": E,
-        "nuisances": _nuisances(force, theta, concluded.ends),
+        "nuisances": _nuisances(force, theta, concluded.ends) | drag,
         "polynomials": _polynomials(force, solved, E[0]) if polynomials else {},
         "depth": below * depth, "force": (np.asarray(force.curve.load) - base) * load,
         "model_force": np.asarray(indentation_force(theta, below, force.curve)) * load,
@@ -222,7 +231,7 @@ def _nuisances(
     rows[0] = approach.inward * (rows[0] + approach.zero)
     if approach.inward < 0:
         rows[0] = rows[0, [0, 2, 1]]
-    return {name: tuple(row.tolist()) for name, row in zip(NUISANCES, rows, strict=True)}
+    return {name: tuple(row.tolist()) for name, row in zip(PARTS, rows, strict=True)}
 
 
 def _notes(force: ForceProblem, theta: np.ndarray) -> tuple[str, ...]:

@@ -41,13 +41,11 @@ def check(errors: dict[str, float] | None, spring_constant: float | None) -> dic
     return errors or {}
 
 
-def widened(
+def calibrated(
     fields: dict[str, Any], problem: FitProblem, approach: ApproachCurve, errors: dict[str, float],
     spring_constant: float | None, modulus: Callable[[ApproachCurve], float],
 ) -> dict[str, Any]:  # fmt: skip
     """Return the fields of a fit that the errors of the calibration change; modulus: G [Pa] of another approach."""
-    if not any(errors.values()):
-        return {}
     slope = 0.0
     if errors.get("sensitivity"):
         ends = [
@@ -55,16 +53,20 @@ def widened(
         ]
         slope = math.log(ends[0] / ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP))
     total = math.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
+    given = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
+    return widened(fields, problem, total, f"calibration ({given})")
+
+
+def widened(fields: dict[str, Any], problem: FitProblem, total: float, cause: str) -> dict[str, Any]:
+    """Return the fields of a fit that a further standard deviation of log G, independent of the noise, changes."""
+    if not total:
+        return {}
     G, (low, high), z = fields["values"]["G"], fields["intervals"]["G"], student.two_sided(problem.level)
     grow = lambda ratio: (
         math.exp(math.hypot(math.log(ratio), z * total)) if 0.0 < ratio < math.inf else math.inf
     )
     intervals = {"G": (G / grow(G / low) if low > 0.0 else 0.0, G * grow(high / G))}
-    given = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-    note = (
-        f"the interval of the modulus includes the standard deviation of the calibration ({given}), {100 * total:.3g} % of"
-        " the modulus"
-    )
+    note = f"the interval of the modulus includes the standard deviation of the {cause}, {100 * total:.3g} % of the modulus"
     estimate = fields["estimate"]
     covariance = estimate.covariance + np.diag((total * estimate.best) ** 2)  # of 1/G
     return {

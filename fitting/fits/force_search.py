@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.contact import signs
+from fitting.data.contact import baseline, signs
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
 from fitting.data.weights import choose_weights
@@ -25,7 +25,7 @@ EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
 BASE = 3.0  # longest baseline, in largest depths
 LEAST = 10  # fewest points
-NUISANCES = dict(zip(PARTS, ("m", "N", "N/s"), strict=True))
+NUISANCES = dict(zip((*PARTS, "drag"), ("m", "N", "N/s", "N s/m"), strict=True))
 
 
 class ApproachCurve(NamedTuple):
@@ -49,7 +49,7 @@ class ApproachCurve(NamedTuple):
         if some.sum() < LEAST:  # not marked: up to the largest depth
             some = np.ones(data.t.size, dtype=bool)
         t, load, depth = data.t[some], data.load[some], data.depth[some]
-        inward, pushed = signs(load - np.median(load[: max(load.size // 10, 5)]), depth)
+        inward, pushed = signs(load - baseline(load), depth)
         zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST:

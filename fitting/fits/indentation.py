@@ -27,6 +27,7 @@ from fitting.models.coordinates import NUISANCES, Space
 from fitting.models.structure import Sought, Volume, structure_of
 from fitting.search import half_space_search, layered_search
 from fitting.search.layered import Coating
+from fitting.search.nonlinear import Best, Objective
 from fitting.search.press import Found, IndentationProblem, Instrument, Medium, Pressing, prepare
 from fitting.views import report
 
@@ -145,7 +146,7 @@ def fit_indentation(
         control: the measured quantity that is prescribed and therefore not fitted: "load", under which the contact must
             grow, or "depth".
         weights: "absolute" (one error for all points; the default without a sigma), "relative" or "estimated"
-            (errors a + b y of the response y, estimated from the data and, on a half-space, then from the residuals).
+            (errors a + b y of the response y, estimated from the data and then from the residuals).
         sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); by default the
             standard deviation that the data carry, if any.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
@@ -219,7 +220,7 @@ def fit_indentation(
     problem = FitProblem(data, sought, press.space, _sample(press), press.units.duration, level)
     if film:
         _check_layered(press.pressing)
-        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid)
+        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid, _reweighed)
     else:
         found = _half_space(press)
     return _concluded(problem, found, started)
@@ -246,7 +247,7 @@ def _check_thin(thickness: float, volume: Volume, indenter: Any, film: bool, adh
 
 
 def _half_space(press: IndentationProblem) -> Found:
-    """Return the optimum on a half-space; estimated weights are consistent with its residuals."""
+    """Return the optimum on a half-space, with weights that are consistent with it."""
     sample, unit = _sample(press), _response_unit(press)
 
     def again(changed: list[np.ndarray]) -> list[Solved]:
@@ -262,7 +263,8 @@ def _half_space(press: IndentationProblem) -> Found:
 def _concluded(problem: FitProblem, found: Found, started: float) -> IndentationFit:
     """Return the fit that follows from the optimum of the search."""
     press, best, objective = found.press, found.best, found.objective
-    problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
+    sample = _sample(press)._replace(fraction=problem.sample.fraction)
+    problem = dataclasses.replace(problem, space=press.space, sample=sample)
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
         notes=(*found.notes, *_curvature(press, best.theta)), moves=found.moves, left=found.medium.left,
         against=found.against,
@@ -275,6 +277,18 @@ def _concluded(problem: FitProblem, found: Found, started: float) -> Indentation
         adhesion=pressing.adhesion, slow_edge=_slow(found), starts=(best.starts, best.agreed),
         runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
     )  # fmt: skip
+
+
+def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> np.ndarray:
+    """Return the scaled weights (n,) that follow from the optimum on a film, 0 for points that are not fitted."""
+    sample, on = _sample(press), press.kept
+    if not sample.adjustable:
+        return press.weights
+    some = {name: getattr(sample, name)[on] for name in ("t", "measured", "weights", "blocks")}
+    solved = solution(objective, best, sample.weights, on).some(on)
+    weights = np.zeros(on.size)
+    weights[on] = sample._replace(**some).reweighed(solved, press.space.free.size) * _response_unit(press)
+    return weights
 
 
 def _sample(press: IndentationProblem) -> Sample:

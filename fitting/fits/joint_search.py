@@ -111,7 +111,7 @@ class Tests(NamedTuple):
         return Tests(parts, self.errors * factors)
 
     def reweighed(self, solved: Solved, p: int) -> "Tests":
-        """Return the tests with weights re-estimated from the residuals."""
+        """Return the tests with weights that follow from the solution."""
         rows = zip(self.parts, self.errors, self.own_weights, self.each(solved), strict=True)
         parts = []
         for part, s, weights, (sample, own) in rows:
@@ -131,10 +131,8 @@ class Tests(NamedTuple):
         joint fit."""
         rows, n = self.each(solved), solved.residual.size
         noises = [sample.noise(own, p) for sample, own in rows]
-        smooth = [sample.smooth(own.residual, own.jacobian[:, own.inside]) for sample, own in rows]
-        parts = np.split(
-            basis(np.concatenate(smooth)), self.ends
-        )  # a test alone determines less than all of them
+        # a test alone determines less than all of them
+        parts = np.split(basis(solved.jacobian[:, solved.inside]), self.ends)
         quality = [
             evidence.assess(sample, own, found, p, level, Q).evidence
             for (sample, own), found, Q in zip(rows, noises, parts, strict=True)
@@ -163,15 +161,15 @@ class Tests(NamedTuple):
 
 
 def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
-    """Return the least-squares solution from several starts, alternating with the error scales and the estimated
-    weights."""
+    """Return the least-squares solution from several starts, alternating with the error scales and the weights
+    that follow from it."""
     first = nonlinear.minimise_from(_objective(space, tests), starts)
     tests, solved = _turns(space, tests, first)
     for _ in range(evidence.TURNS if any(part.sample.adjustable for part in tests.parts) else 0):
         last, tests = tests, tests.reweighed(solved, space.free.size)
         tests, solved = _turns(space, tests, solved.whole[0])
-        pairs = zip(tests.own_weights, last.own_weights, strict=True)
-        if all(evidence.close(new, old) for new, old in pairs):
+        rows = zip(tests.parts, tests.own_weights, last.own_weights, strict=True)
+        if all(part.sample.agree(new, old) for part, new, old in rows):
             break
     best, objective = solved.whole
     best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)

@@ -222,7 +222,7 @@ def weighted_sample(
     weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
     curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))
     second = np.cumsum(np.diff(both, prepend=both[0]) < 0)  # G'' begins where the frequencies start again
-    return "oscillation", Sample.of(curve, weight, label, second), 1.0 / float(data.omega[0])
+    return "oscillation", Sample.of(curve, weight, label, second, paired=True), 1.0 / float(data.omega[0])
 
 
 def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:

@@ -11,7 +11,7 @@ import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.modulus import weighted_sample
 from fitting.inference import student
-from fitting.inference.evidence import Curve, Evidence, Solved
+from fitting.inference.evidence import Curve, Evidence, Solved, settled
 from fitting.inference.result import plain
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Volume
@@ -162,19 +162,17 @@ def fit_spectrum(
     tau = _times(relaxed, at)
     step = math.log(tau[1] / tau[0])
     A, e = _kernel(relaxed, at, tau)
-    w = sample.weights
-    problem = LinearSpectrum(
-        w[:, None] * A * step,
-        w * e * equilibrium,
-        w * sample.measured,
-        float(np.max(np.abs(sample.measured))),
+    unweighted = LinearSpectrum(
+        A * step, e * equilibrium, sample.measured, float(np.max(np.abs(sample.measured)))
     )
-    found = search(problem)
-    quality = _quality(sample, found, w, level)
+    start = _solved(search(unweighted.weighted(sample.weights)), sample.weights)
+    again = lambda weights: [_solved(search(unweighted.weighted(weights[0]), start.whole), weights[0])]
+    (solved,) = settled([sample], [start], again, start.theta.size)
+    found, quality = solved.whole, sample.assess(solved, solved.theta.size, level).evidence
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=_prony(found, tau, step, nu), data=data, weights=sample.label, level=level,
-        notes=tuple(data.notes), curve=sample.curve(np.ones(w.size, dtype=bool)),
+        notes=(*data.notes, *sample.error(solved, quality.noise)), curve=sample.curve(solved.kept),
     )  # fmt: skip
 
 
@@ -195,15 +193,13 @@ def _kernel(relaxed: bool, at: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray,
     return np.concatenate([x**2 * lorentz, x * lorentz]), np.repeat([1.0, 0.0], at.size)
 
 
-def _quality(sample: Any, found: SpectrumOptimum, w: np.ndarray, level: float) -> Evidence:
-    """Return the evidence of the residuals, for as many parameters as the data determine."""
+def _solved(found: SpectrumOptimum, w: np.ndarray) -> Solved:
+    """Return an optimum with weights (n,) as that of as many parameters as the data determine."""
     _, resolution = posterior_covariance(found)
     p = int(np.clip(round(np.trace(resolution)), 1, w.size - 2))
     U, S, _ = np.linalg.svd(found.jacobian, full_matrices=False)
-    solved = Solved(
-        np.zeros(p), found.residual, U[:, :p] * S[:p], np.ones(p, dtype=bool), np.ones(w.size, dtype=bool), w
-    )
-    return sample.assess(solved, p, level).evidence
+    on = np.ones(w.size, dtype=bool)
+    return Solved(np.zeros(p), found.residual, U[:, :p] * S[:p], np.ones(p, dtype=bool), on, w, whole=found)
 
 
 def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: float) -> dict[str, Any]:

@@ -25,7 +25,12 @@ ROUNDING = 1e-13  # fraction of the data's sum of squares below which a rise of 
 NEGLIGIBLE = 1e-8  # fraction of the data's sum of squares below which no fit is rejected
 EXACT = 1e-20  # fraction of the data's sum of squares below which residuals are rounding
 FLAT = 1e-9  # range of the data over their magnitude below which R2 is not defined
-TURNS, SAME = 4, 0.05  # reweighting iterations at most, and the relative change of weights at convergence
+TURNS = 4  # reweighting iterations at most
+SAME = 0.05  # relative change of estimated weights at convergence
+FRACTION = 0.01  # largest relative deviation of sigma from a fraction of the readings; that of smooth values differs more
+VARIED = 1.2  # factor by which the readings then vary at least
+CONSTANT = 1e-3  # the same of weights that are a fraction of the fitted values
+LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
 Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
 
@@ -35,7 +40,9 @@ class Sample(NamedTuple):
 
     name, unit: of the measured quantity; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,)
     [1/unit of measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points of
-    one series; final: whether estimated weights are used unchanged.
+    one series; final: whether the weights are used unchanged; paired: whether the second half of the values are the
+    imaginary parts of the first; fraction: reciprocal standard deviation of a point over its absolute value, up to a
+    factor, or 0 where the errors are not proportional to the values.
     """
 
     name: str
@@ -46,11 +53,17 @@ class Sample(NamedTuple):
     label: str
     blocks: np.ndarray
     final: bool = False
+    paired: bool = False
+    fraction: float = 0.0
 
     @classmethod
-    def of(cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None) -> "Sample":
+    def of(
+        cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None, paired: bool = False
+    ) -> "Sample":  # fmt: skip
         """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
-        return cls(*curve, weights, label, np.zeros(weights.size, dtype=int) if blocks is None else blocks)
+        blocks = np.zeros(weights.size, dtype=int) if blocks is None else blocks
+        found = cls(*curve, weights, label, blocks, paired=paired)
+        return found._replace(fraction=found.common_fraction())
 
     @property
     def known(self) -> bool:
@@ -59,8 +72,8 @@ class Sample(NamedTuple):
 
     @property
     def adjustable(self) -> bool:
-        """True if the weights are estimated from the residuals of the fit."""
-        return self.label == "estimated" and not self.final
+        """True if the weights follow from a fit: from its residuals, or as a fraction of its values."""
+        return (self.label == "estimated" or self.fraction > 0.0) and not self.final
 
     @property
     def least_count(self) -> int:
@@ -89,9 +102,10 @@ class Sample(NamedTuple):
             fitted = self.measured + residual / self.weights
             floors = noise.floors_for(fitted)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
-        slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
-        tried = noise.ErrorModels(shapes, floors)
-        return noise.noise_model(residual, slopes, solved.inside, self.blocks, tried, p, self.known, real)
+        tried, real = noise.ErrorModels(shapes, floors), self.real(residual, p)
+        return noise.noise_model(
+            residual, solved.jacobian, solved.inside, self.blocks, tried, p, self.known, real
+        )
 
     def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
@@ -99,18 +113,54 @@ class Sample(NamedTuple):
         return assess(some, left, some.noise(left, p), p, level)
 
     def reweighed(self, found: "Solved", p: int) -> np.ndarray:
-        """Return the weights (n,) estimated from the residuals of a solution."""
+        """Return the weights (n,) that follow from a solution.
+
+        Errors that are proportional to the values are a fraction of the fitted ones, because a reading that is too low by
+        chance would get a larger weight than one that is too high, and the fit would be too low by the variance of the
+        relative error. The limit is the maximum of the likelihood of a gamma distribution (P. McCullagh, J. A. Nelder,
+        Generalized Linear Models, 1989, chapter 8).
+        """
+        fitted = self.measured + found.residual / found.weights
+        if self.fraction:
+            size, ratio, least = self.magnitude(self.measured), *LEAST
+            floor = np.maximum(ratio * size, least * float(np.max(size)))
+            own = self.magnitude(fitted) if self.paired else np.sign(self.measured) * fitted
+            return self.fraction / np.maximum(own, floor)
         some, left = self.of_solution(found)
         if not some.real(left.residual, p):
             return found.weights
-        return 1.0 / np.hypot(some.noise(left, p).floor, self.measured + found.residual / found.weights)
+        return 1.0 / np.hypot(some.noise(left, p).floor, fitted)
 
-    def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
-        """Return the Jacobian (n, k) for relative weights taken from fitted values, because weights from noisy data add
-        noise to it."""
-        if self.label != "relative":
-            return jacobian
-        return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
+    @property
+    def robust(self) -> bool:
+        """True if isolated points may be left out, as with estimated errors."""
+        return self.label == "estimated" and not self.final
+
+    def agree(self, one: np.ndarray, other: np.ndarray) -> bool:
+        """Return whether weights (n,) agree closely enough to end the iteration."""
+        return bool(np.max(np.abs(np.log(one / other))) <= (CONSTANT if self.fraction else SAME))
+
+    def magnitude(self, values: np.ndarray) -> np.ndarray:
+        """Return the absolute values (n,), of a pair those of the complex number."""
+        return np.tile(np.hypot(*np.split(values, 2)), 2) if self.paired else np.abs(values)
+
+    def spread(self) -> float:
+        """Return the sum of the log variances of points over those of the measured values, 0 where they do not follow from
+        the fitted ones."""
+        if not self.fraction:
+            return 0.0
+        return -2.0 * float(np.sum(np.log(self.weights * self.magnitude(self.measured) / self.fraction)))
+
+    def common_fraction(self) -> float:
+        """Return the weights times the absolute values where they are equal, 0 otherwise."""
+        if self.label == "relative":
+            return 1.0
+        size = self.magnitude(self.measured)[self.weights > 0.0]
+        if not self.known or size.min() <= 0.0 or size.max() < VARIED * size.min():
+            return 0.0
+        each = np.log(size * self.weights[self.weights > 0.0])
+        middle = float(np.median(each))
+        return math.exp(middle) if np.max(np.abs(each - middle)) <= FRACTION else 0.0
 
     def real(self, residual: np.ndarray, p: int) -> bool:
         """Return whether weighted residuals exceed rounding, or a plausible part of the stated sigma; otherwise they
@@ -119,7 +169,12 @@ class Sample(NamedTuple):
         return rss > (0.5 * (residual.size - p) if self.known else EXACT * self.size)
 
     def error(self, solved: "Solved", deviation: float) -> tuple[str, ...]:
-        """Return a note on the estimated error; deviation: standard deviation of the weighted residuals."""
+        """Return a note on the error; deviation: standard deviation of the weighted residuals."""
+        if self.known and self.fraction:
+            return (
+                f"sigma is {100 / self.fraction:.2g} % of every value: this fraction of the fitted values was taken, because"
+                " that of the measured ones makes a fit too low",
+            )
         if self.label != "estimated":
             return ()
         some, _ = self.of_solution(solved)
@@ -228,7 +283,7 @@ def assess(
         some = np.eye(jacobian.shape[1]) if gradients is None else gradients
         return rss + np.maximum(found.rises(some, level), least)
 
-    own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
+    own = basis(jacobian[:, solved.inside]) if Q is None else Q
     quality = _weigh(sample, residual, own, found, p, level)
     spread = (1.0 if sample.known else quality.noise) * quality.widening
     return Assessment(quality, found.whitened(jacobian, spread), levels)
@@ -237,23 +292,19 @@ def assess(
 def settled(
     samples: Sequence[Sample], first: list[Solved], solve: Callable[[list[np.ndarray]], list[Solved]], p: int
 ) -> list[Solved]:
-    """Return solutions whose estimated weights are consistent with their residuals, from initial solutions.
+    """Return solutions whose weights are consistent with them, from initial solutions.
 
-    solve: function from the weights (n,) of each sample to their solutions. The weights follow from the variance of the
-    noise averaged over its posterior (``noise.py``); weights chosen by the user are kept.
+    solve: function from the weights (n,) of each sample to their solutions. Estimated weights follow from the variance of
+    the noise averaged over its posterior (``noise.py``), relative ones from the fitted values; others are kept.
     """
-    found = first
-    for turn in range(TURNS if samples[0].adjustable else 0):
-        weights = [sample.reweighed(one, p) for sample, one in zip(samples, found, strict=True)]
-        if turn and all(close(new, one.weights) for new, one in zip(weights, found, strict=True)):
+    found, one = first, samples[0]
+    for turn in range(TURNS if one.adjustable else 0):
+        weights = [sample.reweighed(last, p) for sample, last in zip(samples, found, strict=True)]
+        same = all(one.agree(new, last.weights) for new, last in zip(weights, found, strict=True))
+        if same and (turn or one.fraction):
             break
         found = solve(weights)
     return found
-
-
-def close(one: np.ndarray, other: np.ndarray) -> bool:
-    """Return whether weights (n,) agree closely enough to end the iteration."""
-    return bool(np.max(np.abs(np.log(one / other))) <= SAME)
 
 
 def _weigh(
@@ -268,7 +319,7 @@ def _weigh(
     matters = real and rss > NEGLIGIBLE * sample.size
     why = reasons(residuals, Q, found, r2, fitted, sample.t, sample.blocks) if matters else ()
     scale = math.sqrt(rss / (n - p))
-    aic, bic = criteria(rss, n, p, known)
+    aic, bic = criteria(rss, n, p, known, sample.spread())
     widening = found.widening(level, 1.0 if known else scale)
     return Evidence(
         fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
@@ -284,14 +335,15 @@ def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> fl
     return 1.0 - float(np.sum((measured - fitted) ** 2)) / total
 
 
-def criteria(rss: float, n: int, p: int, known: bool) -> tuple[float, float]:
+def criteria(rss: float, n: int, p: int, known: bool, spread: float = 0.0) -> tuple[float, float]:
     """Return (AIC, BIC) for Gaussian errors, up to a constant common to all models of the same data and weights.
 
-    -2 log L = rss where sigma is known, n log(rss/n) otherwise, with one more parameter for it.
+    -2 log L = spread + rss where sigma is known, spread + n log(rss/n) otherwise, with one more parameter for it; spread:
+    the sum of log variances that depend on the model.
     """
     if known:
-        return rss + 2 * p, rss + p * math.log(n)
-    fit = n * math.log(max(rss, 1e-300) / n)
+        return spread + rss + 2 * p, spread + rss + p * math.log(n)
+    fit = spread + n * math.log(max(rss, 1e-300) / n)
     return fit + 2 * (p + 1), fit + (p + 1) * math.log(n)
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.data.contact import tip_depth
+from fitting.data.drag import UNTIMED
 from fitting.data.segments import label
 
 SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5", ".spm")
@@ -63,7 +64,7 @@ def read(
         )
     load = np.asarray(data["force"], dtype=float)
     t = np.asarray(data["time"], dtype=float) if "time" in data else np.arange(load.size, dtype=float)
-    notes = () if "time" in data else ("the file has no times: the points are numbered in their place",)
+    notes = () if "time" in data else (UNTIMED,)
     k = data.metadata.get("spring constant", spring_constant)
     if "tip position" in data:
         depth, note = -np.asarray(data["tip position"], dtype=float), "depth from the tip position"

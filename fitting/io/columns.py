@@ -17,7 +17,9 @@ SI = {
 }  # fmt: skip
 # infinity and not-a-number of instruments according to SCPI-99, sec. 7.2.1.4 and 7.2.1.5
 OVERLOAD = (9.9e37, 9.91e37)
-LARGEST = {"load": 1e7, "depth": 1.0}  # in SI; larger numbers without a unit cannot be in SI
+NONE = 1e300  # nanoindenters write the largest number of a computer, or nearly, where there is no value
+# largest numbers in SI, beyond which numbers without a unit are not in SI, and the units that are suggested then
+LARGEST = {"load": (1e7, ("mN", "uN", "nN")), "depth": (1.0, ("um", "nm"))}
 FOOTER = 3  # lines of text after the numbers that may be left out, or a tenth of the rows
 
 
@@ -236,16 +238,18 @@ def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
         )
     if math.isinf(value):
         fail(table.path, line, column.label, f"expected a finite number, got {cell!r}")
-    return math.nan if abs(value) in OVERLOAD else value
+    return math.nan if abs(value) in OVERLOAD or abs(value) > NONE else value
 
 
 def _check_size(table: Table, column: Column, key: str, values: np.ndarray) -> None:
     """Raise ValueError for numbers without a unit that are too large for SI, such as a depth of 1500 m."""
-    largest = float(np.nanmax(np.abs(values), initial=0.0))
-    if key in LARGEST and largest > LARGEST[key] and any("no unit" in note for note in column.notes):
+    if key not in LARGEST or not any("no unit" in note for note in column.notes):
+        return
+    largest, (limit, likely) = float(np.nanmax(np.abs(values), initial=0.0)), LARGEST[key]
+    if largest > limit:
+        given = " or ".join(f"units={{{key!r}: {unit!r}}}" for unit in likely)
         raise ValueError(
-            f"{table.path}: column {column.label!r}: no unit, and {largest:g} {SI[key]} is too large: "
-            f"give units={{{key!r}: ...}}"
+            f"{table.path}: column {column.label!r}: no unit, and {largest:g} {SI[key]} is too large: give {given}"
         )
 
 

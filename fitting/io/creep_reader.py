@@ -9,17 +9,14 @@ import numpy as np
 
 from fitting.data import units as unit_table
 from fitting.data.curves import CONVENTIONS, CreepData
-from fitting.io import constancy, mending, onset
+from fitting.io import constancy, flow, mending, onset
 from fitting.io.cells import number
 from fitting.io.columns import Series, Wanted, has, locate
 from fitting.io.curves import (
     COMPLIANCE,
-    DEPTH,
-    LOAD,
-    MODULUS,
-    STORAGE,
     TIME,
     build,
+    check_holdings,
     checked_options,
     curves_of,
     once,
@@ -30,11 +27,15 @@ from fitting.io.table import Table, read_table
 
 STRAIN = Wanted("strain", ("strain", "tensile strain"))
 STRESS = Wanted("stress", ("stress", "tensile stress"))
-SWEEP = Wanted("sweep", (*STORAGE.names, "complex modulus", "tensile complex modulus"))
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
-STATED = re.compile(
-    r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
-)
+STATED = (
+    re.compile(
+        r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
+    ),
+    re.compile(
+        r"\W*(?P<name>[^:=;,\t\d\[(]+?)\s*[\[(](?P<unit>[^\s\])]+)[\])]\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*"
+    ),
+)  # "Stress: 100 Pa", "Stress (Pa): 100"
 
 
 def read_creep(
@@ -88,7 +89,9 @@ def read_creep(
         wanted = (*wanted, Wanted("sigma", wanted[1].names))
     if COMPLIANCE in wanted:
         wanted = (*wanted, *_beside(table, columns, units))
-    taken = mending.choose(table.path, "segment", curves_of(table, wanted, columns, units), segment)
+    parts = flow.sorted_out(table, curves_of(table, wanted, columns, units), segment is not None)
+    taken = mending.choose(table.path, "segment", parts, segment)
+    flow.check(table, taken)
     if "J" in taken.values and "stress" in taken.values:
         taken = constancy.settle(table.path, taken, window and window[1])
     convention, taken = _tension(table, taken, convention, nu)
@@ -115,16 +118,8 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
     if some(COMPLIANCE) or not some(STRAIN):
-        for others, what, reader in (
-            ((MODULUS,), "a relaxation modulus", "read_relaxation"),
-            ((STORAGE,), "a storage modulus", "read_oscillation"),
-            ((SWEEP,), "a complex modulus", "read_oscillation"),
-            ((LOAD, DEPTH), "load and depth", "read_indentation"),
-        ):
-            if not some(COMPLIANCE) and some(*others) and "J" not in columns:
-                raise ValueError(
-                    f"{table.path}: expected a creep compliance or strain and stress, got {what}: {reader} reads it"
-                )
+        if not some(COMPLIANCE) and "J" not in columns:
+            check_holdings(table, "a creep compliance or strain and stress", "read_creep")
         return TIME, COMPLIANCE
     alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
     if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
@@ -188,10 +183,8 @@ def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> 
 def _stated_stress(text: str) -> float | None:
     """Return the one stress [Pa] that the text above the columns states with its unit ("Stress: 100 Pa"), or None."""
     found = set()
-    for line in text.splitlines():
-        parts = STATED.fullmatch(line)
-        kind = parts and kind_of(parts["name"])
-        if parts and kind in STRESS.names and unit_table.is_unit("stress", parts["unit"]):
+    for parts in filter(None, (form.fullmatch(line) for line in text.splitlines() for form in STATED)):
+        if kind_of(parts["name"]) in STRESS.names and unit_table.is_unit("stress", parts["unit"]):
             value = number(parts["value"], ".")
             value = number(parts["value"], ",") if value is None else value
             found |= set() if value is None else {value * unit_table.factor("stress", parts["unit"])}

@@ -13,6 +13,7 @@ from typing import Any
 
 from fitting.io import mending
 from fitting.io.columns import Series, Wanted, has, locate, series
+from fitting.io.names import read_heading
 from fitting.io.table import Table
 
 TIME = Wanted("t", ("step time", "time"))
@@ -21,6 +22,17 @@ MODULUS = Wanted("modulus", ("relaxation modulus",))
 STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth", "delta"))
+# For each kind of data: the columns that identify it (one of each tuple of names must be present), its name in messages, and
+# its reader. A file contains the first kind whose columns it has.
+HOLDINGS = (
+    ((("contact stiffness", "stiffness"), ("depth",)), "a contact stiffness", "read_stiffness"),
+    (((*COMPLIANCE.names,),), "a creep compliance", "read_creep"),
+    (((*MODULUS.names,),), "a relaxation modulus", "read_relaxation"),
+    (((*STORAGE.names,),), "a storage modulus", "read_oscillation"),
+    ((("complex modulus", "tensile complex modulus"),), "a complex modulus", "read_oscillation"),
+    (((*LOAD.names,), (*DEPTH.names,)), "load and depth", "read_indentation"),
+    ((("time", "step time"), ("thickness",)), "a thickness over time", "read_growth"),
+)
 OF = {
     "sigma": 1,
     "sigma_load": 1,
@@ -40,9 +52,16 @@ def checked_options(table: Table, columns: dict | None, units: dict | None, keys
     return columns or {}, units or {}
 
 
-def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict) -> list[Series]:
-    """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again."""
+def curves_of(
+    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, reader: str = ""
+) -> list[Series]:
+    """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again.
+
+    reader: the public function, for a message that names another one which reads the file.
+    """
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
+    if not blocks and reader and not columns:
+        check_holdings(table, next(what for _, what, own in HOLDINGS if own == reader), reader)
     if not blocks:  # report what the longest block lacks
         blocks = [max(table.blocks, key=lambda block: len(block.rows))]
         if len(blocks[0].rows) < mending.LEAST < blocks[0].width:
@@ -74,6 +93,18 @@ def curves_of(table: Table, wanted: tuple[Wanted, ...], columns: dict, units: di
         part.say(f"{len(others)} other blocks of numbers, lines {first} to {last}, not read")
         for part in found
     ]
+
+
+def check_holdings(table: Table, expected: str, own: str) -> None:
+    """Raise ValueError where a file, none of whose blocks has what a reader expects, holds what another one reads."""
+    kinds = [
+        {read_heading(cell).kind for cell in block.header.cells} for block in table.blocks if block.header
+    ]
+    for needed, what, reader in HOLDINGS:
+        if any(all(found & set(names) for names in needed) for found in kinds):
+            if reader != own:
+                raise ValueError(f"{table.path}: expected {expected}, got {what}: {reader} reads it")
+            return
 
 
 def stated_number(pattern: str, text: str) -> float | None:

@@ -50,7 +50,8 @@ def read_growth(
     table = read_table(path, decimal)
     columns, units = checked_options(table, columns, units, ("t", "thickness", "sigma"))
     wanted = [TIME, THICKNESS] + ([Wanted("sigma", THICKNESS.names)] if "sigma" in columns else [])
-    taken = mending.choose(table.path, "segment", curves_of(table, tuple(wanted), columns, units), segment)
+    parts = curves_of(table, tuple(wanted), columns, units, "read_growth")
+    taken = mending.choose(table.path, "segment", parts, segment)
     taken = onset.shift(table.path, taken, start)
     taken = mending.ordered(mending.complete(table.path, mending.window(taken, window)))
     values = mending.check_times(table.path, taken).values

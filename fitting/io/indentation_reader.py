@@ -1,17 +1,20 @@
 """The readers of indentation curves: delimited text of any instrument, and force curves of microscopes."""
 
 import dataclasses
+import itertools
 import os
 from collections.abc import Sequence
 from typing import Any
 
 from fitting.data.contact import tip_depth
+from fitting.data.drag import UNTIMED
 from fitting.data.indentation import ERRORS, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, mending
+from fitting.io.cells import is_data
 from fitting.io.columns import Wanted, has
 from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once, stated_number
-from fitting.io.table import read_table
+from fitting.io.table import Table, read_table
 
 CLOCK = Wanted("t", ("time", "step time"))
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
@@ -81,7 +84,7 @@ def read_force(
 
     Args:
         path: a force curve of JPK, Asylum (Igor), Bruker, AFM Workshop, HDF5 or NT-MDT through the library afmformats, or
-            a text file as in ``read_indentation``.
+            a text file as in ``read_indentation``, which needs no times here.
         curve: which of several curves in the file, by position from 0 or by name.
         spring_constant: of the cantilever [N/m], where the file does not state it.
         sensitivity: of the deflection [m/V], where the file does not state it.
@@ -111,7 +114,7 @@ def read_force(
             **afm.read(path, curve, spring_constant, sensitivity, untimed=True),
         )
     else:
-        data = _indentation_text(path, columns, units, curve, spring_constant, decimal)
+        data = _indentation_text(path, columns, units, curve, spring_constant, decimal, untimed=True)
     return data.window(*window) if window else data
 
 
@@ -125,18 +128,23 @@ def _require_no_text_options(path: str | os.PathLike, given: Any) -> None:
 
 def _indentation_text(
     path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
-    spring_constant: float | None, decimal: str | None,
+    spring_constant: float | None, decimal: str | None, untimed: bool = False,
 ) -> IndentationData:  # fmt: skip
-    """Read a text file with all segments, without selection."""
+    """Read a text file with all segments, without selection; untimed: whether a file without times is accepted."""
     table = read_table(path, decimal)
     columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
+    untimed = untimed and not any(has(block, CLOCK, columns) for block in table.blocks)
+    if untimed and "t" not in columns:
+        table, columns, units = _numbered(table, columns, units)
     raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
         has(block, HEIGHT, columns) for block in table.blocks
     )
     errors = [
         Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
     ]
-    parts = curves_of(table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units)
+    parts = curves_of(
+        table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units, "read_indentation"
+    )
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
@@ -151,6 +159,24 @@ def _indentation_text(
     else:
         depth = taken.values["depth"]
     marks = label(taken.marks, load, depth) if taken.marks else None
-    notes = once(taken.notes)
+    notes = once((*taken.notes, UNTIMED) if untimed else taken.notes)
     known = {key: taken.values[key] for key in ERRORS if key in taken.values}
     return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
+
+
+def _numbered(table: Table, columns: dict, units: dict) -> tuple[Table, dict, dict]:
+    """Return the table with a last column of times that numbers its rows, and the options that find it."""
+    blocks, count = [], itertools.count()
+    for block in table.blocks:
+        rows = [(line, cells + [""] * (block.width - len(cells))) for line, cells in block.rows]
+        rows = [
+            (line, [*cells, str(next(count))] if is_data(cells, table.dialect.decimal) else cells)
+            for line, cells in rows
+        ]
+        head = block.header
+        if head:
+            head = head._replace(cells=[*head.cells, "time"], units=[*head.units, "s"])
+        else:
+            columns = {**columns, "t": block.width}
+        blocks.append(block._replace(header=head, width=block.width + 1, rows=rows))
+    return table._replace(blocks=blocks), columns, {**units, "t": "s"}

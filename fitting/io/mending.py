@@ -87,6 +87,11 @@ def window(series: Series, limits: tuple[float | None, float | None] | None) -> 
         raise ValueError(f"window: expected (begin, end) with begin < end, got {limits!r}")
     t = series.clock + series.zero
     keep = ~((t < low) | (t > high))
+    if keep.sum() < LEAST:
+        raise ValueError(
+            f"window: expected at least {LEAST} points from {np.nanmin(t):.4g} to {np.nanmax(t):.4g}, got {keep.sum()} of"
+            f" {t.size}"
+        )
     return series.pick(keep).say(f"window {limits}: {keep.sum()} of {t.size} points taken")
 
 

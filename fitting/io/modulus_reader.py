@@ -63,7 +63,7 @@ def read_relaxation(
     """
     table = read_table(path, decimal)
     columns, units = checked_options(table, columns, units, ("t", "modulus"))
-    parts = curves_of(table, (TIME, MODULUS), columns, units)
+    parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation")
     taken = mending.choose(table.path, "segment", parts, segment)
     return relaxation_of(table.path, taken, convention, nu, start, window)
 
@@ -130,7 +130,7 @@ def read_oscillation(
     table = read_table(path, decimal)
     keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
     columns, units = checked_options(table, columns, units, keys)
-    parts = curves_of(table, (OMEGA, *pair_of(table, columns)), columns, units)
+    parts = curves_of(table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation")
     taken = mending.choose(table.path, "segment", parts, segment)
     return oscillation_of(table.path, taken, units, convention, nu, window)
 

@@ -26,7 +26,7 @@ NAMES = {
     " deformacion ひずみ 歪み せん断ひずみ",
     "tensile strain": "ε ε(t) epsilon tensilestrain axialstrain extensionalstrain engineeringstrain"
     " truestrain elongation flexuralstrain dehnung kriechdehnung zugdehnung längsdehnung",
-    "stress": "stress stress(t) τ tau shearstress sxy spannung schubspannung scherspannung"
+    "stress": "stress stress(t) appliedstress creepstress τ tau shearstress sxy spannung schubspannung scherspannung"
     " contrainte contraintedecisaillement esfuerzo esfuerzocortante esfuerzodecorte"
     " tensión tensióncortante 応力 せん断応力",
     "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
@@ -50,20 +50,23 @@ NAMES = {
     " angledephase déphasage ángulodefase 位相角",
     "tensile storage modulus": "e' estor tensilestoragemodulus",
     "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
-    "load": "P p F f fn load force normalforce loadonsample indentationload indentationforce"
+    "load": "P p F f fn load force normalforce loadonsample indentload indentationload indentationforce"
     " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft"
     " forcenormale fuerza fuerzanormal carga 荷重 力 押込み荷重",
     "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
-    " displacementintosurface eindringtiefe eindringung tiefe verschiebung profondeur"
+    " displacementintosurface indentdisp indentdisplacement eindringtiefe eindringung tiefe verschiebung profondeur"
     " enfoncement déplacement pénétration profundidad desplazamiento penetración 深さ 押込み深さ 変位",
-    "stiffness": "stiffness contactstiffness harmoniccontactstiffness harmonicstiffness storagestiffness"
-    " dynamicstiffness steifigkeit kontaktsteifigkeit rigidité rigiditédecontact rigidez rigidezdecontacto 剛性 接触剛性",
+    "contact stiffness": "contactstiffness harmoniccontactstiffness storagestiffness storagestiff kontaktsteifigkeit"
+    " rigiditédecontact rigidezdecontacto 接触剛性",
+    "stiffness": "stiffness harmonicstiffness dynamicstiffness steifigkeit rigidité rigidez 剛性",
     "delta": "δ delta",  # a depth or a phase angle
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
     "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke"
-    " schichtdicke filmdicke",
+    " schichtdicke filmdicke épaisseur épaisseurdufilm espesor grosor 膜厚 厚さ",
+    "viscosity": "viscosity shearviscosity viskosität scherviskosität viscosité viscosidad 粘度",
+    "shear rate": "shearrate scherrate schergeschwindigkeit vitessedecisaillement velocidaddecorte せん断速度",
     "temperature": "T temp temperature sampletemperature temperatur probentemperatur température temperatura 温度",
     "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
 }
@@ -75,7 +78,7 @@ KINDS = {
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
     "thickness": "depth", "smoothed height": "depth", "commanded height": "depth",
-    "temperature": "temperature", "stiffness": "stiffness",
+    "temperature": "temperature", "stiffness": "stiffness", "contact stiffness": "stiffness",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
 BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"

@@ -10,8 +10,8 @@ from fitting.io.columns import Series, Wanted, has
 from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once
 from fitting.io.table import read_table
 
-STIFFNESS = Wanted("stiffness", ("stiffness",))
-EARLY = 0.5  # largest fraction of rows before contact that are left out
+STIFFNESS = Wanted("stiffness", ("contact stiffness", "stiffness"))
+EARLY = 0.5  # largest fraction of the rows at depths > 0 that are left out as before contact
 
 
 def read_stiffness(
@@ -21,7 +21,8 @@ def read_stiffness(
 ) -> StiffnessData:  # fmt: skip
     """Read depth, contact stiffness and, where a file has it, load of a continuous stiffness measurement.
 
-    Rows before contact, with a depth, load or stiffness <= 0, are left out.
+    Rows before contact, with a depth, load or stiffness <= 0, are left out, and so are those after the largest load (or
+    depth, in a file without load): in the unloading and the drift hold there is no oscillation, and no stiffness.
 
     Args:
         path: a text file or a workbook (Agilent, KLA, Hysitron and others).
@@ -53,7 +54,8 @@ def read_stiffness(
     loaded = any(all(has(block, one, columns) for one in (*wanted, LOAD)) for block in table.blocks)
     wanted += [LOAD] if loaded else []
     wanted += [Wanted("sigma", STIFFNESS.names)] if "sigma" in columns else []
-    taken = mending.choose(table.path, "curve", curves_of(table, tuple(wanted), columns, units), curve)
+    parts = curves_of(table, tuple(wanted), columns, units, "read_stiffness")
+    taken = mending.choose(table.path, "curve", parts, curve)
     taken = _in_contact(table.path, mending.window(taken, window))
     values = mending.complete(table.path, taken).values
     fields = {name: values.get(name) for name in ("load", "sigma")}
@@ -63,14 +65,35 @@ def read_stiffness(
 
 
 def _in_contact(path: str, taken: Series) -> Series:
-    """Return the rows in contact; ValueError where most are not."""
+    """Return the rows from the surface to the largest load; ValueError where most of them are not in contact."""
+    taken = _loading(taken)
+    approach = _first(taken.values["depth"])
     with np.errstate(invalid="ignore"):
-        before = np.any([values <= 0.0 for values in taken.values.values()], axis=0)
-    if before.sum() > EARLY * before.size:
+        outside = np.any([values <= 0.0 for values in taken.values.values()], axis=0)
+    outside[:approach] = True
+    left = outside[approach:]
+    if left.sum() > EARLY * left.size or not left.size:
         raise ValueError(
-            f"{path}: expected depth, load and stiffness > 0, got {before.sum()} of {before.size} rows without: check the"
+            f"{path}: expected depth, load and stiffness > 0, got {outside.sum()} of {outside.size} rows without: check the"
             " columns, or choose a window"
         )
-    if not before.any():
+    if not outside.any():
         return taken
-    return taken.pick(~before).say(f"{before.sum()} of {before.size} rows before contact left out")
+    return taken.pick(~outside).say(f"{outside.sum()} of {outside.size} rows before contact left out")
+
+
+def _loading(taken: Series) -> Series:
+    """Return the rows up to the largest load, or depth."""
+    pushed = taken.values.get("load", taken.values["depth"])
+    end = int(np.argmax(np.where(np.isfinite(pushed), pushed, -np.inf))) + 1
+    if end == pushed.size:
+        return taken
+    return taken.pick(slice(end)).say(
+        f"{pushed.size - end} of {pushed.size} rows after the largest load left out"
+    )
+
+
+def _first(depth: np.ndarray) -> int:
+    """Return the number of rows up to the last one above the surface."""
+    above = np.flatnonzero(depth <= 0.0)
+    return int(above[-1]) + 1 if above.size else 0

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fitting.io import workbook
+from fitting.io.names import LOOKUP
 
 PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
 WORKBOOK, SHEETS = PACKED[:2], (".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
@@ -14,6 +15,7 @@ MARKUP = re.compile(r"<|[{]|\[\s*[\[{]|%PDF")  # first characters of HTML, XML, 
 INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # byte-order marks within joined files, zero-width spaces
 OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that continues on the next line
 LONGEST = 4  # largest number of lines of such a cell
+JAPANESE = tuple(name for name in LOOKUP if len(name) > 1 and min(name) > "\u3000")
 REMARK = re.compile(r"\s*(#+|//+|%+(?=\s*\w))\s?")
 
 
@@ -66,7 +68,8 @@ def _line(number: int, text: str) -> Line:
 
 
 def decode(name: str) -> str:
-    """Return the text of a file in UTF-8 or UTF-16, with or without byte-order mark, else in Latin-1."""
+    """Return the text of a file in UTF-8 or UTF-16, with or without byte-order mark, else in Shift JIS where it has names
+    of columns in Japanese, else in Latin-1."""
     try:
         raw = Path(name).read_bytes()
     except OSError as error:
@@ -84,4 +87,13 @@ def decode(name: str) -> str:
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return raw.decode("latin-1")
+        return _japanese(raw) or raw.decode("latin-1")
+
+
+def _japanese(raw: bytes) -> str | None:
+    """Return the text in Shift JIS, None where it is in another encoding."""
+    try:
+        text = raw.decode("cp932")
+    except UnicodeDecodeError:
+        return None
+    return text if any(name in text for name in JAPANESE) else None

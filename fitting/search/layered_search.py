@@ -31,17 +31,20 @@ LEFT = 8.0  # second order: of the change, an eighth remains for the steps, a fi
 FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # the same for a given grid
 MARGIN = 1.2  # width of the grid over that of the contact
 WIDER = 1.3
+WEIGHTS = 1e-3  # relative change of the weights above which a film is fitted again
 ACROSS = 4.0  # least number of cells across the contact of a fitted sample; the solver needs 3
 LEAST_POINTS = 5  # least number of fitted points
 LEAST_GIVEN = 16  # least number of cells along a side of a given grid
 SMALL = 0.2  # acceptable bias over standard error
 PER_MILLE = 1e-3  # acceptable bias of the logarithm of a parameter
 Scene = Callable[[Mesh], FilmTest]
+# function that returns the weights (n,) that follow from an optimum
+Reweighed = Callable[[IndentationProblem, Best, Objective], np.ndarray]
 STRAIN = 0.2  # of the top layer, beyond which linear theory is doubtful
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
 
 
-def search(press: IndentationProblem, coating: Coating, grid: Any) -> Found:
+def search(press: IndentationProblem, coating: Coating, grid: Any, reweighed: Reweighed) -> Found:
     """Minimise on meshes of doubled fineness until the remaining bias is small compared with the noise."""
     if isinstance(press.pressing.indenter, jc.FlatPunch):
         raise ValueError(
@@ -58,6 +61,11 @@ def search(press: IndentationProblem, coating: Coating, grid: Any) -> Found:
     fitted = press.kept
     while True:
         press, coarse, objective, mesh = _resolved(press, coating, theta, mesh, chosen)
+        weights = reweighed(press, coarse, objective)
+        if not np.allclose(weights, press.weights, rtol=WEIGHTS, atol=0.0):
+            press = press._replace(weights=weights)
+            runs += objective.residual_runs, objective.jacobian_runs
+            coarse, objective = _minimise(press, layered.scene(press, coating, mesh), coarse.theta)
         scene = functools.partial(layered.scene, press, coating)
         runs += objective.residual_runs + 3, objective.jacobian_runs
         film = _corrected(press, scene, coarse, mesh, finer)

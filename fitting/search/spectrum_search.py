@@ -19,19 +19,23 @@ import numpy as np
 from scipy.optimize import least_squares, nnls
 
 SMOOTHNESS = np.geomspace(1e-4, 1e8, 25)  # trial lambdas, over the square of the noise at the first fit
+NEXT = 10.0 ** np.array([0.5, 0.0, -0.5])  # trial lambdas over that of the last search, with other weights
 DEEP = 1e-10  # least spectrum over the largest modulus
 NEAR = 1e-8  # relative tolerance of the searches
 EXACT = 1e-6  # least mean square of the residuals over that of the data, of a discrete spectrum
 
 
 class LinearSpectrum(NamedTuple):
-    """Weighted problem: A (n, m), e (n,) zero without an equilibrium modulus, y (n,), all multiplied by the weights;
-    largest: modulus of the data."""
+    """The problem with A (n, m), e (n,) zero without an equilibrium modulus, and y (n,); largest: modulus of the data."""
 
     A: np.ndarray
     e: np.ndarray
     y: np.ndarray
     largest: float
+
+    def weighted(self, w: np.ndarray) -> "LinearSpectrum":
+        """Return the problem with every row multiplied by its weight (n,)."""
+        return self._replace(A=w[:, None] * self.A, e=w * self.e, y=w * self.y)
 
 
 class SpectrumOptimum(NamedTuple):
@@ -47,14 +51,18 @@ class SpectrumOptimum(NamedTuple):
     variance: float
 
 
-def search(problem: LinearSpectrum) -> SpectrumOptimum:
-    """Return the most probable spectrum at the smoothness of highest evidence."""
+def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> SpectrumOptimum:
+    """Return the most probable spectrum at the smoothness of highest evidence; last: that of similar weights."""
     m, solid = problem.A.shape[1], bool(np.any(problem.e))
     D = np.diff(np.eye(m), 2, axis=0)
-    start = np.append(np.full(m, np.log(problem.largest / m)), 0.1)
-    found, best = [], start
-    scale = _noise(problem)
-    for smoothness in scale * SMOOTHNESS[::-1]:  # from the smoothest, whose minimum is unique
+    found: list[tuple[float, SpectrumOptimum]] = []
+    if last is None:
+        trials = _noise(problem) * SMOOTHNESS[::-1]
+        best = np.append(np.full(m, np.log(problem.largest / m)), 0.1)
+    else:
+        trials = last.smoothness * NEXT
+        best = np.append(last.log, last.equilibrium / problem.largest)
+    for smoothness in trials:  # from the smoothest, whose minimum is unique
         one, evidence = _optimum(problem, D, float(smoothness), best, solid)
         best = np.append(one.log, one.equilibrium / problem.largest)
         found.append((evidence, one))

@@ -82,7 +82,7 @@ def verdict(fit: Any) -> list[str]:
     if not fit.refused:
         return [line]
     reasons = (f"  REJECTED: {reason}" for reason in fit.refused)
-    return [line, *reasons, "  no parameter is determined by this fit"]
+    return [line, *reasons, "  no parameter is determined, since the fit is rejected"]
 
 
 def in_words(fit: Any) -> str:

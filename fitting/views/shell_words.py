@@ -5,7 +5,7 @@ import re
 # names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
-        "adhesion", "contact_point", "control", "convention", "curve", "drift", "exclude", "layer", "level",
+        "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "law", "layer", "level",
         "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start",
         "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},
@@ -14,11 +14,15 @@ HEADS = {
 }  # fmt: skip
 # patterns of options elsewhere in a message, and their flags
 FLAGS = (
-    (rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\")", lambda found: f"{found[1]}{HEADS[found[2]]}: "),
+    (
+        rf"(^|: )({'|'.join(HEADS)}): (?=expected|goes|\"|\w+ has )",
+        lambda found: f"{found[1]}{HEADS[found[2]]}: ",
+    ),
     (r"\b(fixed|bounds)\['?([^'\]]+)'?\]", lambda found: f"{HEADS[found[1]]} {found[2]}"),
     (r"\berrors\['(\w+)'\]", lambda found: f"--{found[1].replace('_', '-')}-error"),
-    (r"columns=\{'(\w+)': (?:\.\.\.|'([^']*)')\}", r"--column \1=\2"),
-    (r"columns=\{('\w+': \d+(?:, )?)+\} for instance", "--column t=0 and so on"),
+    (r"columns=\{'(\w+)': \.\.\.\}", r"--column \1=HEADER"),
+    (r"columns=\{'(\w+)': '([^']*)'\}", r"--column \1=\2"),
+    (r"columns=\{'(\w+)': (\d+)(?:, '\w+': \d+)*\} for instance", r"--column \1=\2 and so on"),
     (r"columns\['(\w+)'\]", r"--column \1"),
     (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
     (r"units=\{'(\w+)': '([^']*)'\}", r"--unit \1=\2"),
@@ -34,10 +38,12 @@ FLAGS = (
     (r"\b(start|segment|curve|stress)=", r"--\1="),
     (r"--(start|segment|curve|stress)=(?=[\s,;:]|$)", r"--\1"),
     (r"\bspring_constant=", "--spring-constant"),
+    (r"\btemperature= ", "--temperature "),
+    (r"\bdrag=\"fit\"", "--drag fit"),
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
     (r"\bdata\.(?=--)", ""),
-    (r"\bread_(creep|growth|relaxation|oscillation|indentation)\b", r"jaxcontact fit \1"),
+    (r"\bread_(creep|growth|relaxation|oscillation|indentation|stiffness)\b", r"jaxcontact fit \1"),
     (r"\bfit_prony\(data\) (.*) \(jaxcontact fit prony\)", r"jaxcontact fit prony \1"),
     (r"\bfit_prony\b", "jaxcontact fit prony"),
     (

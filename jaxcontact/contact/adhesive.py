@@ -62,10 +62,11 @@ from jaxcontact.contact.normal import Problem, Solution
 
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
 COARSEST = 0.1  # reduction of the residual by a minimisation
+ENOUGH = 0.1  # of the tolerance, below which a minimisation need not go
 BOUND_ITERATIONS = 100  # after which it is only taken if it has lowered the energy
 BOUND = 1e-6  # error of the contact without adhesion that bounds the energy, over that of the state it starts from
 SHORTER, LEAST_PART = 0.3, 1e-6  # of a step
-SMALL_PART = 0.2  # below it the next model is the upper bound
+SMALL_PART = 0.05  # below it the next model is the upper bound
 ROUNDING = 1e-14  # of the energies, up to which a rise is none
 BESIDE = (
     1e-6  # of the gap that the largest traction closes, up to which the extended operator is the operator
@@ -73,9 +74,9 @@ BESIDE = (
 LOST = 3  # iterations without contact under a tensile load that make a separation
 
 
-def _iterate(problem: Problem, tools: SearchTools, s: SearchState) -> SearchState:
+def _iterate(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchState) -> SearchState:
     """Return the state after one step of Newton's method, or of the bound from above after a step of little use."""
-    bounded, newton = partial(_bounded, problem, tools), partial(_newton, problem, tools)
+    bounded, newton = partial(_bounded, problem, tools), partial(_newton, problem, tools, tolerance)
     return jax.lax.cond(s.part < SMALL_PART, bounded, newton, s)
 
 
@@ -104,7 +105,7 @@ def _bounded(problem: Problem, tools: SearchTools, s: SearchState) -> SearchStat
     return kept._replace(iterations=s.iterations + taken + 1)
 
 
-def _newton(problem: Problem, tools: SearchTools, s: SearchState) -> SearchState:
+def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchState) -> SearchState:
     """Return the state after one step of Newton's method."""
     seen = seen_on_grid(problem, tools, s)
     held, gap, approach = seen.contact, seen.gap, s.approach
@@ -116,7 +117,10 @@ def _newton(problem: Problem, tools: SearchTools, s: SearchState) -> SearchState
         held = jnp.where(some, held, gap <= closest)
         rise = jnp.where(some, 0.0, closest)
         gap, approach = gap - rise, approach + rise
-    move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), s.error)
+    reduction = jnp.maximum(
+        jnp.minimum(COARSEST, jnp.sqrt(s.error)), jnp.minimum(COARSEST, ENOUGH * tolerance / s.error)
+    )
+    move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), reduction)
     part = _usable_part(problem, s, gap, move)
     new = SearchState(
         s.displacement + part * move.displacement,
@@ -132,7 +136,7 @@ def _newton(problem: Problem, tools: SearchTools, s: SearchState) -> SearchState
 
 
 def _newton_move(
-    problem: Problem, tools: SearchTools, at: tuple[Array, Array, Array], error: Array
+    problem: Problem, tools: SearchTools, at: tuple[Array, Array, Array], reduction: Array
 ) -> tuple[Move, Array, Array]:
     """Return a step that penetrates nowhere and lowers the model, the directions that it took, and whether one was bent.
 
@@ -143,7 +147,6 @@ def _newton_move(
     attraction = problem.law.traction(jnp.maximum(gap, 0.0))
     stiffness = problem.law.stiffness(jnp.maximum(gap, 0.0))
     tiny = 1e-10 * tools.cell * problem.law.law.largest_traction
-    reduction = jnp.minimum(COARSEST, jnp.sqrt(error))
     reach = problem.law.law.work / problem.law.law.largest_traction
     at_wall = partial(_at_wall, problem, tools, gap)
 
@@ -209,7 +212,7 @@ def _search(
     first = first_state(problem, tools, start)
     gone = lambda s: jnp.asarray(problem.load_controlled) & (s.lost >= LOST) & (problem.target <= 0.0)
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & ~gone(s)
-    return jax.lax.while_loop(going, lambda s: _iterate(problem, tools, s), first)
+    return jax.lax.while_loop(going, lambda s: _iterate(problem, tools, tolerance, s), first)
 
 
 def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:

@@ -35,7 +35,6 @@ flat punch, has no gap that tells how far it is: there the edge lies close to th
 half a cell inside the wall.
 """
 
-from collections.abc import Iterator
 from functools import partial
 
 import jax
@@ -53,7 +52,9 @@ ROUND = 0.5
 ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
 
 CORNERS = (0, 0), (1, 0), (1, 1), (0, 1)  # of a square, one after the other
-TILE, BATCH = 16, 64  # squares along a side of a tile; tiles of which the corrections are computed together
+# Corners of the triangles of both ways to halve a square, that at the right angle first.
+TRIANGLES = (1, 0, 2), (3, 0, 2), (0, 1, 3), (2, 1, 3)
+TILE, BATCH = 8, 32  # squares along a side of a tile; tiles of which the corrections are computed together
 
 
 def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tuple[bool, bool]) -> Array:
@@ -134,14 +135,27 @@ def _near_edge(level: Array, along_x: Array, along_y: Array) -> Array:
     corner = lambda offset: jax.lax.dynamic_slice(level, (0, *offset), (len(level), height - 1, width - 1))
     # by vmap, since the transpose of four slices would compute each part many times
     corners = jax.vmap(corner)(jnp.array(CORNERS))
-    parts = zip(*(_share_rim_length(*three) for three in _triangles(*corners)), strict=True)
-    share, rim, length = (scale * sum(part) for scale, part in zip((0.25, 0.5, 0.5), parts, strict=True))
-    near = lambda n: (jnp.abs(jnp.arange(n - 2)[:, None] + 1 - jnp.arange(n)) <= 1).astype(float)
+    share, rim, length = _shares_rims_lengths(corners)
+    # without slices: the gradient of a padded one would compute each operation many times
+    near = lambda n: (jnp.abs(jnp.arange(n)[:, None] - jnp.arange(n)) <= 1).astype(float)
     box = jnp.einsum("ik,tkl,jl->tij", near(height - 1), share, near(width - 1))  # sums over 3 x 3 squares
-    share, rim, length = (a[:, 1:-1, 1:-1] for a in (share, rim, length))
     missing = 0.5 + (share - 0.5) / 3.0 - box / 9.0
-    beyond = share - (level[:, 1:-2, 1:-2] > 0.0) - rim + ROUND * length * missing
+    beyond = share - (corners[0] > 0.0) - rim + ROUND * length * missing
+    along_x, along_y = (jnp.pad(part, ((0, 0), (1, 1))) for part in (along_x, along_y))
     return jnp.sum(beyond * along_x[:, :, None] * along_y[:, None, :])
+
+
+@partial(jax.checkpoint, prevent_cse=False)
+def _shares_rims_lengths(corners: Array) -> tuple[Array, ...]:
+    """Return ``_share_rim_length`` of whole squares (tiles, m, n), from the values at their corners (4, tiles, m, n).
+
+    All triangles at once, chosen and summed by products: these are not fused with other operations, so that the gradient
+    computes each once. It computes them anew, since to store them all takes longer.
+    """
+    chosen = jnp.eye(len(CORNERS))[jnp.array(TRIANGLES).T]
+    parts = _share_rim_length(*jnp.einsum("stc,cijk->stijk", chosen, corners))
+    weights = jnp.array([0.25, 0.5, 0.5])[:, None] * jnp.ones(len(TRIANGLES))
+    return tuple(jnp.einsum("t,tijk->ijk", w, part) for w, part in zip(weights, parts, strict=True))
 
 
 def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, bool]) -> Array:
@@ -180,11 +194,6 @@ def _padded(field: Array, axis: int, wraps: bool) -> Array:
     """Return the field with one more cell at both ends: the periodic neighbour or a copy of the last cell."""
     widths = [(1, 1) if i == axis else (0, 0) for i in range(2)]
     return jnp.pad(field, widths, mode="wrap" if wraps else "edge")
-
-
-def _triangles(a: Array, b: Array, c: Array, d: Array) -> Iterator[tuple[Array, Array, Array]]:
-    """Yield the values at the corners of the triangles of both ways to halve a square, that at the right angle first."""
-    yield from ((b, a, c), (d, a, c), (a, b, d), (c, b, d))
 
 
 def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Array, Array]:

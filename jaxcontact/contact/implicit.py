@@ -19,7 +19,8 @@ With adhesion (``contact.adhesive``) the cells that touch are held, on the other
 tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
 positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
 negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
-those of the new branch; that the jump itself moves is not in them.
+those of the new branch; that the jump itself moves is not in them. On a moving body (``contact.adhesive_sliding``) the odd
+part of the operator acts on the change of the pressure as a part of the gap, and the change is found by repetition.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
@@ -44,7 +45,7 @@ from jax.ad_checkpoint import checkpoint_name
 from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
-from jaxcontact.contact import adhesive, nonsymmetric, partial_slip
+from jaxcontact.contact import adhesive, adhesive_sliding, nonsymmetric, partial_slip
 from jaxcontact.contact.adhesive_model import Model
 from jaxcontact.contact.adhesive_state import Start
 from jaxcontact.contact.adhesive_tangent import AdhesiveTangent
@@ -195,11 +196,16 @@ def solve_adhesive(problem: Problem, start: Start, tolerance: Array, max_iterati
 
 @solve_adhesive.defjvp
 def _solve_adhesive_jvp(primals, tangents):
-    problem, change = primals[0], tangents[0]
     found = solve_adhesive(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
+    return found, _moved_solution(primals[0], found, tangents[0])
+
+
+def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solution:
+    """Return the change of the solution of a contact with adhesion; linear in the change of the problem."""
     tangent = AdhesiveTangent.of(problem, found)
-    held, nowhere = found.contact_pressure > 0.0, jnp.zeros_like(found.pressure)
+    held, nowhere = found.carried > 0.0, jnp.zeros_like(found.pressure)
+    assert found.separated is not None
     forcing = problem.operator.tangent(change.operator, found.pressure) + change.gap
     explicit = problem.law.explicit(change.law.law, tangent.gap)
     given = nowhere[0, 0] if problem.load_controlled else change.target
@@ -211,7 +217,7 @@ def _solve_adhesive_jvp(primals, tangents):
     dp, du, d_approach, attraction = tangent.result(tangent.added(start, rest), forcing, explicit)
     apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
-    d_found = Solution(
+    return Solution(
         apart(dp, nowhere),
         apart(du + forcing - change.gap, nowhere),
         apart(d_approach, _first_touch(problem, change)),
@@ -221,7 +227,44 @@ def _solve_adhesive_jvp(primals, tangents):
         no(found.separated),
         no(found.unstable),
     )
-    return found, d_found
+
+
+@jax.custom_jvp
+def solve_adhesive_sliding(
+    problem: Problem, start: Start, tolerance: Array, max_iterations: Array
+) -> Solution:
+    """``solve`` of contact.adhesive_sliding, differentiable in everything in ``problem``."""
+    return adhesive_sliding.solve(problem, start, tolerance, max_iterations)
+
+
+@solve_adhesive_sliding.defjvp
+def _solve_adhesive_sliding_jvp(primals, tangents):
+    problem, change = primals[0], tangents[0]
+    found = solve_adhesive_sliding(*primals)
+    found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
+    odd, by_odd = problem.operator.odd(), change.operator.odd()(found.pressure)
+    alone = replace(change, operator=change.operator.even(), gap=change.gap + by_odd)
+    held = adhesive_sliding.frozen(problem, found.pressure)
+    moved = lambda gap: _moved_solution(held, found, replace(alone, gap=gap))
+    still = jax.tree.map(jnp.zeros_like, alone)
+    left = lambda dp: dp - _moved_solution(held, found, replace(still, gap=odd(dp))).pressure
+    right = moved(alone.gap).pressure
+    dp = jax.lax.custom_linear_solve(left, right, _repeated, transpose_solve=_repeated)
+    return found, moved(alone.gap + odd(dp))
+
+
+def _repeated(left: Linear, right: Array) -> Array:
+    """Solve x - M x = right, with ``left`` the left side, by x -> right + M x as the contact itself was; nan if it fails."""
+    size = jnp.max(jnp.abs(right))
+    far = lambda rest: jnp.max(jnp.abs(rest)) > TANGENT_TOLERANCE * size
+
+    def step(s: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        x = s[0] + s[1]
+        return x, right - left(x), s[2] + 1
+
+    first = (jnp.zeros_like(right), right, jnp.zeros((), int))
+    x, rest, _ = jax.lax.while_loop(lambda s: far(s[1]) & (s[2] < TANGENT_ITERATIONS), step, first)
+    return jnp.where(far(rest) | ~jnp.isfinite(size), jnp.nan, x)
 
 
 def _stable(model: Model, operator: Linear, right: Array) -> Array:

@@ -55,7 +55,7 @@ from jaxcontact.inputs import laws
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.friction import ShearHistory, SteadyRolling
 from jaxcontact.results.rubbing import RubbingHistory
-from jaxcontact.results.sliding import SlidingHistory, SteadySliding
+from jaxcontact.results.sliding import AdhesiveSlidingHistory, SlidingHistory, SteadySliding
 from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.indent import Indentation, indent
 from jaxcontact.verbs.roll_steady import roll_steady
@@ -221,6 +221,7 @@ KINDS: dict[str, Kind] = {
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
         example="sliding_film",
         memory=3.0,
+        adhesive=AdhesiveSlidingHistory,
         times=TIMES_KEYS,
         march=Sliding.of,
         parts={"thermal": HEAT},

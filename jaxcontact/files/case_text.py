@@ -96,8 +96,10 @@ def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
 
 
 def _grid(case: Case, keys: Keys) -> tuple[Table, Keys]:
-    """Return the grid, with the width chosen from the expected contact where none is given."""
-    table = dict(case.tables.get("grid", {}))
+    """Return the grid, with the width, or two spacings, chosen from the expected contact where none is given."""
+    table, spacing = dict(case.tables.get("grid", {})), [float(d) for d in case.grid.spacing]
+    if not {"shape", "width"} & table.keys() and spacing[0] != spacing[1]:
+        table = {"shape": list(case.grid.shape), "spacing": spacing}
     if "shape" in table:
         return _filled(table, {name: keys[name] for name in ("shape", "spacing", "periodic")})
     table.setdefault("width", float(case.grid.width[0]))

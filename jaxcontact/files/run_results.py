@@ -31,6 +31,7 @@ NOTES = {  # notes and diagnostics, stored with any result
     "thickness_slope": "largest slope of a thickness that varies in the plane [1]",
     "narrow_growth": "largest growth of a cell above all its neighbours over the largest growth [1]",
     "relative_step_error": "error by the time steps over the largest change of the thickness [1]",
+    "step_limit": "relative_step_error above which there is a note [1]",
     "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
     "ball_radius": "radius of a ball, inf for any other indenter [m]",
     "size_error": "relative error of a size of the indenter that is rounded to whole cells [1]",

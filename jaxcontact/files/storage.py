@@ -30,14 +30,19 @@ from jaxcontact.results.labels import (
 )
 from jaxcontact.results.notes import Diagnostics
 from jaxcontact.results.rubbing import RubbingHistory
-from jaxcontact.results.sliding import SlidingHistory, SteadySliding
+from jaxcontact.results.sliding import AdhesiveSlidingHistory, SlidingHistory, SteadySliding
 
 Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
 TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
-KINDS: dict[str, type] = {
-    cls.__name__: cls
-    for cls in (ContactHistory, AdhesiveHistory, RubbingHistory, ShearHistory, SlidingHistory, *TIMELESS)
-}
+OVER_TIME = (
+    ContactHistory,
+    AdhesiveHistory,
+    RubbingHistory,
+    ShearHistory,
+    SlidingHistory,
+    AdhesiveSlidingHistory,
+)
+KINDS: dict[str, type] = {cls.__name__: cls for cls in (*OVER_TIME, *TIMELESS)}
 KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
 NOTES = "notes"  # one line each; the notes of a loaded result are formed from the diagnostics
@@ -56,7 +61,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
 
     Args:
         result: ``ContactHistory``, ``AdhesiveHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``,
-            ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save`` function are not stored.
+            ``AdhesiveSlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save``
+            function are not stored.
         path: a file name ending in ``.npz`` or ``.nc``, or in ``.pvd`` for ParaView: an animation over all times, one
             file each in a folder of the same name beside it, for viewing only: it cannot be loaded again.
         case: the inputs of the result, under any names except those of its own arrays (``body=body,

@@ -24,9 +24,10 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import replace
+from jaxcontact.contact.adhesive_sliding import frozen
 from jaxcontact.contact.adhesive_state import Start
 from jaxcontact.contact.attraction import Attraction
-from jaxcontact.contact.implicit import solve_adhesive, solve_contact
+from jaxcontact.contact.implicit import solve_adhesive, solve_adhesive_sliding, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.base import InvertibleOperator
 
@@ -67,12 +68,17 @@ def solve_step(
     """Solve the contact of a step; return the solution, the state it leaves and what is told of it."""
     if before is None:
         return solve_contact(problem, guess, tolerance, max_iterations), None, {}
-    assert isinstance(problem.operator, InvertibleOperator)
-    law = replace(problem.law, law=problem.law.law.resolved(problem.operator.cell_compliance()))
+    whole, even = problem, problem.operator.even()
+    assert isinstance(even, InvertibleOperator)
+    law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance()))
     problem = replace(problem, law=law)
     apart = ~jnp.any(before.contact)  # what is extrapolated from a contact that has gone is none
     guess = jnp.where(apart, before.pressure, guess)
-    solution = solve_adhesive(problem, Start(guess, before.contact, before.none), tolerance, max_iterations)
+    start = Start(guess, before.contact, before.none)
+    method = solve_adhesive if problem.operator.symmetric else solve_adhesive_sliding
+    solution = method(problem, start, tolerance, max_iterations)
+    if not problem.operator.symmetric:  # its energy is that of the even part
+        problem = frozen(problem, solution.pressure)
     assert solution.separated is not None and solution.unstable is not None
     held = jax.lax.stop_gradient((problem, solution))
     released, smooth = _released(*held, before)
@@ -89,10 +95,11 @@ def solve_step(
         before.energy + jnp.where(left & ~separated, released, 0.0),
         before.work + _body_work(*held, before),
     )
-    modulus = HELD[guess.shape[1] == 1] / problem.operator.confined_compliance()
+    modulus = HELD[guess.shape[1] == 1] / even.confined_compliance()
     zone = jnp.minimum(law.law.zone_length(modulus), _cells_of_the_range(*held))
     numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
-    return solution, after, numbers
+    displacement = solution.displacement + problem.gap - whole.gap
+    return replace(solution, displacement=displacement), after, numbers
 
 
 def _body_work(problem: Problem, solution: Solution, before: Adhering) -> Array:

@@ -82,7 +82,9 @@ class Observer:
 
 
 def _central(field: Array, axis: int, wraps: bool) -> Array:
-    """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic."""
+    """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic; 0 along a single cell."""
+    if field.shape[axis] == 1:
+        return jnp.zeros_like(field)
     if wraps:
         return (jnp.roll(field, -1, axis) - jnp.roll(field, 1, axis)) / 2.0
     return jnp.asarray(jnp.gradient(field, axis=axis))

@@ -71,14 +71,18 @@ class PressStepper(Stepper):
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
         if adhering is not None:
-            stored = self.memory.stored_energy(*jax.lax.stop_gradient((fields, pressure)))
-            told["viscous_energy"] = adhering.work - stored
+            told |= self._energies(adhering, fields, pressure)
         numbers |= self.memory.observe(fields, pressure, step.more) | told
         shown = {
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
         }
         return PressCarry(fields, pressure, rate, adhering), Outcome(shown, numbers)
+
+    def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
+        """Return the energy that the body has dissipated under a contact with adhesion."""
+        stored = self.memory.stored_energy(*jax.lax.stop_gradient((fields, pressure)))
+        return {"viscous_energy": adhering.work - stored}
 
 
 def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:

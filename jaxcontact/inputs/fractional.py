@@ -40,7 +40,7 @@ from jaxcontact.inputs.materials import NU, Material, Prony
 TAIL = 80.0  # range of the logarithm of rates summed beyond the modes kept; a closed form gives the rest
 FINE_STEP = 0.4  # step of the sum for J(t) itself: an error of exp(-pi^2/0.4) = 2e-11
 LARGEST_ORDER = 0.999  # largest alpha whose spectrum can be summed
-USUAL_ORDER, HIDDEN_ORDER = 0.95, 0.98  # alpha of which the range suffices for all below, known and traced
+USUAL_ORDER = 0.95  # alpha of which the range suffices for all below
 # least 1 - alpha used for the series of a power law; it changes J(t) by as much per decade at most
 NEAR_ONE = 1e-7
 
@@ -94,9 +94,8 @@ class Fractional(abc.ABC):
         """Approximate the material by retardation times that give the same creep between two times, for the solver.
 
         The J(t) of the series is within a relative ``tolerance`` of the fractional law for shortest <= t <= longest and
-        0.05 <= alpha; within jit, alpha of a ``FractionalKelvinVoigt`` may be at most 0.98. At shorter times its compliance
-        tends to a positive limit below J(shortest); at longer times the series flows steadily. It takes about
-        log(1/tolerance)/4 retardation times per decade, and a few more.
+        0.05 <= alpha. At shorter times its compliance tends to a positive limit below J(shortest); at longer times the
+        series flows steadily. It takes about log(1/tolerance)/4 retardation times per decade, and a few more.
 
         Args:
             shortest: the shortest time of interest [s] > 0, such as the first step of a run.
@@ -283,10 +282,10 @@ class FractionalKelvinVoigt(Fractional):
     def _extra_range(self) -> float:
         """As in the base class; far from tau on either side w exceeds the logarithm by log(pi alpha/sin(pi alpha))/alpha.
 
-        It is constant for most orders, which share a compiled program. Within jit it suffices up to ``HIDDEN_ORDER``.
+        It is constant for most orders, which share a compiled program; within jit it suffices for every order.
         """
         if not is_concrete(self.alpha):
-            return self._excess(HIDDEN_ORDER)
+            return self._excess(self._largest_order)
         return self._excess(max(float(self.alpha), USUAL_ORDER))
 
     @staticmethod

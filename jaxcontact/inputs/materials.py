@@ -18,7 +18,7 @@ J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 
 """
 
 import abc
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 from jax import Array
@@ -70,7 +70,7 @@ class Material(abc.ABC):
         """
         compliances, unchanged = ("J0", "J", "fluidity"), ("nu", "tau")
         change = {
-            name: value / factor if name in compliances else value * factor
+            name: _number(value) / factor if name in compliances else _number(value) * factor
             for name, value in vars(self).items()
             if name not in unchanged and value is not None
         }
@@ -126,6 +126,11 @@ class Material(abc.ABC):
         if spectrum.fluidity is not None:
             return 0.0
         return 1.0 / (spectrum.instantaneous + jnp.sum(spectrum.amplitudes))
+
+
+def _number(value: Any) -> Any:
+    """Return a list of numbers as an array; anything else as it is."""
+    return jnp.asarray(value, float) if isinstance(value, list | tuple) else value
 
 
 @pytree

@@ -72,6 +72,18 @@ class InvertibleOperator(Operator):
         """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
 
 
+class SplitOperator(Operator):
+    """An operator whose even part has an inverse on a larger grid, as contact with adhesion needs of a moving body."""
+
+    @abc.abstractmethod
+    def even(self) -> InvertibleOperator:
+        """The even part, symmetric."""
+
+    @abc.abstractmethod
+    def odd(self) -> Operator:
+        """The odd part, antisymmetric: K less ``even``."""
+
+
 class Extended(NamedTuple):
     """An operator on a larger grid of ``shape``, whose first cells are those of the grid, and its inverse; symmetric,
     positive.

@@ -8,12 +8,12 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Corner, Linear, Operator
+from jaxcontact.operators.base import Corner, Linear, SplitOperator
 from jaxcontact.operators.convolution import FLOOR, Convolution, confined_compliance
 
 
 @pytree
-class Moving(Operator):
+class Moving(SplitOperator):
     """A kernel that is not even: all as in ``Convolution``, but complex and without a window."""
 
     spectrum: Array
@@ -48,6 +48,9 @@ class Moving(Operator):
 
     def even(self) -> Convolution:
         return Convolution(self.spectrum.real, self.circulant.real, None, self.periodic)
+
+    def odd(self) -> Moving:
+        return jax.tree.map(lambda a: 1j * a.imag, self)
 
     def plus_even(self, share: Array | float) -> Moving:
         return jax.tree.map(lambda a: a + share * a.real, self)

@@ -230,9 +230,7 @@ class AdhesiveHistory(ContactHistory):
     @property
     def in_contact(self) -> Array:
         """True for each cell whose gap is zero, whether it is pressed or pulled; of the shape of ``pressure``."""
-        relief = jnp.max(self.profile, (-2, -1)) - jnp.min(self.profile, (-2, -1))
-        height = relief + jnp.max(jnp.abs(self.displacement), tuple(range(-self.displacement.ndim, 0)))
-        return self.gap <= CLOSED * height
+        return closed(self)
 
 
 @pytree
@@ -266,6 +264,13 @@ class SteadyContact(ContactResult):
     def converged(self) -> Array:
         """True if the steady state converged, i.e. its status is ``Status.FINE``: () bool."""
         return self.status == Status.FINE
+
+
+def closed(result: Any) -> Array:
+    """Return the cells of a contact with adhesion whose gap is zero, of the shape of ``pressure``, bool."""
+    relief = jnp.max(result.profile, (-2, -1)) - jnp.min(result.profile, (-2, -1))
+    height = relief + jnp.max(jnp.abs(result.displacement), tuple(range(-result.displacement.ndim, 0)))
+    return result.gap <= CLOSED * height
 
 
 def largest_over_time(history: ContactHistory, name: str, verb: str) -> Array:

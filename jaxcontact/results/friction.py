@@ -71,11 +71,12 @@ class SteadyRolling(SteadyContact):
     the body; slip_ratio (2, nx, ny): slip velocity of the body relative to the indenter over |v|, opposite to the
     traction, zero outside contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
     of the indenter relative to the body over |v|, prescribed or computed; hysteresis_power [W]: dissipated in the
-    dashpots of a viscoelastic body under the pressure; friction_power [W]: tangential_load times creepage times |v|,
-    dissipated by the tractions; power [W]: their sum; hysteresis_force [N]: hysteresis_power over |v|, the rolling
-    resistance without friction, positive against the motion. For a roller without torque, the force at the axle is power
-    over |v|. The convention is that of ``history.observables``; approach, load, contact_area, smooth_area, film_strain,
-    error, status: as in ``ShearHistory``; iterations: of the last step.
+    dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, tangential_load
+    times creepage times |v| and, between unlike solids, where free rolling costs work too, the power that the pressure
+    needs where the tractions move the surface; power [W]: their sum; hysteresis_force [N]: hysteresis_power over |v|, the
+    rolling resistance without friction, positive against the motion. For a roller without torque, the force at the axle is
+    power over |v|. The convention is that of ``history.observables``; approach, load, contact_area, smooth_area,
+    film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
     """
 
     view: ClassVar[str] = "rolling"

@@ -51,7 +51,11 @@ class InteriorFields:
 
     @property
     def peak(self) -> tuple[Array, Array]:
-        """The largest von Mises stress [Pa] and its position (x, y, z), (3,) [m]."""
+        """The largest von Mises stress at the centres of cells [Pa] and its position (x, y, z), (3,) [m].
+
+        Under friction the stress at the surface has a cusp at the edge of the contact, and the value there is too small
+        (``docs/limits.md``).
+        """
         field = self.von_mises
         k, i, j = jnp.unravel_index(jnp.argmax(field), field.shape)
         x, y = self.grid.axes()

@@ -58,7 +58,8 @@ class Diagnostics:
     whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
     the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
     grown beyond all its neighbours, relative to the largest growth; relative_step_error: of a film or an indenter
-    that is rubbed in place, the error by the time steps relative to the largest change of its thickness; ball_radius
+    that is rubbed in place, the error by the time steps relative to the largest change of its thickness, and step_limit: the
+    error above which there is a note; ball_radius
     [m]: of a ``Sphere``, inf for any other indenter; size_error: relative error of a size of the indenter that is rounded
     to whole cells; coldest [K]: the lowest temperature that a law of growth or ``Thermal``
     is given, inf without any.
@@ -73,6 +74,7 @@ class Diagnostics:
     stiff_film: Any = np.bool_(False)
     narrow_growth: Any = np.float64(0.0)
     relative_step_error: Any = np.float64(0.0)
+    step_limit: Any = np.float64(STEPS)
     ball_radius: Any = np.float64(np.inf)
     coldest: Any = np.float64(np.inf)
     size_error: Any = np.float64(0.0)
@@ -100,6 +102,7 @@ class _Run(NamedTuple):
     stiff_film: np.ndarray
     narrow_growth: np.ndarray
     relative_step_error: np.ndarray
+    step_limit: np.ndarray
     ball_radius: np.ndarray
     coldest: np.ndarray
     size_error: np.ndarray
@@ -244,11 +247,17 @@ def _of_errors(run: _Run) -> Iterator[Note]:
 def _of_thickness(run: _Run) -> Iterator[Note]:
     """A film whose thickness varies in the plane or in time."""
     error, slope = float(run.thickness_error), float(run.thickness_slope)
-    if run.relative_step_error > STEPS and not np.any(run.status == Status.STEP_TOO_LONG):
+    if run.relative_step_error > run.step_limit and not np.any(run.status == Status.STEP_TOO_LONG):
+        auto = run.step_limit < STEPS
+        remedy = (
+            'substeps="auto" has no smaller ones: use more times'
+            if auto
+            else 'use more substeps, or substeps="auto"'
+        )
         yield Note(
-            f"the time steps have an estimated error of {100.0 * float(run.relative_step_error):.0f} % of the largest change"
-            ' of the thickness: use more substeps, or substeps="auto"',
-            f"estimated error of the thickness by the time steps above {100.0 * STEPS:.0f} %",
+            f"the time steps have an estimated error of {100.0 * float(run.relative_step_error):.2g} % of the largest change"
+            f" of the thickness: {remedy}",
+            f"estimated error of the thickness by the time steps above {100.0 * float(run.step_limit):.0f} %",
             float(run.relative_step_error),
         )
     limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")

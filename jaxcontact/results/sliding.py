@@ -1,6 +1,7 @@
 """The results of sliding; their sign convention is that of ``history.observables``."""
 
 import warnings
+from dataclasses import field
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
@@ -9,7 +10,7 @@ from jax import Array
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.track import speed_of
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory, SteadyContact, largest_over_time
+from jaxcontact.results.contact import ContactHistory, SteadyContact, closed, largest_over_time
 
 
 def _over_load(force: Array, load: Array) -> Array:
@@ -121,6 +122,31 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 def sliding_history(**given: Any) -> SlidingHistory:
     """Return a history from its fields without the totals."""
     return SlidingHistory(**with_totals(given, given["velocity"]))
+
+
+@pytree
+class AdhesiveSlidingHistory(SlidingHistory):
+    """A ``SlidingHistory`` with adhesion, in SI units.
+
+    pressure, load, contact_area, jumps, jump_energy, cohesive_cells and tabor_number are as in ``AdhesiveHistory``. The
+    energy that the body dissipates is the integral of hysteresis_power. friction_coefficient is zero under a load that
+    pulls.
+    """
+
+    jumps: Array = field(kw_only=True)
+    jump_energy: Array = field(kw_only=True)
+    cohesive_cells: Array = field(kw_only=True)
+    tabor_number: Array = field(kw_only=True)
+
+    @property
+    def in_contact(self) -> Array:
+        """True for each cell whose gap is zero, whether it is pressed or pulled; of the shape of ``pressure``."""
+        return closed(self)
+
+
+def adhesive_sliding_history(**given: Any) -> AdhesiveSlidingHistory:
+    """Return a history with adhesion from its fields without the totals."""
+    return AdhesiveSlidingHistory(**with_totals(given, given["velocity"]))
 
 
 @pytree

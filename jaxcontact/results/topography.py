@@ -3,7 +3,9 @@
 Along a periodic axis, derivatives are those of the trigonometric polynomial through the heights, and the spectrum is that
 of its waves. Along any other axis they are finite differences of interior cells, and the spectrum uses a Hann window,
 which smooths it: a spectrum k^(-2 - 2 H) is returned as (1 + 2 (1 + H)^2/(3 m^2)) k^(-2 - 2 H) at the m-th wave of a
-square. The two-dimensional spectrum
+square. Heights on a periodic axis that do not match at its two ends have a step there, which adds to slopes, curvatures
+and spectrum; a warning says so if its root mean square is above ``STEP`` times that of the differences between neighbours.
+The two-dimensional spectrum
 
     C(k) = <|h^(k)|^2> dx dy/(nx ny),      mean h^2 = integral of C(k) d^2k/(2 pi)^2,
 
@@ -13,6 +15,7 @@ Condens. Matter 17 (2005) R1 (whose C is this one over (2 pi)^2).
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -21,6 +24,8 @@ from jaxcontact._support import checks
 from jaxcontact._support.pytree import is_concrete, pytree
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.results.summaries import InWords
+
+STEP = 4.0  # of the differences between neighbours: a step where a periodic axis begins again
 
 
 @pytree
@@ -44,7 +49,8 @@ def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
 
     Args:
         heights: (nx, ny) [m], with known values (not inside jit).
-        grid: the ``Grid`` of the heights. Whether it is periodic decides how derivatives and spectrum are computed.
+        grid: the ``Grid`` of the heights. Whether it is periodic decides how derivatives and spectrum are computed. Heights
+            that do not match at the ends of a periodic axis have a step there, and a warning is issued.
 
     Returns:
         ``SurfaceStatistics``.
@@ -59,6 +65,8 @@ def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
         0.1
     """
     h = _checked(heights, grid)
+    for axis in np.flatnonzero(grid.periodic).tolist():
+        _warn_of_step(h, axis, "xy"[axis])
     h = h - np.mean(h)
     (dx, dy), (x, y) = map(float, grid.spacing), grid.periodic
     slopes = _derivative(h, -2, dx, x, 1), _derivative(h, -1, dy, y, 1)
@@ -70,6 +78,18 @@ def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
         np.sqrt(np.mean(((bend_x + bend_y) / 2.0) ** 2)),
         *_spectrum(h, grid),
     )
+
+
+def _warn_of_step(h: np.ndarray, axis: int, name: str) -> None:
+    """Warn if the heights have a step where a periodic axis begins again."""
+    size = lambda change: float(np.sqrt(np.mean(change**2)))
+    step, usual = size(np.take(h, 0, axis) - np.take(h, -1, axis)), size(np.diff(h, axis=axis))
+    if step > STEP * usual:
+        warnings.warn(
+            f"the heights do not match at the two ends of the periodic {name} axis: a step of {step:.3g} m, {usual:.3g} m"
+            " between neighbours, adds to slopes, curvatures and spectrum; give a grid that is not periodic",
+            stacklevel=3,
+        )
 
 
 def _derivative(h: np.ndarray, axis: int, spacing: float, periodic: bool, order: int) -> np.ndarray:

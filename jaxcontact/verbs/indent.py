@@ -13,21 +13,20 @@ from jaxcontact._support import checks
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
-from jaxcontact.contact.attraction import Attraction
 from jaxcontact.history.growing import GrowingMemory, GrowthStep, ThicknessStep, VaryingMemory
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.pressing import PressStepper
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.superposition import DirectMemory, rows
-from jaxcontact.indenters.shapes import Indenter, Sphere
+from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.adhesion import Adhesion, check_adhesion
 from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, ThicknessMap, body_at_first, separate_map
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
-from jaxcontact.response.limits import limits_of
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
+from jaxcontact.verbs.attraction import attraction_of, tabor_numbers
 from jaxcontact.verbs.experiment import TimedExperiment
 from jaxcontact.verbs.plan import Plan, fine_steps, fine_values
 from jaxcontact.verbs.running import marched
@@ -194,20 +193,10 @@ class Indentation(TimedExperiment):
     def _pressed(self, memory: Memory, more: Any, scale: Scale, errors: Errors) -> Plan:
         if self.adhesion is None:
             return self.plan(PressStepper(memory, **self.contact(scale)), more, scale, errors)
-        law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
+        law = attraction_of(self.adhesion, self, scale)
         stepper = PressStepper(memory, **self.contact(scale), law=law)
-        course = {"tabor_number": self._tabor_number(self.adhesion)}
+        course = {"tabor_number": tabor_numbers(self.adhesion, self)}
         return self.plan(stepper, more, scale, errors).to(AdhesiveHistory, course=course)
-
-    def _tabor_number(self, law: Adhesion) -> Array:
-        """Return the Tabor number of a ball with the compliance of the surface at each time, (nt,); nan without a ball."""
-        if not isinstance(self.indenter, Sphere):
-            return jnp.full(self.times.shape, jnp.nan)
-        compliance = (
-            limits_of(self.body).short_wave_compliance(self.times - self.times[0])
-            + self.indenter.compliance()
-        )
-        return law.tabor_number(self.indenter.radius, 2.0 / compliance)
 
     def _varying(self, film: ThicknessMap, dt: Array) -> Plan:
         """Return the march on a film whose thickness varies in the plane, and in time where it does."""

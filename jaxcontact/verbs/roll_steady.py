@@ -14,6 +14,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete
 from jaxcontact._support.status import Status
+from jaxcontact.history.observables import Observer
 from jaxcontact.history.pressing import contact_outcome, solved, status_of
 from jaxcontact.history.recursive import RecursiveMemory
 from jaxcontact.history.track import check_along_x
@@ -161,14 +162,27 @@ def _compiled(
     rolled = contact.rolled()
     numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
     numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
-    in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile)
-    in_si |= _powers(in_si, speed)
+    raised = _raised(contact, rolled, vector / speed, spacing[1] / spacing[0]) if coupled else jnp.zeros(())
+    in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile, lateral_force=raised)
+    in_si |= _powers(in_si, speed, in_si.pop("lateral_force"))
     return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
 
 
-def _powers(in_si: dict[str, Array], speed: Array) -> dict[str, Array]:
-    """Return the powers, and the force of hysteresis, in SI units."""
-    friction_power = speed * jnp.sum(in_si["tangential_load"] * in_si["creepage"])
+def _raised(contact: RollingContact, rolled: Rolled, direction: Array, ratio: Array) -> Array:
+    """Return the force against the motion that the pressure needs where the traction raises the surface, scaled, ()."""
+    by_traction = contact.surface.normal_from_tangential(rolled.sheared.traction)
+    flat = Observer.of(jnp.zeros_like(contact.profile), ratio)
+    return -flat.hysteresis(rolled.pressed.pressure, by_traction, direction)
+
+
+def _powers(in_si: dict[str, Array], speed: Array, raised: Array) -> dict[str, Array]:
+    """Return the powers, and the force of hysteresis, in SI units.
+
+    Friction takes the work of the tangential force and, where the solids are unlike, of the pressure on a surface that the
+    traction moves: -int q . slip = Q . creepage + int q . du/ds, and of u only the part due to the pressure is not zero on
+    elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the traction (Betti).
+    """
+    friction_power = speed * (jnp.sum(in_si["tangential_load"] * in_si["creepage"]) + raised)
     return {
         "friction_power": friction_power,
         "power": in_si["hysteresis_power"] + friction_power,
@@ -189,9 +203,10 @@ def _surface(
     if not kernels.normal.rates.size:
         memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
         nothing = jnp.zeros(experiment.grid.shape)
-        operator, _, fields, _ = memory.predict(memory.start(nothing.shape), nothing, no_time)
+        no_history = memory.start(experiment.grid.shape)
+        operator = memory.predict(no_history, nothing, no_time).operator
         return elastic_surface(kernels, operator), lambda p: {
-            **memory.observe(fields, p, no_time),
+            **memory.observe(no_history, p, no_time),
             "hysteresis_power": no_time,
         }
     wake = wake_of(experiment, kernels.normal, velocity, across=across)

@@ -99,8 +99,8 @@ def rub(
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
             eighth of a cell. The status is 13 if the film becomes thicker.
         substeps: number of inner steps between two times, static, or "auto", which repeats the run with 4, 16 and 64 of
-            them until no step has status 12 and ``step_error`` is below 1 % of the largest change of the thickness. "auto"
-            cannot be used inside jit, vmap and grad.
+            them until no step has status 12 and ``step_error`` is below 1 % of the largest change of the thickness; there
+            is a note if it is not with 64. "auto" cannot be used inside jit, vmap and grad.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
@@ -142,7 +142,8 @@ def _noted(rubs: RubExperiment) -> RubbingHistory:
 
 
 def _refined(setup: ContactSetup, settings: Settings, conditions: RubConditions) -> RubbingHistory:
-    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last; without warnings."""
+    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last, which has a note;
+    without warnings."""
     for substeps in REFINED:
         options = replace(settings.options, substeps=substeps)
         rubs = RubExperiment.of(setup, replace(settings, options=options), conditions)
@@ -153,8 +154,8 @@ def _refined(setup: ContactSetup, settings: Settings, conditions: RubConditions)
         change = float(jnp.max(jnp.abs(history.thickness - rubs.at_first)))
         short = float(history.step_error[-1]) <= LARGEST_ERROR * change
         if short and not bool(jnp.any(history.status == Status.STEP_TOO_LONG)):
-            break
-    return history
+            return history
+    return replace(history, diagnostics=replace(history.diagnostics, step_limit=np.float64(LARGEST_ERROR)))
 
 
 @pytree

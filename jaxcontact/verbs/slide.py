@@ -12,9 +12,10 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import as_float64, pytree
+from jaxcontact._support.pytree import as_float64, pytree, replace
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
+from jaxcontact.history.adhering import Adhering
 from jaxcontact.history.heating import Heated, reduced
 from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.moving import Motion, MovingMemory, Shift, moving_memory
@@ -30,6 +31,7 @@ from jaxcontact.history.track import (
     speed_of,
 )
 from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.inputs.adhesion import Adhesion, check_adhesion
 from jaxcontact.inputs.controls import Control
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
@@ -40,7 +42,8 @@ from jaxcontact.operators.kernels import Kernels
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.operators.traction_kernels import joint_errors
 from jaxcontact.results.notes import announce
-from jaxcontact.results.sliding import SlidingHistory, sliding_history
+from jaxcontact.results.sliding import SlidingHistory, adhesive_sliding_history, sliding_history
+from jaxcontact.verbs.attraction import attraction_of, tabor_numbers
 from jaxcontact.verbs.experiment import Experiment, TimedExperiment
 from jaxcontact.verbs.flash_temperature import check_peclet
 from jaxcontact.verbs.plan import Plan, fine_steps
@@ -66,6 +69,7 @@ def slide(
     checkpoint: str = "pressures",
     friction: Array | float | None = None,
     thermal: Thermal | None = None,
+    adhesion: Adhesion | None = None,
 ) -> SlidingHistory:
     """Compute the contact of an indenter that slides over a body, over time.
 
@@ -96,6 +100,12 @@ def slide(
     moves over the body with the indenter. Its mean over the contact changes the times of the body, if ``thermal`` has a
     shift: one factor for the whole body.
 
+    With adhesion, as in ``indent``, the surfaces slide without friction. Attraction at the rear edge, where they part, is
+    resisted by a body that has had time to relax, and the edge dissipates energy: the hysteresis force is then that of
+    the whole pressure, contact less attraction. Steps should move the indenter by a part of the zone of attraction.
+    Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive_sliding``), which converge
+    where little of the creep happens within a step; otherwise the status of the step is 1, and more ``substeps`` help.
+
     A film whose thickness varies in the plane moves through the frame of the indenter, in which this function works; ``rub``
     with ``path`` computes its contact in the frame of the body, also without a law of growth or wear.
 
@@ -106,12 +116,13 @@ def slide(
         friction: as in ``slide_steady``, along the velocity at the end of each inner step.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
             periodic.
+        adhesion: as in ``indent``, without friction; None for surfaces without attraction.
         body, indenter, control, times, grid, tolerance, max_iterations, save, substeps, kernels, checkpoint: as
             in ``indent``. There is no ``correspondence``, since the convection of the history requires the common decay
             rates of the exact response.
 
     Returns:
-        A ``SlidingHistory``; status, notes and warnings are as in ``indent``.
+        A ``SlidingHistory``, with adhesion an ``AdhesiveSlidingHistory``; status, notes and warnings are as in ``indent``.
 
     Raises:
         ValueError: invalid or unsupported input, before the computation starts.
@@ -125,7 +136,8 @@ def slide(
     """
     setup = ContactSetup(body, indenter, control, times, grid)
     settings = Settings(tolerance, max_iterations, kernels, Options(save, substeps, checkpoint=checkpoint))
-    sliding = Sliding.of(setup, settings, velocity=velocity, friction=friction, thermal=thermal)
+    more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
+    sliding = Sliding.of(setup, settings, **more)
     history = marched(sliding)
     announce(history, stacklevel=2)
     return history
@@ -133,11 +145,12 @@ def slide(
 
 @pytree
 class Sliding(TimedExperiment):
-    """A slide; velocity: as given to ``slide``; friction and thermal: likewise, None without."""
+    """A slide; velocity: as given to ``slide``; friction, thermal and adhesion: likewise, None without."""
 
     velocity: Array
     friction: Array | None
     thermal: Thermal | None
+    adhesion: Adhesion | None = None
 
     @classmethod
     def of(  # type: ignore[override]
@@ -148,15 +161,23 @@ class Sliding(TimedExperiment):
         velocity: Any,
         friction: Any = None,
         thermal: Any = None,
+        adhesion: Any = None,
     ) -> Self:
-        experiment, velocity = Experiment.of(setup, settings), as_array(velocity)
+        adheres = check_adhesion(adhesion)
+        checks.require(
+            adhesion is None or friction is None,
+            f"friction: expected None with adhesion, got {friction!r}: Coulomb's law holds under pressure alone",
+        )
+        experiment = Experiment.of(setup, settings, adhesive=adhesion is not None)
+        velocity = as_array(velocity)
         substeps, grid = experiment.options.substeps, experiment.grid
         valid = checked_track(velocity, setup.times, grid, substeps) & _check_heat(
             thermal, velocity, friction, grid
         )
-        experiment = experiment.also(valid).also(check_rubbing(friction, grid))
-        velocity, friction, thermal = as_float64((velocity, friction, thermal))
-        return cls(**vars(experiment), velocity=velocity, friction=friction, thermal=thermal)
+        experiment = experiment.also(valid & adheres).also(check_rubbing(friction, grid))
+        velocity, friction, thermal, adhesion = as_float64((velocity, friction, thermal, adhesion))
+        more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
+        return cls(**vars(experiment), **more)
 
     def planned(self) -> Plan:
         """Return the march of the slide."""
@@ -175,11 +196,12 @@ class Sliding(TimedExperiment):
         if self.friction is not None and memory.rubbing is not None:
             friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
         stepper = SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale))
-        return self.plan(stepper, motion, scale, errors).to(
-            sliding_history,
-            course={"velocity": over_times(self.velocity, self.times)},
-            beside={"friction": jnp.broadcast_to(friction, grid.shape)},
-        )
+        course, makes = {"velocity": over_times(self.velocity, self.times)}, sliding_history
+        if self.adhesion is not None:
+            stepper = replace(stepper, law=attraction_of(self.adhesion, self, scale))
+            course["tabor_number"], makes = tabor_numbers(self.adhesion, self), adhesive_sliding_history
+        beside = {"friction": jnp.broadcast_to(friction, grid.shape)}
+        return self.plan(stepper, motion, scale, errors).to(makes, course=course, beside=beside)
 
     @property
     def temperatures(self) -> list[Any]:
@@ -257,6 +279,10 @@ class SlideStepper(PressStepper):
         return SlideCarry(contact, depth, far, shift), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
+
+    def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
+        """Return nothing: what a moving body dissipates is in the observables of its memory."""
+        return {}
 
     def _warmed(self, heating: Heating, before: Array, dt: Array, outcome: Outcome) -> tuple[Array, Outcome]:
         """Return the shift after a step, and the outcome with the temperature and the power lost in real time."""

@@ -9,8 +9,11 @@ two models, ratios J0/J(T) of the instantaneous to the final compliance, five ki
 Every row has the coverage of each parameter's 95 % interval over the accepted fits, and the share of rejected ones. In
 parentheses is the coverage, in the same data sets, of intervals that know the noise: of generalised least squares in the
 linearised model with the true covariance. Its expectation is 95 %, so its deviation from that shows what chance has done.
-Rows are printed, and with ``-o`` appended to a file, as soon as they are finished. The exit status is 1 if a coverage is
-outside 92 to 98 %.
+
+The standard error of 400 sets is 1.1 %, so that some of the 492 coverages of the whole table are outside 92 to 98 % by
+chance. Therefore a row of 400 sets with a coverage outside is repeated with 2000 fresh sets (1000 is added to the seed, so
+that none of the first is among them). Both lines are printed, and the second one decides. Rows are printed, and with ``-o``
+appended to a file, as soon as they are finished. The exit status is 1 if a coverage is outside 92 to 98 %.
 """
 
 import argparse
@@ -33,6 +36,7 @@ RADIUS, LOAD, NU = 1e-3, 1e-2, 0.3  # [m], [N]
 RANGE = 0.92, 0.98
 NORMAL = 1.959964  # 97.5 % quantile of the normal distribution
 TOGETHER = "creep", "relaxation"
+AGAIN, FRESH = 2000, 1000  # sets of a repeated row, and what is added to its seed
 
 
 class Row(NamedTuple):
@@ -200,6 +204,14 @@ def line(row: Row, found: Covered) -> tuple[str, int]:
     return f"{row}  {shares}  rejected {100 * found.refused:4.1f}{mark}", len(wrong)
 
 
+def tell(text: str, path: str | None) -> None:
+    """Print a line, and append it to a file if there is one."""
+    print(text, flush=True)
+    if path:
+        with open(path, "a") as file:
+            print(text, file=file)
+
+
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -212,13 +224,14 @@ def main() -> int:
     error = 100.0 * np.sqrt(0.95 * 0.05 / options.sets)
     print(f"coverage of 95 % intervals [%], {options.sets} sets a row: standard error {error:.1f}")
     for row in rows():
-        if str(row).startswith(options.only):
-            text, wrong = line(row, covered(row, options.sets, options.seed, options.points))
-            outside += wrong
-            print(text, flush=True)
-            if options.output:
-                with open(options.output, "a") as file:
-                    print(text, file=file)
+        if not str(row).startswith(options.only):
+            continue
+        text, wrong = line(row, covered(row, options.sets, options.seed, options.points))
+        tell(text, options.output)
+        if wrong and options.sets < AGAIN:
+            text, wrong = line(row, covered(row, AGAIN, options.seed + FRESH, options.points))
+            tell(f"{text}  (repeated with {AGAIN} fresh sets)", options.output)
+        outside += wrong
     print(f"{outside} outside {100 * RANGE[0]:g} to {100 * RANGE[1]:g} %")
     return int(outside > 0)
 

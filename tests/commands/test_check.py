@@ -21,12 +21,13 @@ def case(tmp_path):
     return path
 
 
+SLOW = TRACED | {"adhesive_bead", "growing_tribofilm"}
 BEYOND = {"tribofilm_creep", "tribofilm_relaxation"}
 
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(p, marks=pytest.mark.slow if p.stem in TRACED else ()) for p in READY_MADE],
+    [pytest.param(p, marks=pytest.mark.slow if p.stem in SLOW else ()) for p in READY_MADE],
     ids=lambda path: path.stem,
 )
 def test_a_ready_made_case_is_checked_without_running(path, capfd, monkeypatch):

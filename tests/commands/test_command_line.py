@@ -297,6 +297,7 @@ def test_a_name_is_no_pattern_and_a_path_of_another_system_is_a_missing_file(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_name_that_the_console_cannot_show_is_shown_by_its_numbers(tmp_path):
     path = tmp_path / "Öl_Ω.toml"
     path.write_text(CASE.replace('"burgers"', '"burgers"  # Ω'), encoding="utf-8")

@@ -146,12 +146,12 @@ def test_unlike_solids_in_gross_slip_there_and_back(friction):
 
 @pytest.mark.slow
 def test_iterations_hardly_grow_with_the_grid():
-    """Steel on steel, Cattaneo and Mindlin, 64 to 256 cells along a side, from first contact on: at most 42 iterations."""
+    """Steel on steel, Cattaneo and Mindlin, 64 and 256 cells along a side, from first contact on: at most 42 iterations."""
     steel, W, mu = jc.Elastic.from_young(210e9, nu=0.3), 60.0, 0.3
     body, ball = jc.LayeredHalfSpace([], steel), jc.Sphere(9.525e-3, steel)
     push = jc.TangentialLoad(np.outer([0.3, 0.5, 0.7, 0.9], [mu * W, 0.0]))
     most = []
-    for n in (64, 128, 256):
+    for n in (64, 256):
         grid = jc.Grid.square(n, 440e-6)
         history = jc.shear(body, ball, jc.Load(W), push, np.arange(4.0), friction=mu, grid=grid, save="last")
         assert np.all(history.converged)

@@ -177,6 +177,15 @@ def test_stress_under_a_sliding_ball():
     print(f"largest deviation {np.max(np.abs(found - exact)[within]) / p0:.2e} p0")
     np.testing.assert_allclose(found[within], exact[within], atol=0.022 * p0)  # 0.011 on 96 x 96 cells
 
+    tension = np.pi / 8 * 4.5 * MU * p0  # at the edge, as the recipe and limits.md say
+    middle, axis = np.abs(x[:, 24]) < 0.8 * a, x[:, 24]
+    smooth = (found + np.asarray(state.pressure))[middle, 24]
+    # 2 % are those of the recipe on this grid
+    assert np.polyval(np.polyfit(axis[middle], smooth, 2), -a) == pytest.approx(tension, rel=0.03)
+    short = 1.0 - found.max() / tension
+    # the place of the edge within its cell, between the same centre and the next, changes the missing part by a third
+    assert short == pytest.approx(0.9 * np.sqrt(grid.spacing[0] / a), rel=0.35)
+
 
 @pytest.mark.slow
 def test_similar_solids_do_not_feel_it():

@@ -77,10 +77,19 @@ def test_a_load_is_not_tensile_without_adhesion(case, capfd):
     assert "control.load: found [1e-06, 0.0, -5e-07], accepted: a number > 0" in capfd.readouterr().err
 
 
-def test_sliding_has_no_adhesion(case, capfd):
-    case.write_text('[experiment]\nkind = "sliding"\nvelocity = 1.0\n' + CASE)
+def test_shear_has_no_adhesion_and_sliding_has_it_without_friction(case, capfd):
+    case.write_text('[experiment]\nkind = "shear"\nfriction = 0.3\n' + CASE)
     assert main(["run", str(case), "-o", str(case.parent / "out")]) == 2
-    assert 'found with experiment.kind = "sliding", accepted: with "indentation"' in capfd.readouterr().err
+    found = 'found with experiment.kind = "shear", accepted: with "indentation" or "sliding"'
+    assert found in capfd.readouterr().err
+    sliding = '[experiment]\nkind = "sliding"\nvelocity = 1e-6\n'
+    case.write_text(sliding + CASE)
+    read = read_case(case)
+    assert read.result is jc.AdhesiveSlidingHistory and read.motion["adhesion"].work == 0.05
+    assert main(["check", str(case)]) == 0 and "Tabor number of the surface" in capfd.readouterr().out
+    case.write_text(sliding + "friction = 0.3\n" + CASE)
+    assert main(["check", str(case)]) == 2
+    assert "friction: expected None with adhesion" in capfd.readouterr().err
 
 
 @pytest.mark.slow

@@ -78,3 +78,17 @@ def test_another_dimension_is_one_line_and_status_2(wrong, tmp_path, capfd):
     error = capfd.readouterr().err
     assert error.count("\n") == 1
     assert f'layer.thickness: found "{wrong}", accepted: a number > 0' in error
+
+
+def test_a_case_with_an_oblong_contact_reads_back_with_the_grid_it_has(tmp_path):
+    """The grid chosen for a roller is as long as the roller, and as wide as its contact."""
+    roller = 'shape = "cylinder"\nlength = 5e-3'
+    text = CASE.replace('shape = "sphere"', roller).replace("width = 300e-6\n", "")
+    assert roller in text and "width" not in text
+    paths = [tmp_path / name for name in ("case.toml", "shown.toml")]
+    paths[0].write_text(text)
+    case = read_case(paths[0])
+    paths[1].write_text(case_text(case))
+    again = read_case(paths[1])
+    assert case.grid.width[1] > 5e-3 > 10.0 * case.grid.width[0]
+    assert (again.grid.shape, again.grid.spacing) == (case.grid.shape, case.grid.spacing)

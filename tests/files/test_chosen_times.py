@@ -59,6 +59,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         "ball_radius",
         "coldest",
         "size_error",
+        "step_limit",
     }
     summary = json.loads((out / "summary.json").read_text())
     assert set(summary["arrays_in_course_npz"]) == set(course.files)

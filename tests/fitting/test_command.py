@@ -346,7 +346,12 @@ def test_what_follows_from_a_fit_from_the_shell(tmp_path, capsys):
     assert (tmp_path / "ball" / "propagated.png").exists() and "depth_m" in capsys.readouterr().out
     summary = json.loads((tmp_path / "ball" / "summary.json").read_text())
     np.testing.assert_allclose(summary["propagated"]["depth_m"], depth, rtol=1e-12)
-    for wrong, word in ((["--of", "depth"], "--radius"), (["--load", "1"], "--of depth")):
+    sticky = ["--data", "indentation", *ball, "--adhesion", "0.1"]
+    for wrong, word in (
+        (["--of", "depth"], "--radius"),
+        (["--load", "1"], "--of depth"),
+        (sticky, "without adhesion"),
+    ):
         assert word in refused([*start, *wrong, "-o", str(tmp_path / "no")], capsys)
     assert "--times" in refused([*start[:-1], "1,-2", "-o", str(tmp_path / "no")], capsys)
 
@@ -395,6 +400,8 @@ def test_several_tests_and_further_predictions_from_the_shell(tmp_path, capsys):
     capsys.readouterr()
     for wrong in ("creep", "creep,indentation"):
         assert "--of" in refused([*start, "--of", wrong, "-o", str(tmp_path / "no")], capsys)
+    window = ["--of", "creep,oscillation", "--window", "1:100"]  # of seconds, or of rad/s
+    assert "--window: expected none" in refused([*start, *window, "-o", str(tmp_path / "no")], capsys)
     start = ["fit", "propagate", files[1], "--data", "oscillation", "--model", "Maxwell"]
     for of, at, exact in (
         ("relaxation", ("--times", "1,10"), 2e5 * np.exp([-0.2, -2.0])),

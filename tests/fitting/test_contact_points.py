@@ -260,7 +260,7 @@ def test_a_curve_from_first_contact_on_has_nothing_before_it(body):
 
 
 @pytest.mark.parametrize("body", BODIES)
-@pytest.mark.parametrize("air", [0.03, 0.3, 1.0])
+@pytest.mark.parametrize("air", [0.03, pytest.param(0.3, marks=pytest.mark.slow), 1.0])
 def test_nothing_more_is_found_before_contact_in_what_was_cut(body, air):
     """Neither in the data that come back nor, but for noise, in the same numbers without their history."""
     _, indenter, film = BODIES[body]

@@ -93,3 +93,15 @@ def test_the_designed_surface_follows_the_law_on_a_finer_grid():
     wanted = 0.3 * a["side"] ** 2 * (loads / loads[-1]) ** 0.8
     assert np.max(status) == 0
     assert np.max(np.abs(area / wanted - 1.0)) < 0.05
+
+
+@pytest.mark.long
+def test_the_graded_film_has_the_wanted_largest_stress_on_a_finer_grid():
+    """At depths between the interfaces as well; 1 % of the wanted stress."""
+    c = design("c")
+    deep = np.sort(np.append(c["thick"] * np.linspace(0.25, 1.5, 26), c["sides"]))
+    inside, status = c["stresses"](c["found"].point, c["twice"], deep)
+    assert np.max(status) == 0
+    assert np.max(inside.von_mises) == pytest.approx(float(c["wanted"]), rel=0.01)
+    before = np.max(c["stresses"](c["uniform"], c["twice"], deep)[0].von_mises)
+    assert np.max(inside.von_mises) < 0.68 * before

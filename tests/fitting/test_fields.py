@@ -117,6 +117,22 @@ def test_block_means_have_the_variance_of_the_mean_of_the_image(blur):
     assert 0.55 < ratio < 1.6  # chi square of 40 degrees of freedom, 99 %
 
 
+@pytest.mark.slow
+def test_the_correction_is_the_error_of_the_grid_in_closed_form():
+    """Along the derivative by the modulus, with Hertz's pressure averaged over 8 x 8 places in each pixel. What is left is
+    of fourth order, and what oscillates with the place of the edge among the cells."""
+    own = search(pressure_data(), align="none", blur=0.0)
+    own.correct(theta := own.start)
+    x, y = (np.asarray(axis) for axis in IMAGE.coordinates())
+    places = (np.arange(8) - 3.5) / 8.0 * float(IMAGE.spacing[0])
+    exact = np.mean([hertz(x + dx, y + dy)[0] for dx in places for dy in places], 0)
+    slope = np.asarray(own.pressing.image_slopes(theta[:1], own.view(theta), ())[0]["pressure"][0])
+    along = lambda image: np.sum(slope * image) / np.sum(slope**2)
+    error = along(exact - own.images(theta, own.pressing)["pressure"])
+    found = [along(one["pressure"]) for one in own.errors]
+    assert abs(error) > 0.005 and np.mean(found) == pytest.approx(error, rel=0.1)
+
+
 def test_lines_of_blocks_are_series():
     blocks = pixels.Blocks.of(np.ones((2, 4, 6), dtype=bool), 2)
     assert blocks.lines().tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3]
@@ -140,7 +156,9 @@ def test_every_field_finds_the_modulus_and_the_shift_of_hertz(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("blur", [0.0, 1.5], ids=["white", "correlated"])
+@pytest.mark.parametrize(
+    "blur", [pytest.param(0.0, marks=pytest.mark.long), 1.5], ids=["white", "correlated"]
+)
 def test_the_standard_deviation_of_a_fit_is_the_scatter_of_repeated_fits(blur):
     rng, clean, logs, sds = np.random.default_rng(3), seen(IMAGE)[0], [], []
     for _ in range(60):
@@ -299,7 +317,7 @@ def test_notes_of_the_solver_are_those_of_the_fit():
     sought = Sought(structure := BodyParameters.of(plate, {"G": "Pa"}), limits(structure, None, None), None)
     model = (BALL, jc.Grid.square(16, 8e-3), 1e-8)
     search = FieldSearch.of(data, sought, {"G": TRUE}, model, ALIGN["none"], 0.0, "constant")
-    notes = " ".join(search.notes(np.log([TRUE]), np.zeros(1)))
+    notes = " ".join(search.notes(np.log([TRUE]), np.zeros(1), np.zeros(1)))
     assert (
         "of the ball's radius: above a third a paraboloid" in notes
         and "cells across the smallest contact" in notes

@@ -42,13 +42,21 @@ def curve(name, kind, noise=0.0, seed=0):
     return fitting.OscillationData(OMEGA, G.real, G.imag)
 
 
+SLOWEST = ("FractionalMaxwell", "relaxation")  # every value by a series
+
+
 def fitted(name, kind, **given):
     fit = fitting.fit_relaxation if kind == "relaxation" else fitting.fit_oscillation
     return fit(curve(name, kind, **given), name, weights="relative")
 
 
-@pytest.mark.parametrize("kind", ["relaxation", "oscillation"])
-@pytest.mark.parametrize("name", list(TRUTH))
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        pytest.param(name, kind, marks=pytest.mark.slow if (name, kind) == SLOWEST else ())
+        for name in TRUTH for kind in ("relaxation", "oscillation")
+    ],
+)  # fmt: skip
 def test_exact_data_return_the_law(name, kind):
     fit = fitted(name, kind)
     assert fit.values == pytest.approx(TRUTH[name], rel=1e-6)

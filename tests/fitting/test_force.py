@@ -229,6 +229,22 @@ def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     assert "--spring-constant: expected the spring constant" in capsys.readouterr().err
 
 
+def test_lengths_in_micrometres_are_not_taken_as_metres(tmp_path, capsys):
+    rows = np.column_stack([T, 1e9 * noisy(hertz(Z * DEEP), 0), 1e9 * Z * DEEP])
+    file = tmp_path / "bead.csv"
+    np.savetxt(file, rows, delimiter=",", header="t [s],load [nN],depth [nm]", comments="")
+    call = ["fit", "force", str(file), "-o", str(tmp_path / "out")]
+    assert main([*call, "--radius", "5"]) == 2
+    assert "--radius: expected a length in m, got 5 m, and 5 um is --radius 5e-6" in capsys.readouterr().err
+    assert main([*call, "--radius", "5e-6", "--thickness", "8"]) == 2
+    assert "--thickness 8e-6" in capsys.readouterr().err
+    call[1] = "indentation"
+    film = ["--radius", "5e-6", "--substrate-modulus", "7e10", "--layer", "8"]
+    for wrong in (["--radius", "5"], film):
+        assert main([*call, *wrong]) == 2
+        assert f"{wrong[-1]} um is {wrong[-2]} {wrong[-1]}e-6" in capsys.readouterr().err
+
+
 WORKSHOP = "Force-Distance Curve\nFile Format:\t3\n\nMode:\tSingle\nPoint:\t1\n\n"
 
 
@@ -246,6 +262,20 @@ def test_a_file_of_afm_workshop_without_times(tmp_path):
     data = fitting.read_force(path, spring_constant=k)
     assert any("no times" in note for note in data.notes)
     assert fitting.fit_force(data, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-3)
+
+
+@pytest.mark.parametrize("header", ["depth [nm],force [nN]\n", ""])
+def test_a_table_without_times(tmp_path, header):
+    path, load = tmp_path / "table.csv", hertz(Z * DEEP)
+    rows = zip(Z * DEEP, load, strict=True)
+    path.write_text(header + "".join(f"{1e9 * z:.6f},{1e9 * F:.9f}\n" for z, F in rows))
+    given = {} if header else {"columns": {"depth": 0, "load": 1}, "units": {"depth": "nm", "load": "nN"}}
+    data = fitting.read_force(path, **given)
+    assert np.array_equal(data.t, np.arange(400.0))
+    assert any("no times" in note for note in data.notes)
+    assert fitting.fit_force(data, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-3)
+    with pytest.raises(ValueError, match="'t'"):
+        fitting.read_indentation(path, columns={"load": "force [nN]"} if header else {"load": 1})
 
 
 def calibrated(spring=0.05, sensitivity=1.0, k=0.02):

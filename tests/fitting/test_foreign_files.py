@@ -165,11 +165,11 @@ OTHERS = {
     "mass for force": (INDENTATION, table("Time (s),Load (g),Depth (nm)", T, S, J), "expected a unit among N"),
     "letters lost": (INDENTATION, table("Time (s),Load (\ufffdN),Depth (nm)", T, S, J), "expected a unit among N"),
     "factor of the load": (INDENTATION, table("Time (s),Load (1e-6 N),Depth (nm)", T, S, J), "units={'load'"),
-    "creep for indentation": (INDENTATION, PLAIN, "columns={'load'"),
-    "creep for relaxation": (RELAXATION, PLAIN, "columns={'modulus'"),
+    "creep for indentation": (INDENTATION, PLAIN, "read_creep reads it"),
+    "creep for relaxation": (RELAXATION, PLAIN, "read_creep reads it"),
     "log of a modulus": (RELAXATION, table("t [s],log G(t) [Pa]", T, 5 - np.log(T)), "write its values"),
     "modulus over its first": (RELAXATION, table("t [s],G(t)/G0", T, J[0] / J), "expected a unit among Pa"),
-    "sweep for relaxation": (RELAXATION, table("Frequency [Hz],G' [Pa],G'' [Pa]", T, S, S), "columns={'t'"),
+    "sweep for relaxation": (RELAXATION, table("Frequency [Hz],G' [Pa],G'' [Pa]", T, S, S), "read_oscillation reads it"),
     "log of a frequency": (SWEEP, table("log omega [rad/s],G' [Pa],G'' [Pa]", T, S, S), "write its values"),
     "sweep of strain": (SWEEP, table("Strain [%],G' [Pa],G'' [Pa]", T, S, S), "columns={'omega'"),
     "sweep of time": (SWEEP, table("Time [s],Frequency [Hz],G' [Pa],G'' [Pa]", T, S, S, S), "a frequency sweep"),
@@ -237,3 +237,31 @@ def test_the_command_line_says_the_same_line(tmp_path, capsys, name):
     said = capsys.readouterr().err
     assert IN_A_SHELL[name] in said and "film.csv" in said and said.count("\n") == 1
     assert not out.exists()
+
+
+KIND = {
+    "creep": ("t [s]", "J [1/Pa]"),
+    "relaxation": ("t [s]", "G(t) [Pa]"),
+    "oscillation": ("omega [rad/s]", "G' [Pa]", "G'' [Pa]"),
+    "indentation": ("t [s]", "load [N]", "depth [m]"),
+    "stiffness": ("depth [m]", "stiffness [N/m]", "load [N]"),
+    "growth": ("t [s]", "thickness [nm]"),
+}
+COMMANDS = {
+    "creep": [], "relaxation": [], "oscillation": [], "indentation": ["--radius", "1e-6"], "stiffness": ["--radius", "1e-6"],
+    "growth": ["--stress", "1e8", "--temperature", "300"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KIND)
+def test_the_wrong_command_names_the_right_one(tmp_path, capsys, kind):
+    path = tmp_path / "data.csv"
+    path.write_text(",".join(KIND[kind]) + "\n" + rows(*[np.arange(1.0, 9.0) for _ in KIND[kind]]))
+    for command in KIND.keys() - {kind}:
+        if {command, kind} == {"growth", "indentation"}:
+            continue  # an indentation has a depth over time, which may be that of a film
+        status = main(["fit", command, str(path), "-o", str(tmp_path / "out"), *COMMANDS[command]])
+        assert status == 2 and f"jaxcontact fit {kind} reads it" in capsys.readouterr().err, command
+    if kind not in ("stiffness", "growth", "creep"):
+        assert main(["fit", "compare", str(path), "-o", str(tmp_path / "out")]) == 2
+        assert f"--of {kind} reads it" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from layouts import rows
 
 import fitting
 
@@ -160,3 +161,36 @@ def test_a_batch_has_the_notes_of_its_clock():
     batch = fitting.fit_creep_batch(t, [J, 2.0 * J], "Maxwell", weights="relative")
     (note,) = batch.notes
     assert "start=31" in note and "start=31" in repr(batch)
+
+
+def flow_ramp(name):
+    """A step in which the shear rate rises from 0.01 to 100/s, as TRIOS writes it."""
+    t = np.linspace(1.0, 60.0, 40)
+    rate = np.geomspace(1e-2, 1e2, 40)
+    stress = 10.0 * rate**0.4
+    head = f"[step]\n{name}\nTime\tStress\tStrain\tShear rate\tViscosity\ns\tPa\t%\t1/s\tPa.s\n"
+    return head + rows(t, stress, np.cumsum(rate), rate, stress / rate, sep="\t")
+
+
+def creep_step(name="Creep"):
+    t = np.linspace(1.0, 60.0, 40)
+    strain = 1.0 + 0.1 * t
+    rate, one = 1e-3 + 0.0 * t, 100.0 + 0.0 * t
+    head = f"[step]\n{name}\nTime\tStress\tStrain\tShear rate\tViscosity\ns\tPa\t%\t1/s\tPa.s\n"
+    return head + rows(t, one, strain, rate, one / rate, sep="\t")
+
+
+@pytest.mark.parametrize("name", ["Flow ramp", "Peak hold 2"], ids=["by its name", "by its columns"])
+def test_a_flow_ramp_is_never_read_as_creep(tmp_path, name):
+    path = tmp_path / "flow.txt"
+    path.write_text(flow_ramp(name))
+    with pytest.raises(ValueError, match=f"expected a creep test, got a flow ramp .{name}."):
+        fitting.read_creep(path)
+    path.write_text(creep_step() + flow_ramp(name))
+    data = fitting.read_creep(path)
+    np.testing.assert_allclose(data.stress[1], 100.0)
+    assert any(f"flow ramps left out: {name}" in note for note in data.notes)
+    with pytest.raises(ValueError, match="got a flow ramp"):
+        fitting.read_creep(path, segment=1)
+    path.write_text(creep_step())
+    assert fitting.read_creep(path).t.size == 40

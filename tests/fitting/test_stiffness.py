@@ -161,6 +161,81 @@ def test_a_file_and_the_command(tmp_path, capsys):
     assert "E of single depths" in capsys.readouterr().out and (out / "fit.png").stat().st_size > 1e4
 
 
+NONE = "1.7976931348623157E+308"  # what the instrument writes where it has no value
+
+
+def agilent(depth, load, stiffness):
+    """An export with the approach from 1 um above the surface, a segment column, the stiffness before the correction for
+    the frame, and an unloading without stiffness."""
+    names = [
+        "Segment",
+        "Displacement Into Surface",
+        "Load On Sample",
+        "Harmonic Contact Stiffness",
+        "Harmonic Stiffness",
+    ]
+    above = [
+        ("", z, 1e-4 * (-1) ** k, 20.0, 20.0) for k, z in enumerate(np.linspace(-1e3, -1.0, 2 * depth.size))
+    ]
+    below = [("", d, P, S, 0.95 * S) for d, P, S in zip(1e9 * depth, 1e3 * load, stiffness, strict=True)]
+    back = [("", 9e8 * depth[-1] * f, 1e3 * load[-1] * f, NONE, NONE) for f in np.linspace(0.99, 0.1, 30)]
+    above[0] = ("Load Segment Type", *above[0][1:])
+    back[0] = ("Unload From Peak Segment Type", *back[0][1:])
+    rows = [names, ["", "nm", "mN", "N/m", "N/m"], *above, *below, *back, ["END", "", "", "", ""]]
+    return "".join("\t".join(map(str, row)) + "\n" for row in rows)
+
+
+def hysitron(depth, load, stiffness):
+    names = ["Test Time (s)", "Indent Disp. (nm)", "Indent Act. Load (µN)", "Indent Load (µN)", "Disp. Amp. (nm)",
+             "Storage Mod. (GPa)", "Storage Stiff. (µN/nm)", "Loss Stiff. (µN/nm)"]  # fmt: skip
+    rows = zip(1e9 * depth, 1e6 * load, 1e-3 * stiffness, strict=True)
+    lines = [(0.01 * k, d, P + 117.0, P, 0.65, 70.0, S, 0.02 * S) for k, (d, P, S) in enumerate(rows)]
+    text = ["nanoDMA Text Export Version 1.00", "", *("\t ".join(map(str, row)) for row in (names, *lines))]
+    return "\n".join(text) + "\n"
+
+
+@pytest.mark.parametrize("layout", [agilent, hysitron])
+def test_the_layouts_of_instruments(tmp_path, layout):
+    """The contact stiffness up to the largest load, and nothing of the approach, the hold and the unloading."""
+    _, depth, known = film()
+    load = 1e3 * depth
+    path = tmp_path / "csm.txt"
+    path.write_bytes(layout(depth, load, known).encode("latin-1"))
+    data = fitting.read_stiffness(path)
+    np.testing.assert_allclose([data.depth, data.load, data.stiffness], [depth, load, known], rtol=1e-12)
+
+
+def test_depths_of_the_other_sign_are_no_approach(tmp_path):
+    _, depth, known = film()
+    path = tmp_path / "csm.txt"
+    path.write_text(agilent(-depth, depth, known))
+    with pytest.raises(
+        ValueError, match=r"expected depth, load and stiffness > 0, got 12. of 12. rows without"
+    ):
+        fitting.read_stiffness(path)
+
+
+def test_the_area_function_in_powers_of_nm(tmp_path, capsys):
+    """A = 24.5 d^2 + 400 nm d + 900 nm^1.5 d^(1/2), and the stiffness of Sneddon for E = 70 GPa and nu = 0.2."""
+    d = np.linspace(50.0, 1000.0, 40)  # contact depths [nm]
+    A = 24.5 * d**2 + 400.0 * d + 900.0 * d**0.5
+    S = 2.0 / np.sqrt(np.pi) * 70e9 / (1.0 - 0.2**2) * np.sqrt(A) * 1e-9
+    load = 9e9 * A * 1e-18
+    np.savetxt(
+        tmp_path / "csm.csv", np.column_stack([d + 0.75e9 * load / S, 1e3 * load, noisy(S)]), delimiter=",",
+        header="Depth (nm),Load (mN),Stiffness (N/m)", comments="",
+    )  # fmt: skip
+    known = ["fit", "stiffness", str(tmp_path / "csm.csv"), "--cone", "berkovich", "--nu", "0.2"]
+    moduli = []
+    for flags in (["--area-nm", "24.5,400,900"], ["--area", f"24.5,400e-9,{900 * 1e-9**1.5}"]):
+        assert main([*known, *flags, "-o", str(tmp_path / flags[0])]) == 0
+        moduli.append(json.loads((tmp_path / flags[0] / "summary.json").read_text())["youngs_modulus_Pa"])
+    assert moduli[0]["low"] < 70e9 < moduli[0]["high"] and moduli[0]["high"] < 1.05 * moduli[0]["low"]
+    assert moduli[1]["value"] == pytest.approx(moduli[0]["value"])
+    assert main([*known, "--area-nm", "24.5,x", "-o", str(tmp_path / "bad")]) == 2
+    assert "--area-nm: expected a number, got 'x'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

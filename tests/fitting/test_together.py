@@ -35,21 +35,31 @@ def two_tests(seed, of_creep=0.01, of_sweep=0.04, sweep=TRUTH):
     )
 
 
-def sums(p, creep, sweep):
-    """RSS of each test, weighted by J and by |G*|."""
-    strain = compliance(T, **p) / creep.J - 1
-    G = sweep.storage + 1j * sweep.loss
-    off = np.abs((dynamic(OMEGA, **p) - G) / G)
+def sums(p, creep, sweep, weights):
+    """RSS of each test."""
+    strain = weights[: T.size] * (compliance(T, **p) - creep.J)
+    off = dynamic(OMEGA, **p) - (sweep.storage + 1j * sweep.loss)
+    off = weights[T.size :] * np.append(off.real, off.imag)
     return strain @ strain, off @ off
 
 
-def likeliest(creep, sweep, fixed=None):
+def weights_of(fit):
+    """The weights of both tests up to a factor of each, which are reciprocals of the fitted J and |G*|, as converged."""
+    weights = fit.residuals / (fit.fitted - fit.curve[3])
+    J, G = (row[4] for row in fit.curves)
+    sizes = J, np.tile(np.hypot(*np.split(G, 2)), 2)
+    for own, size in zip(np.split(weights, [T.size]), sizes, strict=True):
+        np.testing.assert_allclose(own * size / np.mean(own * size), 1.0, rtol=2e-3)
+    return weights
+
+
+def likeliest(creep, sweep, weights, fixed=None):
     """-2 log of the greatest likelihood over all errors and parameters: the least of sum n_k log RSS_k."""
     names = [name for name in TRUTH if name not in (fixed or {})]
     whole = lambda u: dict(zip(names, np.exp(u), strict=True)) | (fixed or {})
 
     def height(u):
-        first, second = sums(whole(u), creep, sweep)
+        first, second = sums(whole(u), creep, sweep, weights)
         return T.size * np.log(first) + 2 * OMEGA.size * np.log(second)
 
     start = np.log([TRUTH[name] for name in names])
@@ -61,8 +71,9 @@ def likeliest(creep, sweep, fixed=None):
 def test_the_material_is_the_likeliest_of_all_tests(tmp_path):
     creep, sweep = two_tests(5)
     found = fitting.fit_together([creep, sweep], "Burgers")
-    height, best = likeliest(creep, sweep)
-    first, second = sums(found.values, creep, sweep)
+    weights = weights_of(found)
+    height, best = likeliest(creep, sweep, weights)
+    first, second = sums(found.values, creep, sweep, weights)
     np.testing.assert_allclose(T.size * np.log(first) + 2 * OMEGA.size * np.log(second), height, atol=1e-7)
     for name, value in best.items():
         np.testing.assert_allclose(found.values[name], value, rtol=1e-4)

@@ -71,9 +71,10 @@ def test_tenths_of_a_second_with_either_mark(tmp_path):
     ("line", "stress"),
     [
         ("Stress: 100 Pa", 100.0), ("Shear stress,100,Pa", 100.0), ("# stress = 10 kPa", 1e4),
-        ("Contrainte : 0,1 kPa", 100.0), ("Shear stress [100 Pa]: 100 Pa", None), ("Normal force: 100 N", None),
+        ("Contrainte : 0,1 kPa", 100.0), ("Applied stress (kPa): 0.1", 100.0),
+        ("Shear stress [100 Pa]: 100 Pa", None), ("Normal force: 100 N", None),
     ],
-    ids=["colon", "cells", "remark", "French", "two", "force"],
+    ids=["colon", "cells", "remark", "French", "unit first", "two", "force"],
 )  # fmt: skip
 def test_a_stress_in_the_head_of_the_file(tmp_path, line, stress):
     text = f"Sample: gel\n{line}\nDate: 3 May\n\nTime [s],Strain [-]\n" + rows(T, 100.0 * J)
@@ -83,6 +84,24 @@ def test_a_stress_in_the_head_of_the_file(tmp_path, line, stress):
         return
     data = read(tmp_path, text, start=0.0)
     np.testing.assert_allclose(data.stress[1], stress)
+
+
+@pytest.mark.parametrize("code", ["utf-8", "shift_jis", "latin-1"])
+def test_the_encodings_of_headers(tmp_path, code):
+    """Japanese instruments write Shift JIS; accents of Latin-1 are no Japanese."""
+    names = "Fréquence angulaire (rad/s);Module de conservation (Pa);Module de perte (Pa)"
+    if code == "shift_jis":
+        names = "角周波数 (rad/s);貯蔵弾性率 (Pa);損失弾性率 (Pa)"
+    path = tmp_path / "sweep.csv"
+    path.write_bytes((names + "\n" + rows(T[1:], J[1:], 2.0 * J[1:]).replace(",", ";")).encode(code))
+    np.testing.assert_allclose(fitting.read_oscillation(path).loss, 2.0 * J[1:])
+
+
+@pytest.mark.parametrize("name", ["Épaisseur", "Espesor", "膜厚", "Schichtdicke"])
+def test_a_thickness_under_other_names(tmp_path, name):
+    path = tmp_path / "film.csv"
+    path.write_text(f"t [s],{name} [nm]\n" + rows(T, 1e9 * J), encoding="utf-8")
+    np.testing.assert_allclose(fitting.read_growth(path, stress=3e8, temperature=350.0).thickness, J)
 
 
 @pytest.fixture

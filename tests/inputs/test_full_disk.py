@@ -4,13 +4,13 @@ The limit on the size of files that a process may write (setrlimit) makes the sy
 each file, as a full disk does, with an error that has no name of a file in it.
 """
 
-import contextlib
 import csv
 import errno
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from full_disk import limited
 from test_storage import made_up
 
 import jaxcontact as jc
@@ -19,18 +19,6 @@ from jaxcontact._support.npz import write_npz, write_whole
 from jaxcontact.commands import sweep
 from jaxcontact.paper import pictures, report
 from jaxcontact.verbs import studies
-
-resource = pytest.importorskip("resource", reason="Windows has no such limit")
-
-
-@contextlib.contextmanager
-def limited(size):
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def written_table(path):

@@ -27,9 +27,10 @@ FILMS = [(nu, h) for nu in (0.3, 0.45, 0.49) for h in (4e-7, 1e-5, 1e-4, 1.3e-3)
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
 @pytest.mark.parametrize(
     "control",
-    [jc.Load(2.0), pytest.param(jc.Approach(1e-6), marks=pytest.mark.slow)],
+    [jc.Load(2.0), jc.Approach(1e-6)],
     ids=["load", "approach"],
 )
+@pytest.mark.slow
 def test_a_grid_around_a_film_of_any_thickness_holds_its_contact_and_not_much_more(control):
     """Thicknesses of 0.01 to 10 contact radii, solved; a film that nearly keeps its volume moves aside."""
     thickest, thinnest = 0.0, np.inf

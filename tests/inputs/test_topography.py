@@ -35,6 +35,17 @@ def test_where_a_surface_ends_its_slope_is_that_of_neighbours(periodic):
     np.testing.assert_allclose(found.rms_curvature, AMPLITUDE * square / np.sqrt(8.0), rtol=2.0 / n)
 
 
+def test_heights_that_do_not_match_at_the_ends_of_a_period_have_a_step():
+    """A slope of 0.01 along x, whose step adds to the mean square; the same heights without a period are right."""
+    tilted = lambda grid: 0.01 * np.asarray(grid.coordinates()[0]) + 0.0 * np.asarray(grid.coordinates()[1])
+    with pytest.warns(
+        UserWarning, match="do not match at the two ends of the periodic x axis: a step of 9.5e-07 m"
+    ):
+        assert jc.surface_statistics(tilted(TORUS), TORUS).rms_slope > 0.05
+    along = jc.Grid(TORUS.shape, TORUS.spacing, (False, True))
+    np.testing.assert_allclose(jc.surface_statistics(tilted(along), along).rms_slope, 0.01, rtol=1e-9)
+
+
 def test_the_spectrum_of_a_wave_is_all_at_its_wavenumber():
     """C = a^2 A/4 at k and at -k, in the mean over the waves of a ring, whose number is counted here."""
     found = jc.surface_statistics(wave(TORUS), TORUS)

@@ -78,8 +78,11 @@ def test_a_row_that_is_not_a_number_does_not_hold():
     assert not Row("x", "paper", 1.0, float("nan"), 0.1).holds
 
 
-# 14 to 40 s of processor time each
-QUICK = ("figure_4", "figure_6", "figure_9", "figure_10", "figure_11", "figure_12")
+# 14 s of processor time each, the long ones 35 s
+QUICK = (
+    "figure_4", "figure_6", "figure_11", "figure_12",
+    *(pytest.param(name, marks=pytest.mark.long) for name in ("figure_9", "figure_10")),
+)  # fmt: skip
 SLIDING = ("figure_13", "figure_14", "figure_15", "speed_map", "claims")
 
 

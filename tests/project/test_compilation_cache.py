@@ -80,6 +80,7 @@ print(jax.jit(lambda x: jax.numpy.sin(x) + 1.0)(1.0), logging.getLogger("jax").l
 """
 
 
+@pytest.mark.slow
 def test_a_program_from_the_store_is_taken_in_silence_where_jax_is_imported_first(tmp_path):
     """XLA writes to the file descriptor, so that only another process can be heard. The first run stores, the next take."""
     environment = {

@@ -18,6 +18,7 @@ PUBLIC = [getattr(module, name) for module in (jc, fitting) for name in getattr(
 GIVEN = [  # what users are given, and do not make
     *(
         jc.AdhesiveHistory,
+        jc.AdhesiveSlidingHistory,
         jc.ContactClusters,
         jc.ContactHistory,
         jc.ContactStatistics,

@@ -25,7 +25,7 @@ ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_cl
 pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
 flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
 ArrheniusShift WLFShift ThermalBody heat_partition
-AdhesiveHistory DugdaleAdhesion ExponentialAdhesion
+AdhesiveHistory AdhesiveSlidingHistory DugdaleAdhesion ExponentialAdhesion
 """
 FITTING = """
 AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth
@@ -61,6 +61,7 @@ MEMBERS = {
     jc.ContactHistory: "times grid profile pressure displacement gap approach load contact_area contact_radius"
     " smooth_area film_strain iterations error status converged saved plot peak_pressure notes diagnostics",
     jc.AdhesiveHistory: "jumps jump_energy viscous_energy cohesive_cells tabor_number",
+    jc.AdhesiveSlidingHistory: "jumps jump_energy cohesive_cells tabor_number in_contact",
     jc.SteadySliding: "pressure approach tangential_force friction_coefficient pressure_centre power"
     " coulomb_force hysteresis_force hysteresis_power friction_power friction traction gap peak_pressure contact_radius"
     " notes plot",

@@ -14,16 +14,31 @@ from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import image_weights
 from jaxcontact.reference import refined_grid
 from jaxcontact.response.body import response_of
-from jaxcontact.response.influence.coefficients import influence_coefficients
+from jaxcontact.response.influence import coefficients as influence
 from jaxcontact.response.influence.images import Images
 
+influence_coefficients = jax.jit(
+    influence.influence_coefficients
+)  # one program a shape, not one an operation
 
-def coefficients(body, grid, t=0.0):
-    rigid = jc.Sphere(1.0)
+
+def images_at_once(body):
     response = response_of(body)
-    depths = response.expand(response.step(response.wavenumbers(), 0.0, 0.0)).depths
-    heights = image_weights(body, rigid, jnp.asarray(t), jnp.asarray(t), quasi_elastic=False)
-    return influence_coefficients(grid, Images(depths, heights))
+    return response.expand(response.step(response.wavenumbers(), 0.0, 0.0))
+
+
+images_of = jax.jit(images_at_once)
+
+
+@jax.jit
+def coefficients(body, grid, t=0.0):
+    heights = image_weights(body, jc.Sphere(1.0), jnp.asarray(t), jnp.asarray(t), quasi_elastic=False)
+    return influence.influence_coefficients(grid, Images(images_at_once(body).depths, heights))
+
+
+@jax.jit
+def fitted_and_exact(body, wavenumbers):
+    return images_at_once(body).at(wavenumbers), response_of(body).step(wavenumbers, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -33,10 +48,7 @@ def coefficients(body, grid, t=0.0):
 def test_images_fit_the_response_at_wavenumbers_between_the_nodes(ratio, bound):
     h, g = 150e-9, 0.75e9
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(g, 0.3), h)], jc.Elastic(g / ratio, 0.3))
-    response = response_of(body)
-    alpha = jnp.geomspace(1e-12, 1e4, 1501) / h
-    ours = response.expand(response.step(response.wavenumbers(), 0.0, 0.0)).at(alpha)
-    np.testing.assert_allclose(ours, response.step(alpha, 0.0, 0.0), rtol=bound)
+    np.testing.assert_allclose(*fitted_and_exact(body, np.geomspace(1e-12, 1e4, 1501) / h), rtol=bound)
 
 
 def test_love_element_by_quadrature():
@@ -78,8 +90,7 @@ def seen_at(z, i, j):
 def test_the_sum_over_images_in_forty_digits(ratio, cells, bound):
     """The heights of stiff films alternate, at up to 1e10 times the first."""
     body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(0.75e9, 0.3), cells)], jc.Elastic(0.75e9 / ratio, 0.3))
-    response = response_of(body)
-    images = response.expand(response.step(response.wavenumbers(), 0.0, 0.0))
+    images = images_of(body)
     ours = np.asarray(influence_coefficients(jc.Grid(shape=(64, 64), spacing=(1.0, 1.0)), images))
     with mpmath.workdps(40):
         heights, depths = (
@@ -164,5 +175,6 @@ def test_convolution_by_fft_is_the_sum_over_cells(shape):
     for a in np.ndindex(shape):
         for b in np.ndindex(shape):
             expected[a] += kernel[abs(a[0] - b[0]), abs(a[1] - b[1])] * field[b]
-    ours = spectral.convolve(spectral.kernel_spectrum(jnp.asarray(kernel)), jnp.asarray(field))
+    convolve = jax.jit(lambda kernel, field: spectral.convolve(spectral.kernel_spectrum(kernel), field))
+    ours = convolve(kernel, field)
     np.testing.assert_allclose(ours, expected, rtol=ROUND_OFF)

@@ -29,7 +29,7 @@ BODIES = {
     "three that creep on steel": ([SOLID, jc.StandardLinearSolid(1e8, 3e7, 3e7), BURGERS], STEEL),
     "Maxwell on itself": ([MAXWELL], MAXWELL),
 }
-FEW = ["elastic on Maxwell", "standard solid on Burgers"]
+FEW = ["standard solid on Burgers"]
 TIMES = [1e-4, 0.03, 1.0, 30.0, 500.0]  # MAXWELL relaxes within a second, the fluid of BURGERS within ten
 
 

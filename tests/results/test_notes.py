@@ -44,7 +44,7 @@ def troubled(kind):
     )
     size = 3 if last else 1
     adhesive, smallest = (), f"smallest contact{at}"
-    if kind is jc.AdhesiveHistory:
+    if kind in (jc.AdhesiveHistory, jc.AdhesiveSlidingHistory):
         result = dataclasses.replace(
             result,
             jumps=np.array([0, 1, 1]),

@@ -68,7 +68,9 @@ CASES = {0.1: (9.0, 2), 0.5: (5.6, 3), 1.0: (4.9, 3), 2.0: (4.9, 3)}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("parameter", CASES)
+@pytest.mark.parametrize(
+    "parameter", [pytest.param(each, marks=pytest.mark.long if each == 1.0 else ()) for each in CASES]
+)
 def test_the_branch_and_the_pull_off_load_are_those_of_maugis(parameter):
     """256 x 256 cells, under an approach down past the lowest load."""
     width, degree = CASES[parameter]
@@ -109,7 +111,7 @@ def test_the_limits_of_long_and_short_range(tabor, lowest, tolerance):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("thickness", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("thickness", [0.3, pytest.param(1.0, marks=pytest.mark.long), 3.0])
 @pytest.mark.parametrize("ratio", [0.1, 10.0])
 def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
     """Films of 0.1 and 10 times the modulus of their base, at a Tabor number of 5 of the film's modulus."""

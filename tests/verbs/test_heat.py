@@ -94,7 +94,7 @@ def beyond_the_film(point, velocity, film, base):
 
 
 @pytest.mark.filterwarnings("ignore::scipy.integrate.IntegrationWarning")
-@pytest.mark.parametrize("velocity", [0.0, 0.05, 1.0])
+@pytest.mark.parametrize("velocity", [0.0, pytest.param(0.05, marks=pytest.mark.slow), 1.0])
 @pytest.mark.parametrize(("cells", "conducts"), [(0.5, 0.1), (0.5, 10.0), (2.0, 0.1), (8.0, 10.0)])
 def test_a_moving_square_source_on_a_film_is_that_of_the_fourier_integral(cells, conducts, velocity):
     """The film has K and KAPPA; its half-space is Jaeger's integral, and the rest the reflection at the base."""

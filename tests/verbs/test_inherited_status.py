@@ -44,7 +44,7 @@ def shear(body, load, times, **options):
 CASES = [  # verb, material, whether later steps inherit anything
     pytest.param(indent, "elastic", False, marks=pytest.mark.slow),
     pytest.param(indent, "creeping", True),
-    pytest.param(shear, "elastic", True),
+    pytest.param(shear, "elastic", True, marks=pytest.mark.slow),
     pytest.param(shear, "creeping", True, marks=pytest.mark.slow),
     pytest.param(slide, "elastic", False, marks=pytest.mark.slow),
     pytest.param(slide, "creeping", True, marks=pytest.mark.slow),

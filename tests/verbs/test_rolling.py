@@ -111,3 +111,28 @@ def test_unlike_solids_creep_in_free_rolling():
     ]  # fmt: skip
     assert abs(creepages[0]) > abs(creepages[1]) > 1e-5
     assert abs(creepages[2]) < 1e-9
+
+
+def test_a_film_of_the_material_of_the_substrate_is_no_film():
+    """On an elastic body; and its strain is that of a film that is pressed at rest."""
+    ball, grid = jc.Sphere(RADIUS), jc.Grid.square(16, 2.4 * A)
+    film = jc.LayeredHalfSpace([jc.Layer(SOLID, 0.5 * A)], SOLID)
+
+    def rolled(body):
+        return jc.roll_steady(
+            body,
+            ball,
+            jc.Load(LOAD),
+            velocity=1.0,
+            creepage=(1e-3, 0.0),
+            friction=MU,
+            grid=grid,
+            coupled=False,
+        )
+
+    coated, plain = rolled(film), rolled(RAIL)
+    for name in ("pressure", "traction", "tangential_load", "approach"):
+        expected = np.asarray(getattr(plain, name))
+        np.testing.assert_allclose(getattr(coated, name), expected, atol=1e-4 * np.max(np.abs(expected)))
+    pressed = jc.indent(film, ball, jc.Load(LOAD), [0.0], grid=grid)
+    assert float(coated.film_strain) == pytest.approx(float(pressed.film_strain[0]), rel=1e-6)

@@ -269,6 +269,7 @@ def test_a_folder_in_use_is_said_to_be(tmp_path):
         jc.sweep(noted, CASES, tmp_path)
 
 
+@pytest.mark.slow
 def test_through_dask(tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra cluster")
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
@@ -321,7 +322,7 @@ def test_serial_vmapped_sharded_process_and_cluster_runs_agree(tmp_path):
     pytest.importorskip("distributed", reason="the extra cluster")
     script = tmp_path / "study.py"
     script.write_text(FIVE_WAYS)
-    four = {"XLA_FLAGS": "--xla_force_host_platform_device_count=4"}
+    four = {"XLA_FLAGS": f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count=4"}
     done = subprocess.run(
         [sys.executable, str(script), str(tmp_path)], env=os.environ | four, capture_output=True, text=True
     )

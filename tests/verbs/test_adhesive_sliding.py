@@ -1,0 +1,125 @@
+"""``slide`` with adhesion: the limits of slow and fast sliding, the balance of energy, and derivatives."""
+
+import warnings
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from peeling import BALL, NU, REACH, UNITS, WORK, G, approaching, indent, solid
+
+import jaxcontact as jc
+
+LAW = jc.ExponentialAdhesion(WORK, REACH)
+N, WIDTH, STIFFENING = 48, 6.0, 3.0
+GRID = jc.Grid.square(n=N, width=WIDTH * UNITS.radius)
+STEPS, STEP = 16, 0.5  # of the indenter, in units of radius
+
+
+def slid(speed, body=None, control=None, law=LAW):
+    """A slide of eight units of radius at a speed [units of radius over the retardation time]."""
+    times = np.arange(STEPS + 1) * STEP / speed
+    control = approaching(np.ones(STEPS + 1)) if control is None else control
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return jc.slide(
+            solid(STIFFENING) if body is None else body, BALL, control, times, velocity=speed * UNITS.radius,
+            grid=GRID, adhesion=law, save="last",
+        )  # fmt: skip
+
+
+def resting(modulus):
+    """Load in units on an elastic half-space, by ``indent``, whose oracles are those of ``test_adhesion``."""
+    body = jc.LayeredHalfSpace([], jc.Elastic(modulus, NU))
+    return float(indent(body, approaching([1.0]), [0.0], N, WIDTH, LAW)[0][0])
+
+
+@pytest.mark.slow
+def test_slow_sliding_takes_the_relaxed_load_and_fast_sliding_the_glassy_one():
+    """At a low speed the body has time to relax, at a high speed it responds with its glassy modulus; in between the load is
+    between the two limits, and the hysteresis force is largest."""
+    slow, middle, fast = (slid(speed) for speed in (1e-2, 1.0, 1e4))
+    loads = [float(h.load[-1]) / UNITS.load for h in (slow, middle, fast)]
+    relaxed, glassy = resting(G), resting(STIFFENING * G)
+    assert loads[0] == pytest.approx(relaxed, abs=2e-4) and loads[2] == pytest.approx(glassy, rel=2e-3)
+    assert relaxed + 0.1 < loads[1] < glassy - 0.5
+    for history in (slow, middle, fast):
+        assert not np.any(history.status) and int(history.jumps[-1]) == 0
+    assert float(middle.hysteresis_force[-1]) > 10.0 * float(slow.hysteresis_force[-1])
+
+
+@pytest.mark.slow
+def test_what_the_indenter_is_pushed_with_heats_the_dashpots():
+    """Force times speed, from the slopes of the profile, against the dissipation of the internal variables, with attraction
+    at both edges; and the adhesive contact resists more than that without adhesion under the same load."""
+    history = slid(1.0)
+    speed = float(history.velocity[-1, 0])
+    power = float(history.hysteresis_power[-1])
+    assert float(history.hysteresis_force[-1]) * speed == pytest.approx(power, rel=5e-3)
+    assert float(history.load[-1]) < 0.0 and float(history.pressure.min()) < 0.0
+    assert float(history.hysteresis_force[-1]) > 0.15 * UNITS.load
+    assert history.in_contact.shape == (N, N) and 0 < int(np.sum(history.in_contact)) < N * N // 4
+    assert history.friction_coefficient[-1] == 0.0 and "jump energy" in history.summary()
+
+
+@pytest.mark.slow
+def test_a_vanishing_attraction_leaves_the_contact_of_the_other_method():
+    """BiCGSTAB on the whole operator finds the contact without adhesion, and none of the repetition."""
+    weak, none = slid(1.0, law=jc.ExponentialAdhesion(1e-6 * WORK, REACH)), slid(1.0, law=None)
+    assert not np.any(weak.status) and not np.any(none.status)
+    np.testing.assert_allclose(weak.load, none.load, rtol=2e-5)
+    np.testing.assert_allclose(weak.pressure, none.pressure, atol=1e-4 * float(none.pressure.max()))
+
+
+@pytest.mark.slow
+def test_on_an_elastic_body_sliding_changes_nothing():
+    body = jc.LayeredHalfSpace([], jc.Elastic(G, NU))
+    path = np.linspace(1.0, -0.5, STEPS + 1)
+    history = slid(0.7, body, approaching(path))
+    loads, _ = indent(body, approaching(path), np.arange(STEPS + 1.0), N, WIDTH, LAW)
+    np.testing.assert_allclose(history.load / UNITS.load, loads, atol=1e-6)
+    assert np.all(history.hysteresis_force == 0.0) and not np.any(history.status)
+
+
+@pytest.mark.long
+def test_a_load_that_nothing_carries_separates_the_surfaces():
+    """The pull-off load of the relaxed contact is between 1.5 and 2 units, and in motion below 3 units."""
+    loads = np.linspace(0.5, -3.0, STEPS + 1)
+    history = slid(1.0, control=jc.Load(loads * UNITS.load))
+    status = np.asarray(history.status)
+    assert status[0] == 0 and status[-1] == jc.Status.PULLED_OFF and np.all(history.pressure == 0.0)
+    assert int(history.jumps[-1]) == 1 and float(history.hysteresis_force[-1]) == 0.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("load_controlled", [True, False])
+def test_derivatives_are_those_of_central_differences(load_controlled):
+    """The approach (or load) and the hysteresis force, differentiated by a modulus, the work of adhesion, its range, the
+    speed and the control, in reverse and forward mode."""
+    grid, times = jc.Grid.square(n=32, width=5.0 * UNITS.radius), 0.4 * np.arange(4.0)
+
+    def ends(q):
+        body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(3.0 * G * q[0], 1.5 * G, 1.5 * G, nu=NU))
+        law = jc.ExponentialAdhesion(WORK * q[1], REACH * q[2])
+        loads, path = jnp.array([-0.3, -0.1, 0.2, 0.4]), jnp.array([0.1, 0.4, 0.3, 0.2])
+        control = (
+            jc.Load(loads * q[4] * UNITS.load)
+            if load_controlled
+            else jc.Approach(path * q[4] * UNITS.approach)
+        )
+        history = jc.slide(
+            body, BALL, control, times, velocity=q[3] * UNITS.radius, grid=grid, adhesion=law, tolerance=1e-10,
+            save="last", max_iterations=2000,
+        )  # fmt: skip
+        free = history.approach[-1] / UNITS.approach if load_controlled else history.load[-1] / UNITS.load
+        return jnp.stack([free, history.hysteresis_force[-1] / UNITS.load])
+
+    at, step = jnp.ones(5), 1e-5
+    run = jax.jit(ends)
+    backward = jax.jit(jax.jacrev(ends))(at)
+    moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(5)]
+    np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-4 * np.abs(backward).max())
+    if not load_controlled:
+        np.testing.assert_allclose(
+            jax.jit(jax.jacfwd(ends))(at), backward, atol=1e-7 * np.abs(backward).max()
+        )
