@@ -160,9 +160,9 @@ def _add_moduli(commands: Any) -> None:
     oscillation = _add(commands, "oscillation", "storage and loss modulus over frequency")
     flags.add_file(oscillation)
     flags.add_model(oscillation, laws=True)
-    errors = "relative, absolute, or a standard deviation of the moduli [Pa]"
+    errors = "proportional, relative, absolute, or a standard deviation of the moduli [Pa]"
     columns = "omega, storage, loss, complex, delta, tan_delta"
-    flags.add_common(oscillation, "relative", errors, columns, window="angular frequencies [rad/s]")
+    flags.add_common(oscillation, "proportional", errors, columns, window="angular frequencies [rad/s]")
     flags.add_exclude(oscillation)
     flags.add_volume(oscillation)
     flags.add_segment(
@@ -239,7 +239,7 @@ def _compare(options: argparse.Namespace) -> int:
     if options.kind == "indentation":
         raise ValueError("--of: expected creep, relaxation or oscillation, got indentation")
     if options.kind == "relaxation":  # estimated weights differ between the models
-        options.weights = options.weights or "relative"
+        options.weights = options.weights or "proportional"
     options = kinds.checked(options)
     output.check_directory(options)
     data, given = kinds.read(options, options.file)

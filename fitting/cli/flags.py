@@ -77,7 +77,9 @@ def _add_pairs(parser: Any, flag: str, form: str, what: str) -> None:
 
 def add_test(parser: Any, kinds: str, weights: str = "estimated") -> None:
     """Add the flags for reading and weighting a curve over time; weights: the default, "" for no such flag."""
-    errors = "estimated, relative, absolute, or a standard deviation in the unit of the data in SI"
+    errors = (
+        "estimated, proportional, relative, absolute, or a standard deviation in the unit of the data in SI"
+    )
     add_common(parser, weights, errors, kinds)
     add_exclude(parser)
     add_volume(parser)

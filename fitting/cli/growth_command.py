@@ -23,7 +23,7 @@ def add_growth(parser: Any) -> None:
     parser.add_argument(
         "--start", type=float, metavar="T", help="time at which growth began, on the clock of the files [s]"
     )
-    errors = "estimated, relative, absolute, or a standard deviation in m"
+    errors = "estimated, proportional, relative, absolute, or a standard deviation in m"
     flags.add_common(parser, "estimated", errors, "t, thickness, sigma: standard deviations")
     flags.add_exclude(parser)
     flags.add_segment(

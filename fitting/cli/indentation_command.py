@@ -21,7 +21,7 @@ def add_indentation(parser: Any) -> None:
     """Add the flags of ``fit indentation``."""
     flags.add_file(parser)
     flags.add_model(parser)
-    errors = "absolute, estimated, relative, or a standard deviation in m (load control) or N"
+    errors = "absolute, estimated, proportional, relative, or a standard deviation in m (load control) or N"
     flags.add_common(parser, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
     flags.add_resample(parser)
     flags.add_segment(parser, "approach, hold or retract; repeat to select several")

@@ -27,7 +27,7 @@ KINDS = ("creep", *MODULI, "indentation")
 WEIGHTS = {
     "creep": "estimated",
     "relaxation": "estimated",
-    "oscillation": "relative",
+    "oscillation": "proportional",
     "indentation": "absolute",
 }
 # flags of some kinds alone, by their names in the options

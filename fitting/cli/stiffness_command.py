@@ -40,7 +40,7 @@ def add_stiffness(parser: Any) -> None:
     beta = "factor on the stiffness of a tip that is not of revolution (1); often 1.034 for Berkovich"
     parser.add_argument("--beta", type=float, default=1.0, metavar="B", help=beta)
     parser.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
-    errors = "estimated, relative, absolute, or a standard deviation in N/m"
+    errors = "estimated, proportional, relative, absolute, or a standard deviation in N/m"
     columns = "depth, stiffness, load, sigma: standard deviations of the stiffness"
     flags.add_common(parser, "estimated", errors, columns, window="depths [m]")
     flags.add_bounds(parser)

@@ -4,14 +4,15 @@ An estimated error has the variance a^2 + (b y)^2: readings near zero have the n
 error proportional to their value. a/b maximises the likelihood of the deviations of four successive points from a
 parabola under Student's t distribution, which is robust against outliers; it does not depend on the model to be fitted.
 A fit begins with these weights and then updates them from its residuals (``evidence.settled``). b follows from the
-residuals of the fit. Relative weights begin with the measured values, and become those of the fitted ones in the same way.
+residuals of the fit. Proportional weights begin with the measured values, and become those of the fitted ones in the same
+way; relative weights remain those of the measured values.
 """
 
 from typing import Any
 
 import numpy as np
 
-KINDS = ("estimated", "relative", "absolute")
+KINDS = ("estimated", "proportional", "relative", "absolute")
 FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
 TAILS = 3.0  # degrees of freedom of Student's t
 SCALES = 20  # iterations for its scale
@@ -40,9 +41,9 @@ def choose_weights(
         return 1.0 / spread, "sigma"
     if weights == "estimated":
         return 1.0 / np.hypot(noise_floor(t, y), y), weights
-    if weights == "relative":
+    if weights in ("proportional", "relative"):
         if np.any(y <= 0):
-            raise ValueError('weights: "relative" needs data > 0; take "estimated", "absolute" or sigma')
+            raise ValueError(f'weights: "{weights}" needs data > 0; take "estimated", "absolute" or sigma')
         return 1.0 / y, weights
     if weights == "absolute":
         return np.full(y.shape, 1.0 / np.max(np.abs(y))), weights

@@ -55,7 +55,7 @@ def fit_creep_batch(
         t: times (n,) [s].
         J: one curve in each row, (m, n) [1/Pa].
         model: as in ``fit_creep``.
-        weights: "estimated", "relative" or "absolute"; no point is left out.
+        weights: "estimated", "proportional", "relative" or "absolute"; no point is left out.
         intervals: whether to compute intervals too, which takes about ten times as long.
         fixed: as in ``fit_creep``, for all curves.
         bounds: as in ``fit_creep``, for all curves.

@@ -101,10 +101,10 @@ def fit_creep(
             the times of the data, and no point is left out of the fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
             then from the residuals (``noise.py``), with isolated outliers left out (``unsupported.py``);
-            "relative" (errors in proportion to J, a fraction of the fitted values); "absolute" (one error for all).
+            "proportional" (errors are a fraction of the fitted J); "relative" (of the measured J, which makes a fit too low
+            by about the square of the relative error; a note says where this matters); "absolute" (one error for all).
         sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that
-            the data carry, if any. For resampled data, ``scatter`` is the default. If it is a constant fraction of the
-            readings, the same fraction of the fitted values is taken, because that of the readings makes a fit too low.
+            the data carry, if any. For resampled data, ``scatter`` is the default.
         fixed: {parameter: value} [Pa, Pa s] of any subset.
         bounds: {parameter: (low, high)} [Pa, Pa s] of any subset, None for an open side.
         nu: Poisson's ratio that the returned material is given; creep in shear does not depend on it.
@@ -225,8 +225,8 @@ def compare(
     """Fit several models to one creep curve, relaxation modulus or frequency sweep; the printed result is a table.
 
     All fits of a creep curve use the points and the weights of the model with the most parameters. Those of a modulus take
-    "relative" weights by default, a fraction of each model's own values, whose variances AIC and BIC include, or "absolute"
-    ones or a sigma.
+    "proportional" weights by default, whose errors are a fraction of each model's own values and whose variances AIC and
+    BIC include, or "relative" or "absolute" ones or a sigma.
 
     Args:
         data: the curve.
@@ -274,10 +274,11 @@ def _of_modulus(data: RelaxationData | OscillationData, each: dict[type, dict], 
     """Return the fits of a modulus by several models with weights of one kind, lowest BIC first."""
     given = dict(options)
     if given.get("weights") is None and given.get("sigma") is None:
-        given["weights"] = "relative"
+        given["weights"] = "proportional"
     if given.get("weights") == "estimated":
         raise ValueError(
-            'weights: expected "relative", "absolute" or a sigma to compare models of a modulus, got \'estimated\''
+            'weights: expected "proportional", "relative", "absolute" or a sigma to compare models of a modulus,'
+            " got 'estimated'"
         )
     fit: Callable[..., Fit] = fit_relaxation if isinstance(data, RelaxationData) else fit_oscillation
     found = [fit(data, model, **own, **given) for model, own in each.items()]

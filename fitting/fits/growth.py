@@ -149,7 +149,8 @@ def fit_growth(
     Args:
         data: one ``GrowthData``, or a sequence of them for several stresses and temperatures.
         weights: "estimated" (the default without standard deviations in the data): errors a + b h, estimated;
-            "relative" (errors proportional to the thickness) or "absolute" (one error for all).
+            "proportional" or "relative" (errors are a fraction of the fitted or of the measured thickness) or "absolute"
+            (one error for all).
         fixed: {parameter: value} of any subset of "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and
             "removal_rate" [1/s]; all but the rate may be 0.
         bounds: {parameter: (low, high)} of any subset, None for an open side.

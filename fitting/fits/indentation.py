@@ -145,8 +145,8 @@ def fit_indentation(
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         control: the measured quantity that is prescribed and therefore not fitted: "load", under which the contact must
             grow, or "depth".
-        weights: "absolute" (one error for all points; the default without a sigma), "relative" or "estimated"
-            (errors a + b y of the response y, estimated from the data and then from the residuals).
+        weights: "absolute" (one error for all points; the default without a sigma), "proportional", "relative" or
+            "estimated" (errors a + b y of the response y, estimated from the data and then from the residuals).
         sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); by default the
             standard deviation that the data carry, if any.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
@@ -263,8 +263,7 @@ def _half_space(press: IndentationProblem) -> Found:
 def _concluded(problem: FitProblem, found: Found, started: float) -> IndentationFit:
     """Return the fit that follows from the optimum of the search."""
     press, best, objective = found.press, found.best, found.objective
-    sample = _sample(press)._replace(fraction=problem.sample.fraction)
-    problem = dataclasses.replace(problem, space=press.space, sample=sample)
+    problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
         notes=(*found.notes, *_curvature(press, best.theta)), moves=found.moves, left=found.medium.left,
         against=found.against,

@@ -60,7 +60,7 @@ def fit_maxwell(
         data: the modulus over time, or the moduli over frequency.
         tau: relaxation times (k,) [s]; None chooses times evenly spaced in their logarithm over the range of the data and
             half a decade beyond, in the number with the lowest BIC (at most three per decade), and records them in a note.
-        weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("relative" by default); or
+        weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("proportional" by default); or
         sigma: the known standard deviation [Pa], a number or (n,), as in ``fit_oscillation``.
         equilibrium: whether the equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows. With chosen times
             Ge includes whatever relaxes later than the data, and its interval does not allow for that.
@@ -84,7 +84,7 @@ def fit_maxwell(
         raise ValueError(f"data: expected RelaxationData or OscillationData, got {type(data).__name__}")
     relaxed = isinstance(data, RelaxationData)
     if weights is None and sigma is None:
-        weights = "estimated" if relaxed else "relative"
+        weights = "estimated" if relaxed else "proportional"
     _, sample, duration = weighted_sample(data, weights, sigma)
     at = data.t if isinstance(data, RelaxationData) else data.omega
     columns = lambda tau: _columns(relaxed, at, MaxwellSeries.with_times(tau, equilibrium))

@@ -41,6 +41,7 @@ from fitting.views import modulus_picture
 # tau over the duration, retarded fraction
 STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))
 LEAST = 1e-6  # smallest scaled compliance of a logarithmic coordinate at a start
+SWEPT = ("proportional", "relative", "absolute")  # weights of moduli over frequency
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -124,8 +125,8 @@ def fit_relaxation(
         model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
             too.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
-        weights: "estimated" (the default without a sigma), "relative" or "absolute", as in ``fit_creep``, except
-            that no point is left out.
+        weights: "estimated" (the default without a sigma), "proportional", "relative" or "absolute", as in ``fit_creep``,
+            except that no point is left out.
         sigma: in place of weights, the known standard deviation of G(t) [Pa], a number or (n,).
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
@@ -154,7 +155,7 @@ def fit_relaxation(
 
 def fit_oscillation(
     data: OscillationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
-    weights: str | None = "relative", sigma: Any = None, fixed: dict[str, float] | None = None,
+    weights: str | None = "proportional", sigma: Any = None, fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
 ) -> ModulusFit:  # fmt: skip
     """Fit a material to storage and loss moduli over frequency.
@@ -164,7 +165,8 @@ def fit_oscillation(
         model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
             too.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
-        weights: "relative" (errors of both in proportion to |G*|) or "absolute".
+        weights: "proportional" (the default: errors of both are a fraction of the fitted |G*|), "relative" (of the measured
+            |G*|) or "absolute", as in ``fit_creep``.
         sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number, or (n,) for data whose
             frequencies ascend.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
@@ -187,8 +189,8 @@ def fit_oscillation(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     structure = _structure(model, tau)
-    if weights not in (None, "relative", "absolute"):
-        raise ValueError(f"weights: expected relative or absolute, or sigma=..., got {weights!r}")
+    if weights not in (None, *SWEPT):
+        raise ValueError(f"weights: expected {', '.join(SWEPT)}, or sigma=..., got {weights!r}")
     weighted = weighted_sample(data, None if sigma is not None else weights, sigma)
     return _fit(data, weighted, Sought.of(structure, fixed, bounds, nu), level)
 

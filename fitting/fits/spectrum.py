@@ -131,7 +131,7 @@ def fit_spectrum(
 
     Args:
         data: the modulus over time, or the moduli over frequency.
-        weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("relative" by default); or
+        weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("proportional" by default); or
         sigma: the known standard deviation [Pa], a number or (n,).
         equilibrium: whether an equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows.
         nu: Poisson's ratio that the returned material is given.
@@ -154,7 +154,7 @@ def fit_spectrum(
         raise ValueError(f"data: expected RelaxationData or OscillationData, got {type(data).__name__}")
     relaxed = isinstance(data, RelaxationData)
     if weights is None and sigma is None and getattr(data, "scatter", None) is None:
-        weights = "estimated" if relaxed else "relative"
+        weights = "estimated" if relaxed else "proportional"
     _, sample, _ = weighted_sample(data, weights, sigma)
     if sample.t.size < 8:
         raise ValueError(f"data: expected at least 8 values for a spectrum, got {sample.t.size}")

@@ -115,7 +115,7 @@ def fit_stiffness(
             tip, for "oliver-pharr"; by default that of the ideal indenter.
         epsilon: of the contact depth d - epsilon load/S.
         beta: factor on the stiffness of a tip that is not of revolution; instruments often use 1.034 for Berkovich.
-        weights: "estimated" (the default without standard deviations), "relative" or "absolute".
+        weights: "estimated" (the default without standard deviations), "proportional", "relative" or "absolute".
         sigma: in its place, the standard deviation of the stiffness [N/m], a number or (n,).
         bounds: {"G": (low, high), "thickness": (low, high)} of any subset, None for an open side.
         level: confidence level of the intervals.

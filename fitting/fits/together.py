@@ -83,7 +83,7 @@ def fit_together(
     """Fit one material to several tests of it, each with an estimated error scale of its own.
 
     Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (errors a + b J; the
-    standard deviations of a creep test that has them), and relative for an oscillation. No point is left out.
+    standard deviations of a creep test that has them), and proportional for an oscillation. No point is left out.
 
     Args:
         data: creep, relaxation and oscillation tests, two or more.
@@ -186,7 +186,7 @@ def _part(one: Any, unit: float, duration: float) -> Part:
         x, response = _stressed(one, unit, duration)
     else:
         relaxes = isinstance(one, RelaxationData)
-        kind, sample, _ = modulus.weighted_sample(one, "estimated" if relaxes else "relative", None)
+        kind, sample, _ = modulus.weighted_sample(one, "estimated" if relaxes else "proportional", None)
         x = padding.repeated(sample.t / duration if relaxes else sample.t * duration)
         response = 1.0 / unit
     return Part(kind, sample, x, padding.repeated(sample.measured / response), response)

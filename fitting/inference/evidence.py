@@ -27,9 +27,9 @@ EXACT = 1e-20  # fraction of the data's sum of squares below which residuals are
 FLAT = 1e-9  # range of the data over their magnitude below which R2 is not defined
 TURNS = 4  # reweighting iterations at most
 SAME = 0.05  # relative change of estimated weights at convergence
-FRACTION = 0.01  # largest relative deviation of sigma from a fraction of the readings; that of smooth values differs more
-VARIED = 1.2  # factor by which the readings then vary at least
-CONSTANT = 1e-3  # the same of weights that are a fraction of the fitted values
+CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
+PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
+BIASED = 0.5  # bias over standard error of a common factor above which a note is given
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
 Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
@@ -41,8 +41,7 @@ class Sample(NamedTuple):
     name, unit: of the measured quantity; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,)
     [1/unit of measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points of
     one series; final: whether the weights are used unchanged; paired: whether the second half of the values are the
-    imaginary parts of the first; fraction: reciprocal standard deviation of a point over its absolute value, up to a
-    factor, or 0 where the errors are not proportional to the values.
+    imaginary parts of the first.
     """
 
     name: str
@@ -54,7 +53,6 @@ class Sample(NamedTuple):
     blocks: np.ndarray
     final: bool = False
     paired: bool = False
-    fraction: float = 0.0
 
     @classmethod
     def of(
@@ -62,8 +60,7 @@ class Sample(NamedTuple):
     ) -> "Sample":  # fmt: skip
         """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
         blocks = np.zeros(weights.size, dtype=int) if blocks is None else blocks
-        found = cls(*curve, weights, label, blocks, paired=paired)
-        return found._replace(fraction=found.common_fraction())
+        return cls(*curve, weights, label, blocks, paired=paired)
 
     @property
     def known(self) -> bool:
@@ -71,9 +68,14 @@ class Sample(NamedTuple):
         return self.label == "sigma"
 
     @property
+    def proportional(self) -> bool:
+        """True if the errors are a fraction of the fitted values."""
+        return self.label == "proportional"
+
+    @property
     def adjustable(self) -> bool:
         """True if the weights follow from a fit: from its residuals, or as a fraction of its values."""
-        return (self.label == "estimated" or self.fraction > 0.0) and not self.final
+        return self.label in ("estimated", "proportional") and not self.final
 
     @property
     def least_count(self) -> int:
@@ -102,10 +104,9 @@ class Sample(NamedTuple):
             fitted = self.measured + residual / self.weights
             floors = noise.floors_for(fitted)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
-        tried, real = noise.ErrorModels(shapes, floors), self.real(residual, p)
-        return noise.noise_model(
-            residual, solved.jacobian, solved.inside, self.blocks, tried, p, self.known, real
-        )
+        slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
+        tried = noise.ErrorModels(shapes, floors)
+        return noise.noise_model(residual, slopes, solved.inside, self.blocks, tried, p, self.known, real)
 
     def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
@@ -121,15 +122,22 @@ class Sample(NamedTuple):
         Generalized Linear Models, 1989, chapter 8).
         """
         fitted = self.measured + found.residual / found.weights
-        if self.fraction:
+        if self.proportional:
             size, ratio, least = self.magnitude(self.measured), *LEAST
             floor = np.maximum(ratio * size, least * float(np.max(size)))
             own = self.magnitude(fitted) if self.paired else np.sign(self.measured) * fitted
-            return self.fraction / np.maximum(own, floor)
+            return 1.0 / np.maximum(own, floor)
         some, left = self.of_solution(found)
         if not some.real(left.residual, p):
             return found.weights
         return 1.0 / np.hypot(some.noise(left, p).floor, fitted)
+
+    def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+        """Return the Jacobian (n, k) for relative weights taken from fitted values, because weights from noisy data add
+        noise to it."""
+        if self.label != "relative":
+            return jacobian
+        return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
 
     @property
     def robust(self) -> bool:
@@ -138,7 +146,7 @@ class Sample(NamedTuple):
 
     def agree(self, one: np.ndarray, other: np.ndarray) -> bool:
         """Return whether weights (n,) agree closely enough to end the iteration."""
-        return bool(np.max(np.abs(np.log(one / other))) <= (CONSTANT if self.fraction else SAME))
+        return bool(np.max(np.abs(np.log(one / other))) <= (CONSTANT if self.proportional else SAME))
 
     def magnitude(self, values: np.ndarray) -> np.ndarray:
         """Return the absolute values (n,), of a pair those of the complex number."""
@@ -147,20 +155,29 @@ class Sample(NamedTuple):
     def spread(self) -> float:
         """Return the sum of the log variances of points over those of the measured values, 0 where they do not follow from
         the fitted ones."""
-        if not self.fraction:
+        if not self.proportional:
             return 0.0
-        return -2.0 * float(np.sum(np.log(self.weights * self.magnitude(self.measured) / self.fraction)))
+        return -2.0 * float(np.sum(np.log(self.weights * self.magnitude(self.measured))))
 
-    def common_fraction(self) -> float:
-        """Return the weights times the absolute values where they are equal, 0 otherwise."""
-        if self.label == "relative":
-            return 1.0
-        size = self.magnitude(self.measured)[self.weights > 0.0]
-        if not self.known or size.min() <= 0.0 or size.max() < VARIED * size.min():
-            return 0.0
-        each = np.log(size * self.weights[self.weights > 0.0])
-        middle = float(np.median(each))
-        return math.exp(middle) if np.max(np.abs(each - middle)) <= FRACTION else 0.0
+    def bias(self, deviation: float) -> tuple[str, ...]:
+        """Return a note where weights from the measured values make a fit too low by more than half a standard error.
+
+        A reading that is too low by chance gets the larger weight. For relative errors s of n points a common factor of
+        the curve is then too low by s^2, and its standard error is s/sqrt(n). deviation: of the weighted residuals.
+        """
+        on = self.weights > 0.0
+        sizes = (self.weights * self.magnitude(self.measured))[on]
+        own = float(sizes[0])
+        if np.ptp(self.weights[on]) == 0.0 or own == 0.0 or np.ptp(sizes) > PROPORTIONAL * own:
+            return ()
+        s = deviation / own
+        ratio = s * math.sqrt(sizes.size)
+        if ratio < BIASED:
+            return ()
+        return (
+            f"weights from the measured values make this fit about {100 * s**2:.2g} % too low ({ratio:.1f} standard errors);"
+            ' "proportional" weights, which follow the fitted values, do not',
+        )
 
     def real(self, residual: np.ndarray, p: int) -> bool:
         """Return whether weighted residuals exceed rounding, or a plausible part of the stated sigma; otherwise they
@@ -170,11 +187,8 @@ class Sample(NamedTuple):
 
     def error(self, solved: "Solved", deviation: float) -> tuple[str, ...]:
         """Return a note on the error; deviation: standard deviation of the weighted residuals."""
-        if self.known and self.fraction:
-            return (
-                f"sigma is {100 / self.fraction:.2g} % of every value: this fraction of the fitted values was taken, because"
-                " that of the measured ones makes a fit too low",
-            )
+        if self.known or self.label == "relative":
+            return self.bias(deviation)
         if self.label != "estimated":
             return ()
         some, _ = self.of_solution(solved)
@@ -283,7 +297,7 @@ def assess(
         some = np.eye(jacobian.shape[1]) if gradients is None else gradients
         return rss + np.maximum(found.rises(some, level), least)
 
-    own = basis(jacobian[:, solved.inside]) if Q is None else Q
+    own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
     quality = _weigh(sample, residual, own, found, p, level)
     spread = (1.0 if sample.known else quality.noise) * quality.widening
     return Assessment(quality, found.whitened(jacobian, spread), levels)
@@ -295,13 +309,13 @@ def settled(
     """Return solutions whose weights are consistent with them, from initial solutions.
 
     solve: function from the weights (n,) of each sample to their solutions. Estimated weights follow from the variance of
-    the noise averaged over its posterior (``noise.py``), relative ones from the fitted values; others are kept.
+    the noise averaged over its posterior (``noise.py``), proportional ones from the fitted values; others are kept.
     """
     found, one = first, samples[0]
     for turn in range(TURNS if one.adjustable else 0):
         weights = [sample.reweighed(last, p) for sample, last in zip(samples, found, strict=True)]
         same = all(one.agree(new, last.weights) for new, last in zip(weights, found, strict=True))
-        if same and (turn or one.fraction):
+        if same and (turn or one.proportional):
             break
         found = solve(weights)
     return found

@@ -62,7 +62,7 @@ def test_the_conversion_is_that_of_the_poles():
 @pytest.mark.parametrize("kind", ["relaxation", "oscillation"])
 def test_the_optimum_is_the_nonnegative_least_squares(kind):
     data, tau = curve(kind, 5e3, noise=0.02), np.geomspace(1e-2, 1e2, 7)
-    fit = fitting.fit_maxwell(data, tau, weights="relative")
+    fit = fitting.fit_maxwell(data, tau, weights="proportional")
     if kind == "relaxation":
         A, y = np.column_stack([np.ones(T.size), np.exp(-T[:, None] / tau)]), data.modulus
         size = fit.fitted

@@ -127,8 +127,8 @@ def test_what_is_held_stays_and_what_cannot_be_is_refused():
     data = fitting.CreepData(t=TIMES, J=J)
     fit = fitting.fit_creep(data, "Springpot", weights="relative", fixed={"alpha": 0.35})
     assert fit.values["alpha"] == pytest.approx(0.35, rel=1e-12) and fit.fixed == ("alpha",)
-    share = power(1.0, 0.35) / J  # 1/V = mean(1/share) solves sum (J - power/V)/(power/V) = 0
-    np.testing.assert_allclose(1.0 / fit.values["V"], np.mean(1.0 / share), rtol=1e-6)
+    share = power(1.0, 0.35) / J  # sum (share/V - 1)^2 is least at V = sum share^2/sum share
+    np.testing.assert_allclose(fit.values["V"], np.sum(share**2) / np.sum(share), rtol=1e-6)
     with pytest.raises(ValueError, match=r"alpha: expected between 0 and 1, .* got 2"):
         fitting.fit_creep(data, "Springpot", fixed={"alpha": 2.0})
     with pytest.raises(ValueError, match=r"model: expected one of .*FractionalMaxwell.*, got 'Nutting'"):

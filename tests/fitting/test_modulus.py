@@ -70,7 +70,7 @@ def weights_of(fit, measured, size):
 
 def test_relaxation_has_the_optimum_and_the_profile_of_scipy():
     data = relaxed(seed=3)
-    found = fitting.fit_relaxation(data, "Burgers", weights="relative")
+    found = fitting.fit_relaxation(data, "Burgers", weights="proportional")
     weight = weights_of(found, data.modulus, np.abs(found.fitted))
     residual = lambda p: weight * (relaxation(T, **p) - data.modulus)
     cost = scipy_cost(residual, TRUTH)
@@ -96,7 +96,7 @@ def test_an_interval_does_not_end_where_one_of_several_branches_does(seed):
     """Ten points of a solid of two times: beyond the end of the optimum's branch, another is far below the level."""
     t, noise = np.geomspace(1.0, 100.0, 10), 1 + 0.01 * np.random.default_rng(seed).standard_normal(10)
     G = 1e5 * (0.4 + 0.7 * np.exp(-t) + 0.3 * np.exp(-t / 50)) * noise
-    found = fitting.fit_relaxation(fitting.RelaxationData(t=t, modulus=G), weights="relative")
+    found = fitting.fit_relaxation(fitting.RelaxationData(t=t, modulus=G), weights="proportional")
     rise = stats.f.ppf(0.95, 1, 7) / 7 * found.widening**2
     weight = weights_of(found, G, found.fitted)
     height = lambda G1: np.sqrt((least_of_a_standard_solid(t, G, G1, weight) / found.rss - 1) / rise)

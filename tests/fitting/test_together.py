@@ -43,11 +43,11 @@ def sums(p, creep, sweep, weights):
     return strain @ strain, off @ off
 
 
-def weights_of(fit):
-    """The weights of both tests up to a factor of each, which are reciprocals of the fitted J and |G*|, as converged."""
+def weights_of(fit, creep):
+    """The weights of both tests up to a factor of each: reciprocals of the measured J, as given, and of the fitted |G*|."""
     weights = fit.residuals / (fit.fitted - fit.curve[3])
-    J, G = (row[4] for row in fit.curves)
-    sizes = J, np.tile(np.hypot(*np.split(G, 2)), 2)
+    G = fit.curves[1][4]
+    sizes = creep.J, np.tile(np.hypot(*np.split(G, 2)), 2)
     for own, size in zip(np.split(weights, [T.size]), sizes, strict=True):
         np.testing.assert_allclose(own * size / np.mean(own * size), 1.0, rtol=2e-3)
     return weights
@@ -71,7 +71,7 @@ def likeliest(creep, sweep, weights, fixed=None):
 def test_the_material_is_the_likeliest_of_all_tests(tmp_path):
     creep, sweep = two_tests(5)
     found = fitting.fit_together([creep, sweep], "Burgers")
-    weights = weights_of(found)
+    weights = weights_of(found, creep)
     height, best = likeliest(creep, sweep, weights)
     first, second = sums(found.values, creep, sweep, weights)
     np.testing.assert_allclose(T.size * np.log(first) + 2 * OMEGA.size * np.log(second), height, atol=1e-7)
