@@ -47,6 +47,8 @@ def figures() -> dict[str, list[float]]:
         at = np.zeros(1)
         around = jc.Grid.around(body, ball, jc.Load(load), at, n=128)
         add(f"film at once, {load:g} N", jc.indent(body, ball, jc.Load(load), at, grid=around))
+    fixed = jc.Grid.square(n=256, width=620e-6)
+    add("film, 150 steps, fixed grid", jc.indent(body, ball, jc.Load(60.0), times, grid=fixed, save="last"))
     maxwell = jc.LayeredHalfSpace([], jc.Maxwell(80.77e9, 80.77e9))
     wide, short = jc.Grid.square(64, 700e-6), jnp.linspace(0.0, 2.0, 21)
     add("Maxwell half-space", jc.indent(maxwell, jc.Sphere(3.5e-3), jc.Load(100.0), short, grid=wide))
@@ -76,9 +78,71 @@ def figures() -> dict[str, list[float]]:
     fit = fitting.fit_creep(
         fitting.CreepData(t=t, J=np.asarray(film.creep(t)) * noise), model=jc.Burgers, weights="relative"
     )
-    found["fit: values"] = [v for v in fit.values.values() if np.isfinite(v)]
-    found["fit: intervals"] = [v for pair in fit.intervals.values() for v in pair if np.isfinite(v)]
+    fits = {"creep": fit} | other_fits()
+    for name, one in fits.items():
+        found[f"fit, {name}: values"] = [v for v in one.values.values() if np.isfinite(v)]
+        found[f"fit, {name}: intervals"] = [
+            v for pair in one.intervals.values() for v in pair if np.isfinite(v)
+        ]
+    return found | friction_and_stresses(body, ball)
+
+
+def friction_and_stresses(body, ball) -> dict[str, list[float]]:
+    """A shear loop, rolling of alike bodies, and stresses below the surface, on fixed grids."""
+    import jaxcontact as jc
+
+    grid, found = jc.Grid.square(48, 500e-6), {}
+    strokes = 6e-6 * np.sin(np.linspace(0.0, 2.5 * np.pi, 11))
+    loop = jc.shear(
+        body, ball, jc.Load(60.0), jc.TangentialDisplacement(np.stack([strokes, 0.0 * strokes], -1)),
+        np.linspace(0.0, 100.0, 11), friction=0.3, grid=grid, coupled=False,
+    )  # fmt: skip
+    traction = np.asarray(loop.traction)
+    found["shear: tangential load"] = np.ravel(loop.tangential_load).tolist()
+    found["shear: sum of traction^2"] = (traction**2).sum(axis=(1, 2, 3)).tolist()
+    found["shear: cells that stick"] = np.asarray(loop.stick).sum(axis=(1, 2)).tolist()
+    steel = jc.LayeredHalfSpace([], jc.Elastic.from_young(210e9, nu=0.3))
+    rolled = jc.roll_steady(
+        steel, ball, jc.Load(60.0), velocity=1.0, creepage=(5e-4, 0.0), friction=0.3, grid=jc.Grid.square(48, 260e-6)
+    )  # fmt: skip
+    found["rolling: sum of traction^2"] = (np.asarray(rolled.traction) ** 2).sum(axis=(1, 2)).tolist()
+    pressed = jc.indent(body, ball, jc.Load(60.0), np.zeros(1), grid=grid, save="last").pressure
+    depths = [50e-9, 150e-9, 5e-6, 60e-6]
+    inside = jc.subsurface(body, grid, pressed, depths=depths)
+    found["subsurface: largest von Mises"] = np.asarray(inside.von_mises).max(axis=(1, 2)).tolist()
+    found["subsurface: sum of displacement^2"] = (
+        (np.asarray(inside.displacement) ** 2).sum(axis=(1, 2, 3)).tolist()
+    )
     return found
+
+
+def other_fits() -> dict:
+    """Fits of four further kinds of data."""
+    import fitting
+    import jaxcontact as jc
+
+    random = np.random.default_rng(1)
+    noisy = lambda y: np.asarray(y) * (1.0 + 0.01 * random.standard_normal(np.shape(y)))
+    t, omega = np.geomspace(1.0, 1e4, 80), np.geomspace(1e-4, 1.0, 40)
+    solid = jc.StandardLinearSolid(G1=1e6, G2=5e5, eta2=1e8, nu=0.3)
+    G = np.asarray(solid.complex_modulus(omega))
+    depth = (3 * 0.7 * np.asarray(solid.creep(t - t[0])) * 1e-2 / (8 * np.sqrt(1e-3))) ** (2 / 3)
+    soft = jc.Sphere(radius=1e-3)
+    return {
+        "relaxation": fitting.fit_relaxation(
+            fitting.RelaxationData(t=t, modulus=noisy(solid.relaxation(t))), weights="absolute"
+        ),
+        "oscillation": fitting.fit_oscillation(
+            fitting.OscillationData(omega=omega, storage=noisy(G.real), loss=noisy(G.imag)), weights="absolute"
+        ),
+        "series": fitting.fit_prony(
+            fitting.CreepData(t=t, J=noisy(solid.creep(t))), [30.0, 300.0, 3000.0], weights="absolute"
+        ),
+        "indentation": fitting.fit_indentation(
+            fitting.IndentationData(t=t, load=np.full(t.size, 1e-2), depth=noisy(depth)),
+            model=jc.StandardLinearSolid, indenter=soft, nu=0.3, weights="absolute",
+        ),
+    }  # fmt: skip
 
 
 def compare(old: dict[str, list[float]], new: dict[str, list[float]]) -> bool:
