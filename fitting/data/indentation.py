@@ -33,7 +33,7 @@ class IndentationData:
         scatter_depth, scatter_load: (n,) standard deviations up to a common factor, which a fit estimates; set by
             ``resample``.
         whole: (3, m): time, load and depth of the curve from which this one was taken, with the same zeros;
-            None if nothing was left out. ``plot`` shows it.
+            None if nothing was left out. ``plot`` shows it, and a fit takes the part before the first point as history.
         cut: whether the curve begins at first contact because ``in_contact`` cut it there.
 
     Raises:
@@ -99,7 +99,8 @@ class IndentationData:
             segments: of "approach", "hold", "retract".
 
         Returns:
-            The points, with a note. Earlier load is not part of the history: the load steps at the first point.
+            The points, with a note. ``fit_indentation`` takes the curve before the first of them, from contact on, as the
+            history of the material (``whole``).
 
         Raises:
             ValueError: another name, or fewer than 5 points.
@@ -122,7 +123,7 @@ class IndentationData:
         """Return the points from ``begin`` to ``end`` [s], None for an open side.
 
         Returns:
-            The points, with a note; t is unchanged.
+            The points, with a note; t is unchanged. The curve before them remains the history, as in ``only``.
 
         Raises:
             ValueError: begin is not before end, or fewer than 5 points.
@@ -230,7 +231,12 @@ class IndentationData:
             )
         if not 0.0 <= coefficient < np.inf:
             raise ValueError(f"coefficient: expected a drag >= 0 N s/m, got {coefficient!r}")
-        return dataclasses.replace(self, load=without(self, coefficient))._noted(
+        whole = self.whole
+        if whole is not None:
+            t, load, depth = whole
+            measured = IndentationData(t=t, load=load, depth=depth, notes=self.notes)
+            whole = np.stack([t, without(measured, coefficient), depth])
+        return dataclasses.replace(self, load=without(self, coefficient), whole=whole)._noted(
             f"drag of {coefficient:.4g} N s/m subtracted from the load"
         )
 

@@ -128,7 +128,8 @@ def fit_indentation(
     """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball, cone or punch.
 
     The measured history is used in the hereditary integral (Lee and Radok; Ting where the depth falls after a single
-    maximum). Times count from the first sample, at which load and depth may step. With a ``thickness`` the integrals
+    maximum). Times count from the first sample, at which load and depth may step; of a part of a curve (``only``,
+    ``window``), the part before it is history and not fitted. With a ``thickness`` the integrals
     hold with the exact force on a layer bonded to a rigid base (``thin_layer_factor``), such as a gel in a dish:
 
         P(t) = int G(t - s) d(F(depth(s))),     F the elastic force over the modulus.
@@ -156,7 +157,7 @@ def fit_indentation(
         machine_compliance: compliance of the instrument [m/N], a known number or "fit".
         rise: replace the measured load by one that rises linearly for this time [s] and is then held constant, for
             comparison with papers (M. L. Oyen, J. Mater. Res. 20 (2005) 2094; 0 is a step); only later points are
-            fitted.
+            fitted, and no history before the first point is used.
         adhesion: of an adhesive ball; a known work of adhesion [J/m2] on a half-space: the theory of Johnson, Kendall and
             Roberts with the hereditary integral, for a growing contact, from the jump into contact at the first sample
             (derived in ``fitting/models/adhesion.py``). The edge is assumed to respond with the instantaneous
@@ -217,7 +218,7 @@ def fit_indentation(
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness)
     instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
-    problem = FitProblem(data, sought, press.space, _sample(press), press.units.duration, level)
+    problem = FitProblem(press.data, sought, press.space, _sample(press), press.units.duration, level)
     if film:
         _check_layered(press.pressing)
         found = layered_search.search(press, Coating.of(layer, layers, substrate), grid, _reweighed)

@@ -13,6 +13,7 @@ import scipy
 
 from fitting.data.contact import find_contact
 from fitting.data.indentation import IndentationData
+from fitting.data.preceding import with_earlier
 from fitting.data.probe import Probe, probe_of
 from fitting.data.weights import choose_weights
 from fitting.models import adhesion
@@ -28,6 +29,7 @@ TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duratio
 SHARED = np.array([0.45, 0.45, 0.1])  # initial shares of the instantaneous, retarded and viscous parts
 VISIBLE = 1e-2  # smallest scaled compliance of a part at these starts
 LEAST = 1e-8  # least scaled fluidity, or branch, of a film: at zero the decay rates are not differentiable
+STEPPED = 0.1  # fraction of the largest load from which a first point has a note on when it was applied
 LEAST_LOAD = 0.5  # fraction of the largest load below which the contact certainly shrinks
 
 
@@ -141,10 +143,15 @@ def prepare(
     """Check and scale a test; ValueError with the expected and the received value."""
     probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
     _check(data, control, pressing.rise)
+    selected = np.ones(data.t.size, dtype=bool)
+    if pressing.rise is None:
+        data, selected = with_earlier(data)
     work = adhesion.check(pressing.adhesion, data, pressing.indenter, control, model)
     pressing = pressing._replace(adhesion=work)
     t = data.t - data.t[0]
-    kept = _in_contact(data, pressing)
+    kept = _in_contact(data, selected, pressing)
+    if np.shape(sigma) == (selected.sum(),):  # given for the selected points
+        sigma = np.insert(np.asarray(sigma, dtype=float), 0, np.full(np.sum(~selected), np.max(sigma)))
     weight, label = indentation_weights(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     layer, stiffer = _layer(sought, pressing, d, instrument)
@@ -155,12 +162,24 @@ def prepare(
         _check_growth(data, pressing)
     if not work:  # under adhesion the load falls before it rises
         _check_contact(data, kept, probe.power, pressing.stiffened)
-    few = f"{(~kept).sum()} points before contact or during the rise not fitted"
+    left = np.sum(selected & ~kept)
+    few = (f"{left} points before contact or during the rise not fitted",) if left else ()
     response = data.depth if control == "load" else data.load
     return IndentationProblem(
         data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, space, () if kept.all() else (few,), layer,
+        weight * float(response.max()), label, space, (*few, *_stepped(data, sought, pressing)), layer,
     )  # fmt: skip
+
+
+def _stepped(data: IndentationData, sought: Sought, pressing: Pressing) -> tuple[str, ...]:
+    """Return a note where the curve of a body that creeps begins late on its clock, under load."""
+    elastic = set(sought.structure.where.values()) == {0}
+    if elastic or pressing.rise is not None or data.t[0] <= 0.0 or data.load[0] < STEPPED * data.load.max():
+        return ()
+    return (
+        f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, which is taken as applied in a step at its time,"
+        f" t = {data.t[0]:g} s: if it was applied before, the curve should begin there",
+    )
 
 
 def _layer(
@@ -182,10 +201,11 @@ def _layer(
     return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
 
 
-def _in_contact(data: IndentationData, pressing: Pressing) -> np.ndarray:
-    """Return which points (n,) are in contact and after the rise; ValueError for fewer than 5."""
+def _in_contact(data: IndentationData, selected: np.ndarray, pressing: Pressing) -> np.ndarray:
+    """Return which of the ``selected`` points are in contact and after the rise, (n,); ValueError for fewer than 5."""
     stuck = pressing.adhesion > 0
-    kept = ((data.load > 0) | stuck) & (data.depth > 0) & (data.t - data.t[0] >= (pressing.rise or 0.0))
+    kept = selected & ((data.load > 0) | stuck) & (data.depth > 0)
+    kept &= data.t - data.t[0] >= (pressing.rise or 0.0)
     if kept.sum() < 5:
         raise ValueError(
             f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"

@@ -66,6 +66,40 @@ def test_load_step_at_the_first_sample():
         np.testing.assert_allclose(value, TRUTH[name], rtol=1e-6)
 
 
+def test_a_part_of_a_curve_has_the_load_before_it_as_history():
+    """With its load as a step at the first point, G1 would be 24 times too small."""
+    data = hold()
+    for part in (data.window(5000.0, None), data.window(1000.0, None).window(5000.0, None)):
+        found = fit(part)
+        for name, value in TRUTH.items():
+            np.testing.assert_allclose(found.values[name], value, rtol=1e-5)
+        assert "the curve from 0 to 5000 s is taken as history, and not fitted" in " ".join(found.notes)
+        assert found.kept.sum() == part.t.size
+
+
+def test_the_history_begins_at_contact():
+    """The gel G1 = G2 = 1 kPa, tau = 1 s under a ramp of 1 s, whose depth follows from quad, after 2 s in air."""
+    J = lambda t: (2.0 - np.exp(-t)) / 1e3
+    t = np.concatenate([np.linspace(-2.0, 0.98, 150), np.linspace(1.0, 6.0, 60)])
+    strain = [integrate.quad(lambda s, x=x: J(x - s), 0.0, np.clip(x, 0.0, 1.0))[0] for x in t]
+    in_contact = (3.0 / 16.0 * np.array(strain) * 1e-9 / np.sqrt(5e-6)) ** (2 / 3)
+    depth = np.where(t < 0.0, 1e-7 * t, in_contact)
+    curve = fitting.IndentationData(t=t + 5.0, load=1e-9 * np.clip(t, 0.0, 1.0), depth=depth + 1e-6)
+    for control in ("load", "depth"):
+        part = curve.in_contact(1e-6).only("hold")
+        found = fitting.fit_indentation(
+            part, "StandardLinearSolid", indenter=jc.Sphere(5e-6), nu=0.5, control=control
+        )
+        np.testing.assert_allclose(list(found.values.values()), 1e3, rtol=0.02)
+
+
+def test_a_load_that_is_there_before_the_first_point_is_mentioned():
+    t = np.linspace(5.0, 40005.0, 60)
+    depth = lee_radok.step_approach(t - 5.0, creep, 1.0, R, NU)
+    late = fit(fitting.IndentationData(t=t, load=np.ones(t.size), depth=depth), RIGID)
+    assert "taken as applied in a step at its time, t = 5 s" in " ".join(late.notes)
+
+
 @pytest.mark.slow
 def test_depth_control_recovers_lee_and_radok():
     """The depth after a step load drives the model; depth^(3/2) linear between samples is second order."""
