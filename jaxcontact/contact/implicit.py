@@ -20,7 +20,7 @@ tangent is that of Newton's method, found by conjugate gradients for the displac
 positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
 negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
 those of the new branch; that the jump itself moves is not in them. On a moving body (``contact.adhesive_sliding``) the odd
-part of the operator acts on the change of the pressure as a part of the gap, and the change is found by repetition.
+part of the operator acts on the change of the pressure as a part of the gap, and the change is found by GMRES.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
@@ -249,22 +249,8 @@ def _solve_adhesive_sliding_jvp(primals, tangents):
     still = jax.tree.map(jnp.zeros_like, alone)
     left = lambda dp: dp - _moved_solution(held, found, replace(still, gap=odd(dp))).pressure
     right = moved(alone.gap).pressure
-    dp = jax.lax.custom_linear_solve(left, right, _repeated, transpose_solve=_repeated)
+    dp = linear_solution(left, right, _gmres)
     return found, moved(alone.gap + odd(dp))
-
-
-def _repeated(left: Linear, right: Array) -> Array:
-    """Solve x - M x = right, with ``left`` the left side, by x -> right + M x as the contact itself was; nan if it fails."""
-    size = jnp.max(jnp.abs(right))
-    far = lambda rest: jnp.max(jnp.abs(rest)) > TANGENT_TOLERANCE * size
-
-    def step(s: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        x = s[0] + s[1]
-        return x, right - left(x), s[2] + 1
-
-    first = (jnp.zeros_like(right), right, jnp.zeros((), int))
-    x, rest, _ = jax.lax.while_loop(lambda s: far(s[1]) & (s[2] < TANGENT_ITERATIONS), step, first)
-    return jnp.where(far(rest) | ~jnp.isfinite(size), jnp.nan, x)
 
 
 def _stable(model: Model, operator: Linear, right: Array) -> Array:

@@ -103,8 +103,8 @@ def slide(
     With adhesion, as in ``indent``, the surfaces slide without friction. Attraction at the rear edge, where they part, is
     resisted by a body that has had time to relax, and the edge dissipates energy: the hysteresis force is then that of
     the whole pressure, contact less attraction. Steps should move the indenter by a part of the zone of attraction.
-    Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive_sliding``), which converge
-    where little of the creep happens within a step; otherwise the status of the step is 1, and more ``substeps`` help.
+    Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive_sliding``), which converges
+    for an E0/Einf of up to 10 whatever the step; beyond, the status of a long step may be 1, and more ``substeps`` help.
 
     A film whose thickness varies in the plane moves through the frame of the indenter, in which this function works; ``rub``
     with ``path`` computes its contact in the frame of the body, also without a law of growth or wear.
