@@ -71,9 +71,9 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
         compliance, periodic = compliance / ROW, (periodic[0], True)
     own = compliance * pressure
     level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, jnp.max(own)))
-    axes = [_tiled(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True)]
-    (rows, along_x), (columns, along_y) = axes
-    level = jnp.take(jnp.take(level, rows, axis=0, mode="clip"), columns, axis=1, mode="clip")
+    along_x, along_y = (_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True))
+    for axis, (widths, wraps) in enumerate(zip((along_x, along_y), periodic, strict=True)):
+        level = _extended(level, axis, widths.size + 3, wraps)
     positive = level[1:-1, 1:-1] > 0.0
     inside = total(jnp.outer(along_x.ravel(), along_y.ravel()) * positive[:-1, :-1])
     order, number = _first_those(_crossed(positive, along_x.shape, along_y.shape))
@@ -93,19 +93,23 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
     return jnp.maximum(jax.lax.scan(add, inside, (firsts, batches))[0], 0.0)
 
 
-def _tiled(n: int, wraps: bool) -> tuple[Array, Array]:
-    """Return how an axis of n cells is divided into tiles of squares between cells' centres.
+def _widths(n: int, wraps: bool) -> Array:
+    """Return the part of each square between cells' centres that lies in the grid, along an axis of n cells.
 
-    The cells of all tiles, with one more square before and after them; and the part of each square that lies in the grid,
     (tiles, squares), zero for those that fill up the last tile.
     """
     squares = n if wraps else n + 1
     size = min(TILE, squares)
     count = -(-squares // size)
-    cells = jnp.arange(count * size + 3) - (1 if wraps else 2)
     widths = jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5)
-    widths = jnp.pad(widths, (0, count * size - squares)).reshape(count, size)
-    return cells % n if wraps else jnp.clip(cells, 0, n - 1), widths
+    return jnp.pad(widths, (0, count * size - squares)).reshape(count, size)
+
+
+def _extended(field: Array, axis: int, length: int, wraps: bool) -> Array:
+    """Return a field with the cells of all tiles along an axis, and with one more square before and after them."""
+    before = 1 if wraps else 2
+    widths = [(before, length - before - n) if k == axis else (0, 0) for k, n in enumerate(field.shape)]
+    return jnp.pad(field, widths, mode="wrap" if wraps else "edge")
 
 
 def _crossed(positive: Array, along_x: tuple[int, int], along_y: tuple[int, int]) -> Array:
@@ -199,10 +203,14 @@ def _padded(field: Array, axis: int, wraps: bool) -> Array:
 def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Array, Array]:
     """Return the share of each triangle's area with values above zero, and the length of the edge in it, with the factor
     OUTSIDE and without it."""
-    high, low = jnp.maximum(jnp.maximum(right, one), other), jnp.minimum(jnp.minimum(right, one), other)
-    middle = jnp.maximum(jnp.minimum(right, one), jnp.minimum(jnp.maximum(right, one), other))
-    cut, most = (high > 0.0) & (low <= 0.0), middle > 0.0
-    lone = jnp.where(most, low, high)  # the corner that is alone on its side of the edge
+    # counted in numbers: maxima and logical operations take several times as long on a CPU
+    signs = [jnp.where(value > 0.0, 1.0, 0.0) for value in (right, one, other)]
+    pressed = signs[0] + signs[1] + signs[2]
+    most = pressed > 1.5
+    cut = jnp.abs(pressed - 1.5) < 1.0
+    # the corner that is alone on its side of the edge
+    at_right, at_one = ((sign > 0.5) != most for sign in signs[:2])
+    lone = jnp.where(at_right, right, jnp.where(at_one, one, other))
     aligned = _aligned(one - right, other - right)
     sign, bend, skew = jnp.where(most, -1.0, 1.0), _polynomial(BEND, aligned), _polynomial(SKEW, aligned)
 
@@ -211,11 +219,10 @@ def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Ar
         y = 1.0 - 2.0 * t
         return t + t * (1.0 - t) * (sign * (bend + QUARTIC * y**2) + skew * y)
 
-    at_right = lone == right
     first = crossing(jnp.where(at_right, one, right))  # along a leg
-    second = crossing(jnp.where(at_right | (lone == one), other, one))  # along a leg, or the hypotenuse
+    second = crossing(jnp.where(at_right | at_one, other, one))  # along a leg, or the hypotenuse
     share = first * second
-    area = jnp.where(cut, jnp.where(most, 1.0 - share, share), jnp.where(low > 0.0, 1.0, 0.0))
+    area = jnp.where(cut, jnp.where(most, 1.0 - share, share), jnp.where(most, 1.0, 0.0))
     square = jnp.where(at_right, first**2 + second**2, (first - second) ** 2 + second**2)
     runs = cut & (square > 0.0)
     length = jnp.where(runs, jnp.sqrt(jnp.where(runs, square, 1.0)), 0.0)

@@ -97,7 +97,8 @@ def _conjugate_gradients(operator: Operator, inside: _Subspace, right: Array) ->
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
     within = inside._replace(mask=cut(inside.mask, corner, shape))
     part = _on_grid(operator.restricted(corner), within, cut(b, corner, shape), limits[0])
-    return paste(part, corner, right.shape) + _on_grid(operator, inside, b, limits[1])
+    whole = lambda: _on_grid(operator, inside, b, limits[1])
+    return jax.lax.cond(fits, lambda: paste(part, corner, right.shape), whole)
 
 
 def _on_grid(operator: Operator, inside: _Subspace, right: Array, limit: Array | int) -> Array:
@@ -161,7 +162,8 @@ def _under_load(
     The change of the sum scales the free pressures. Without contact the approach is that of first touch;
     where the law prescribes the pressure of every cell in contact it is not determined, and its tangent is nan.
     """
-    free = jnp.where(mask, p, 0.0)
+    # the pressure itself where that is the same, so that it is transformed once for all convolutions
+    free = jnp.where(mask, p, 0.0) if problem.law.prescribes else p
     total = jnp.sum(free)
     over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
     share = target * over_total
