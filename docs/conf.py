@@ -2,6 +2,7 @@
 
 import base64
 import inspect
+import io
 import json
 import re
 import shutil
@@ -9,8 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from docutils import nodes
 from docutils.utils.math import latex2mathml
+from PIL import Image
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -220,9 +223,24 @@ def _card(source: Path, target: Path) -> str:
     ]
     if not pictures:
         raise ValueError(f"{source.name}: expected a picture for the gallery")
-    (target / f"{source.stem}.png").write_bytes(base64.b64decode("".join(pictures[0])))
+    picture = Image.open(io.BytesIO(base64.b64decode("".join(pictures[0]))))
+    _first_panel(picture.convert("RGBA")).save(target / f"{source.stem}.png")
     name = f"notebooks/{source.stem}"
     return f'```{{figure}} {name}.png\n:alt: ""\n\n[{title}]({name}.ipynb)\n```\n'
+
+
+def _first_panel(picture: Image.Image) -> Image.Image:
+    """Return a wide picture up to the end of its first panel: of the first unbroken run of columns that is wide."""
+    pixels, height = np.asarray(picture), picture.height
+    if picture.width < 1.8 * height:
+        return picture
+    drawn = np.any(pixels != pixels[:1, :1], axis=(0, 2))
+    ends = np.flatnonzero(np.diff(np.pad(drawn, 1).astype(int)))
+    first = next(
+        (end for start, end in ends.reshape(-1, 2) if end - start > 0.6 * height),
+        picture.width,
+    )
+    return picture.crop((0, 0, min(int(first) + 6, picture.width), height))
 
 
 def setup(app: Any) -> None:

@@ -13,6 +13,11 @@ __generated_with = "0.25.2"
 app = marimo.App(width="medium", app_title="Contact with a film that creeps")
 
 with app.setup:
+    import os
+
+    # Before scipy is loaded, whose BLAS solves the small systems of a run: its threads wait for one another in a busy
+    # loop, which takes up to a second of processor time per move where other programs use the processor as well.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import jaxcontact as jc  # isort: skip (before jax)
     import jax
     import marimo as mo

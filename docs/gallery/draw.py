@@ -9,6 +9,7 @@ import fitting
 import jaxcontact as jc
 import matplotlib.style
 import numpy as np
+from jaxcontact.results.contact_section import contact_section
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -39,27 +40,33 @@ def image(
 
 
 def front() -> Figure:
-    """A steel ball on a polymer coating under a constant load: pressure across the contact and approach over time."""
+    """A steel ball on a polymer coating under a constant load: a section, the pressure, and the approach over time."""
     grid = jc.Grid.square(128, 40e-6)
     history = jc.indent(COATED, BALL, jc.Load(5e-3), HOUR, grid=grid)
-    figure = Figure(figsize=(8.0, 3.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(8.8, 2.8), layout="constrained")
+    section, left, right = figure.subplots(1, 3, width_ratios=(1.0, 1.1, 0.9))
+    contact_section(section, history, COATED).set_title("after an hour")
     x = np.asarray(grid.axes()[0]) * 1e6
-    colours = matplotlib.colormaps["viridis"]
     for step in (0, 3, 10, 30):
         line = np.asarray(history.pressure[step, :, 63:65]).mean(1) * 1e-6
-        left.plot(
-            x, line, color=colours(step / 34), ls="-", label=f"{HOUR[step] / 60:.0f} min"
-        )
+        left.plot(x, line, label=f"{HOUR[step] / 60:.0f} min")
     left.set(
-        xlabel="distance from the axis [µm]",
+        title="pressure across the contact",
+        xlabel="x [µm]",
         ylabel="pressure [MPa]",
-        xlim=(-15, 15),
+        xlim=(-12, 12),
         ylim=(0, None),
     )
-    left.legend(title="time under load")
-    right.plot(HOUR / 60, np.asarray(history.approach) * 1e9, color=colours(0.3))
-    right.set(xlabel="time [min]", ylabel="approach [nm]", xlim=(0, 60), ylim=(0, None))
+    left.legend(loc="upper right", fontsize="small", handlelength=1.5)
+    right.plot(HOUR / 60, np.asarray(history.approach) * 1e9, color="C1", ls="-")
+    right.set(
+        title="approach of the ball",
+        xlabel="time [min]",
+        ylabel="approach [nm]",
+        xlim=(0, 60),
+        ylim=(0, 90),
+        xticks=range(0, 61, 20),
+    )
     return figure
 
 
@@ -133,8 +140,8 @@ def sliding() -> Figure:
         )
         line = np.asarray(steady.pressure[:, 47:49]).mean(1) * 1e-3
         ax.plot(np.asarray(grid.axes()[0]) * 1e3, line, label=f"{speed:g} m/s")
-    ax.set(xlim=(-0.7, 0.7), ylim=(0, None))
-    ax.legend()
+    ax.set(xlim=(-0.7, 0.7), ylim=(0, 650), xticks=(-0.5, 0.0, 0.5))
+    ax.legend(loc="upper left", fontsize="small", handlelength=1.5)
     return figure
 
 
@@ -302,7 +309,7 @@ def main(names: list[str]) -> None:
     with matplotlib.style.context("jaxcontact.style"):
         for name in names or PICTURES:
             PICTURES[name]().savefig(
-                HERE / f"{name}.png", dpi=200 if name == "front" else 110
+                HERE / f"{name}.png", dpi=110 if name == "start" else 200
             )
 
 

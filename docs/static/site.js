@@ -26,8 +26,16 @@ function giveTitle() {
   document.querySelector("article")?.prepend(title);
 }
 
+// Long names in tables are broken between their parts.
+function breakNames() {
+  for (const name of document.querySelectorAll("td code .pre")) {
+    const parts = name.textContent.split(/(?<=[/_]|::)/);
+    name.replaceChildren(...parts.flatMap((part, i) => (i ? [document.createElement("wbr"), part] : [part])));
+  }
+}
+
 function focusWhatScrolls() {
-  for (const element of document.querySelectorAll("article pre, article .highlight, .table-wrapper, div.math, .cell_output *"))
+  for (const element of document.querySelectorAll("article pre, article .highlight, .table-wrapper, div.math, figure.wide, .cell_output *"))
     if (element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).overflowX === "auto") element.tabIndex = 0;
 }
 
@@ -39,6 +47,7 @@ addEventListener("DOMContentLoaded", () => {
   name("label.overlay", { "aria-hidden": "true" }); // beside a drawer that is open: for the mouse only
   giveTitle();
   document.querySelectorAll("dt.sig > dl").forEach(divisions);
+  breakNames();
   focusWhatScrolls();
   addEventListener("resize", focusWhatScrolls);
 });

@@ -73,6 +73,14 @@ def test_every_equation_of_the_pages_stands_in_a_docstring():
     assert len(EQUATIONS) > 15 and not [key for key in EQUATIONS if key not in text]
 
 
+def test_formulas_of_the_pages_are_read_as_they_are_meant():
+    r"""The converter to MathML reads ``\frac12 x`` as 12 over x, and sets the subscript of a dotted letter below it."""
+    sources = [*DOCS.glob("*.md"), DOCS / "equations.py", *(ROOT / "notebooks").glob("*.ipynb")]
+    misread = re.compile(r"\\[dt]?frac\d|\\d?dot *\{?\\*[a-zA-Z]+\}?_")
+    found = [(path.name, text) for path in sources for text in misread.findall(path.read_text())]
+    assert not found
+
+
 def test_every_test_that_verification_names_is_there():
     page = (DOCS / "verification.md").read_text()
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)
