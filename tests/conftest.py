@@ -16,8 +16,6 @@ os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", COMPILED.name)
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")  # thousands take 20 ms each
 # in two processes on two cores the threads of numpy's products and of scipy's decompositions would wait for each other
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# a frame of the caller's stack in each operation of a program is work for nobody here
-os.environ.setdefault("JAX_TRACEBACK_IN_LOCATIONS_LIMIT", "0")
 # it writes a screen of names of processor features to stderr for each program that it finds there
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
