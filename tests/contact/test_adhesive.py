@@ -253,6 +253,7 @@ def test_a_tensile_load_beyond_the_lowest_separates():
     assert not bool(solved(problem_of(gap, 0.2, load=True), apart).separated)
 
 
+@pytest.mark.slow
 def test_an_extended_operator_acts_as_the_operator_does_and_has_an_inverse():
     rng = np.random.RandomState(1)
     for shape, periodic in [((9, 8), (False, False)), ((11, 1), (False, True)), ((9, 6), (True, True))]:

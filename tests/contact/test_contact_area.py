@@ -204,6 +204,7 @@ def test_an_elliptical_contact_is_that_of_hertz(spacing):
     assert found == pytest.approx(np.pi * a * b, rel=0.01 * spacing[1])
 
 
+@pytest.mark.slow
 def test_sixteen_contacts_have_sixteen_times_the_area_of_hertz():
     """Paraboloids 16 cells apart with contacts of radius 3, on a periodic grid: the neighbours take little of the load."""
     tile = np.tile(paraboloid(16, (0.2, -0.3), (1e3, 1e3)), (4, 4))
@@ -282,7 +283,8 @@ def test_a_ball_pressed_and_withdrawn_on_a_half_space_that_creeps():
 # no load ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("indenter", [jc.Sphere(5e-3), pytest.param(jc.Cone(1.4), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("indenter", [jc.Sphere(5e-3), jc.Cone(1.4)])
 def test_the_approach_at_first_touch_is_zero_with_zero_gradient(indenter):
     """Its lowest point lies between the centres of cells on an even grid."""
     grid, body = jc.Grid.square(8, 80e-6), jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.3))

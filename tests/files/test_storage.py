@@ -258,7 +258,7 @@ def test_no_name_of_a_case_changes_what_is_loaded(kind, ending, tmp_path):
 
 
 @pytest.mark.parametrize("ending", [".npz", ".nc"])
-@pytest.mark.parametrize("kind", storage.KINDS.values(), ids=storage.KINDS)
+@pytest.mark.parametrize("kind", [jc.ContactHistory, jc.InteriorFields])  # with times and without
 def test_what_is_written_beside_a_result_comes_back(kind, ending, tmp_path):
     if ending == ".nc":
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")

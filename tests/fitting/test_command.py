@@ -388,6 +388,7 @@ def sweep(path, seed=3):
     return table(path, "frequency [rad/s],storage modulus [Pa],loss modulus [Pa]", omega, G.real, G.imag)
 
 
+@pytest.mark.slow
 def test_several_tests_and_further_predictions_from_the_shell(tmp_path, capsys):
     """Creep and oscillation of one fluid together, and its moduli and relaxation, as of the exact fluid."""
     flowing(tmp_path / "gel.csv")

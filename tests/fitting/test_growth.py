@@ -300,7 +300,11 @@ def test_other_units_are_noticed():
         (changed(), {"fixed": {"rate": 0.0}}, r"fixed\['rate'\]: expected a number > 0, got 0.0"),
         (changed(), {"fixed": {"removal_rate": -1.0}}, r"fixed\['removal_rate'\]: expected a number >= 0"),
         (changed(), {"bounds": {"rate": (2.0, 1.0)}}, r"bounds\['rate'\]: expected 0 <= low < high"),
-        (changed(), {"weights": "heavy"}, "weights: expected one of estimated, proportional, relative"),
+        (
+            changed(),
+            {"weights": "heavy"},
+            "weights: expected one of estimated, proportional, relative, absolute",
+        ),
         (changed(), {"level": 1.0}, "level: expected between 0 and 1"),
     ],
     ids=lambda one: one if isinstance(one, str) else "",

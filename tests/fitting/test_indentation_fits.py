@@ -200,6 +200,7 @@ def test_optimum_and_intervals_are_those_of_scipy():
             np.testing.assert_allclose(height / rise, 1.0, rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_truth():
     """60 seeds of 0.5 % noise: each interval holds the truth as often as a 95 % one should (binomial, 3 sd)."""
     found = [fit(hold(noise=0.005, seed=seed), weights="relative") for seed in range(60)]

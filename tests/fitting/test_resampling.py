@@ -40,6 +40,7 @@ def test_means_of_a_clean_curve_give_its_parameters():
         np.testing.assert_allclose(found.values[name], value, rtol=1e-4, err_msg=name)
 
 
+@pytest.mark.slow
 def test_under_white_noise_intervals_are_those_of_all_samples():
     data = noisy(0.0, 10_000)
     short = fitting.resample(data)

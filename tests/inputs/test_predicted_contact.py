@@ -26,8 +26,9 @@ def agrees(film, h, control, times):
     assert 1.0 / FORETOLD_STRAIN < factor < FORETOLD_STRAIN, (film, h, factor)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only", "ignore:the contact radius reaches")
-@pytest.mark.parametrize("name", [pytest.param("load"), pytest.param("approach", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", CONTROLS)
 def test_an_elastic_film_from_a_thousandth_to_ten_times_as_thick_as_its_contact_is_wide(name):
     for nu, G, h in FILMS:
         agrees(jc.Elastic(G, nu), h, CONTROLS[name], np.zeros(1))

@@ -59,19 +59,6 @@ GIVEN = [  # what users are given, and do not make
         fitting.Propagated,
     ),
 ]
-DEAR = (
-    "fit_fields",
-    "posterior",
-    "fit_together",
-    "sensitivity",
-    "compare",
-    "shear",
-    "roll_steady",
-    "rub",
-    "subsurface",
-    "slide",
-    "slide_steady",
-)  # to compile
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -100,11 +87,7 @@ def test_public_docstrings_name_every_argument_and_what_comes_back(thing):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "thing",
-    [pytest.param(thing, marks=[pytest.mark.slow] * (thing.__name__ in DEAR)) for thing in PUBLIC],
-    ids=lambda thing: thing.__name__,
-)
+@pytest.mark.parametrize("thing", PUBLIC, ids=lambda thing: thing.__name__)
 def test_examples_run(thing):
     names = {"jc": jc, "fitting": fitting, "np": np}
     tests = doctest.DocTestFinder(recurse=False).find(thing, thing.__name__, globs=names)

@@ -29,7 +29,6 @@ BODIES = {
     "three that creep on steel": ([SOLID, jc.StandardLinearSolid(1e8, 3e7, 3e7), BURGERS], STEEL),
     "Maxwell on itself": ([MAXWELL], MAXWELL),
 }
-FEW = ["standard solid on Burgers"]
 TIMES = [1e-4, 0.03, 1.0, 30.0, 500.0]  # MAXWELL relaxes within a second, the fluid of BURGERS within ten
 
 
@@ -64,9 +63,8 @@ def told(expansion, t):
     return np.inf if t > expansion.separable.horizon else max(images, float(expansion.separation_error))
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in FEW else pytest.mark.slow) for name in BODIES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BODIES)
 def test_the_response_is_right_within_a_hundredth_or_known_to_be_off(name):
     """From far below to 500 relaxation times, waves from 1000 times as long as the layer is thick; to 5e-3 here."""
     materials, substrate = BODIES[name]

@@ -198,6 +198,7 @@ def test_the_energy_lost_in_a_cycle_on_an_elastic_body_is_that_of_its_jumps():
     assert np.max(np.abs(found.viscous_energy)) < 1e-4 * lost  # an elastic body
 
 
+@pytest.mark.slow
 def test_the_energy_that_a_held_punch_dissipates_is_that_of_a_maxwell_arm():
     """Under a fixed displacement d the load relaxes from P0 to P1 as exp(-t/tau), tau = eta2/(G1 + G2), and 1/2 (P0 - P1) d
     (1 - exp(-2 t/tau)) is lost in the dashpot."""

@@ -113,6 +113,7 @@ def test_unlike_solids_creep_in_free_rolling():
     assert abs(creepages[2]) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_film_of_the_material_of_the_substrate_is_no_film():
     """On an elastic body; and its strain is that of a film that is pressed at rest."""
     ball, grid = jc.Sphere(RADIUS), jc.Grid.square(16, 2.4 * A)

@@ -138,6 +138,7 @@ def test_a_response_that_is_off_on_the_grid_is_said_to_be():
         jc.indent(body, ball, jc.Approach(1e-6), [0.0], grid=grid, kernels=worse)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:1 of 1 steps", "ignore:only")
 def test_what_counts_as_contact_at_an_approach_touches():
     """On a few cells of a stiff film: no cell is left with a pressure of round-off beside an open gap."""

@@ -94,7 +94,13 @@ def awkward(case):
     return noted(case)
 
 
-@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(2)], ids=["processes", "threads"])
+@pytest.mark.parametrize(
+    "executor",
+    [
+        pytest.param(None, id="processes", marks=pytest.mark.slow),
+        pytest.param(ThreadPoolExecutor(2), id="threads"),
+    ],
+)
 def test_every_exception_is_reported_as_itself_and_costs_no_other_case(tmp_path, executor):
     """One that does not unpickle, one without a text, the exit of a script, and a process that really dies."""
     cases = CASES if executor is None else CASES[:4]

@@ -47,7 +47,13 @@ def operator_of(grid, thickness, film, base, terms=4):
     return lambda p: np.asarray(operator(jnp.asarray(p))) * float(scale.compliance * scale.length), kernels
 
 
-@pytest.mark.parametrize("name", GRIDS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in ("free", "periodic plane strain") else pytest.mark.slow)
+        for name in GRIDS
+    ],
+)
 def test_reciprocity(name):
     grid = GRIDS[name]
     apply, _ = operator_of(grid, wavy(grid), FILM, BASE)
@@ -226,6 +232,7 @@ def test_derivatives_by_the_map(over_times):
     np.testing.assert_allclose(forward, (run(1e-3) - run(-1e-3)) / 2e-3, rtol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*fewer than 3 cells", "ignore:the series")
 def test_a_note_tells_of_a_steep_film():
     grid = GRIDS["plane strain"]
