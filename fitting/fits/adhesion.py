@@ -132,9 +132,9 @@ def is_fitted(adhesion: Any) -> bool:
     return isinstance(adhesion, str) or is_law(adhesion)
 
 
-def check_none(others: dict[str, bool]) -> None:
+def check_none(others: dict[str, Any]) -> None:
     """Raise ValueError for keywords of ``fit_indentation`` that a fit of the work of adhesion does not take."""
-    for name in (name for name, given in others.items() if given):
+    for name in (name for name, given in others.items() if given is not None):
         raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
 
 

@@ -24,20 +24,20 @@ from fitting.search.creeping_film_search import (
     LEFT,
     MARGIN,
     SHARES,
+    AdhesiveFilm,
     CreepingFilm,
-    Film,
     Run,
     loads,
     starting_values,
     structure_with_work,
+    with_work,
 )
 from fitting.search.layered import Coating
 from fitting.search.nonlinear import moved
 from fitting.search.press import indentation_weights
-from jaxcontact._support.pytree import replace
-from jaxcontact.results.notes import FEW_COHESIVE
 
 WIDER, WIDENINGS = 1.3, 4  # of the grid, where the contact reaches its edge
+FEW_COHESIVE = 3  # cells across the zone of attraction, as in the notes of ``indent``
 BAD = jc.Status.NOT_CONVERGED, jc.Status.INHERITED
 
 
@@ -74,7 +74,7 @@ def _check_softer(material: type, bounds: dict[str, tuple] | None, base: Any) ->
         )
 
 
-class _Searched(NamedTuple):
+class _Fitted(NamedTuple):
     """The test with its problem, the solution, the run that it belongs to, and the numbers of starts of the first search."""
 
     test: CreepingFilm
@@ -87,15 +87,16 @@ class _Searched(NamedTuple):
 def fit_creeping_film(
     data: IndentationData,
     law: Any,
-    material: type,
+    described: tuple[Any, Any],
     given: tuple[Any, Any, Any, Any],
     choices: AdhesiveChoices,
 ) -> AdhesiveFit:
     """Fit the material and the work of adhesion, with the range or strength of the law held.
 
-    given: indenter, Poisson's ratio, thickness [m] of the film and substrate.
+    described: model and control; given: indenter, Poisson's ratio, thickness [m] of the film and substrate.
     """
     started = time.perf_counter()
+    material = check_creeping(law, *described, given[2:], choices.bounds)
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     body = body_of(*given)
@@ -104,7 +105,7 @@ def fit_creeping_film(
     weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, weights, 0.0)
     G, work, duration = half_space.start()["G"], float(law.work), float(np.ptp(data.t))
-    film = Film(body.nu, Coating.of(given[2], None, given[3]), body.ball, law)
+    film = AdhesiveFilm(body.nu, Coating.of(given[2], None, given[3]), body.ball, law)
     radius = _radius(body, G, work, float(np.ptp(data.depth[seen.contact])))
     test = CreepingFilm(
         data, seen, film, material, starting_values(material, G, work, duration), radius, weights
@@ -120,7 +121,7 @@ def _radius(body: Body, G: float, work: float, depth: float) -> float:
     return float(math.sqrt(R * depth) + neck)
 
 
-def _found(test: CreepingFilm, label: str, zero: float, choices: AdhesiveChoices) -> _Searched:
+def _found(test: CreepingFilm, label: str, zero: float, choices: AdhesiveChoices) -> _Fitted:
     """Return the solution on a grid that is wide enough, corrected by a finer one."""
     structure = structure_with_work(test.material)
     table = limits(structure, choices.fixed, choices.bounds)
@@ -148,7 +149,7 @@ def _found(test: CreepingFilm, label: str, zero: float, choices: AdhesiveChoices
         left=left + off, kept=test.seen.contact, against=_against(*_contact(test, solved, run))
     )
     first = coarse.whole[0]
-    return _Searched(test, problem, solved, run, (first.starts, first.agreed))
+    return _Fitted(test, problem, solved, run, (first.starts, first.agreed))
 
 
 def _solved(test: CreepingFilm, problem: FitProblem, run: Run, starts: list[np.ndarray]) -> Solved:
@@ -187,13 +188,13 @@ def _against(statuses: np.ndarray, cells: float) -> tuple[str, ...]:
 
 
 def _concluded(
-    found: _Searched, concluded: Conclusion, body: Body, choices: AdhesiveChoices, started: float
+    found: _Fitted, concluded: Conclusion, body: Body, choices: AdhesiveChoices, started: float
 ) -> AdhesiveFit:
     """Return the fit that follows from the search."""
     test, space, (best, objective) = found.test, found.problem.space, found.solved.whole
     values = dict(concluded.fields["values"])
     work = values.pop("work")
-    law = replace(test.film.law, work=work)
+    law = with_work(test.film.law, work)
     material = test.material(**values, nu=body.nu)
     tabor = float(law.tabor_number(float(body.ball.radius), body.modulus(1.0 / float(material.creep(0.0)))))
     rows = np.stack([space.to_si(v) for v in (best.theta, *concluded.ends.T)], -1)

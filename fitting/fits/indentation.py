@@ -21,7 +21,7 @@ from fitting.fits.adhesion import (
     is_fitted,
     is_law,
 )
-from fitting.fits.adhesion_creep import check_creeping, fit_creeping_film
+from fitting.fits.adhesion_creep import fit_creeping_film
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
@@ -207,16 +207,14 @@ def fit_indentation(
     started = time.perf_counter()
     if is_fitted(adhesion):
         film = layer is not None or substrate is not None
-        others = {"tau": tau is not None, "rise": rise is not None, "layers": layers is not None}
-        others |= {"grid": grid is not None, "thickness": thickness is not None}
-        others |= {"bulk_modulus": bulk_modulus is not None}
+        others = {"tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness}
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        check_none(others)
+        check_none(others | {"bulk_modulus": bulk_modulus})
         if is_law(adhesion):
-            material = check_creeping(adhesion, model, control, (layer, substrate), bounds)
-            given = indenter, nu, layer, substrate
-            return fit_creeping_film(data, adhesion, material, given, choices)
+            return fit_creeping_film(
+                data, adhesion, (model, control), (indenter, nu, layer, substrate), choices
+            )
         check_fitted(adhesion, model, film, control)
         body = body_of(indenter, nu, layer, substrate)
         check_softer(body, choices)

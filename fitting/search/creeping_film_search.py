@@ -31,7 +31,6 @@ from fitting.models.structure import ParameterList, resolve
 from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective
 from fitting.search.press import Instrument
-from jaxcontact._support.pytree import replace
 
 CELLS, FINER = 32, 2  # cells along a side, and the factor on cells and steps of the run that corrects
 LEFT = 3.0  # second order: of the change, a third remains
@@ -54,7 +53,7 @@ def structure_with_work(material: type) -> ParameterList:
     return ParameterList.of(collections.namedtuple(material.__name__, units), units)  # type: ignore[misc]
 
 
-class Film(NamedTuple):
+class AdhesiveFilm(NamedTuple):
     """The bodies in contact: Poisson's ratio and coating of the film, ball, and the law of adhesion at the start."""
 
     nu: Any
@@ -67,7 +66,7 @@ class Run(NamedTuple):
     """Inputs of the solver beside the coordinates: times (m,) [s] of the march and depth there [m]; t, load, (n,): the
     samples; correction (n,) [N]: added to the model; unit: of the coordinates."""
 
-    film: Film
+    film: AdhesiveFilm
     grid: jc.Grid
     times: Array
     depth: Array
@@ -86,7 +85,7 @@ class CreepingFilm(NamedTuple):
 
     data: IndentationData
     seen: PullOff
-    film: Film
+    film: AdhesiveFilm
     material: type
     start: dict[str, float]
     radius: float
@@ -161,12 +160,19 @@ def starting_values(material: type, G: float, work: float, duration: float) -> d
     return values | {"eta2": G / more[0] * duration, "work": work}
 
 
+def with_work(law: Any, work: Any) -> Any:
+    """Return the law of the same range, or strength, with another work of adhesion [J/m2]."""
+    if isinstance(law, jc.DugdaleAdhesion):
+        return jc.DugdaleAdhesion(work, law.strength)
+    return jc.ExponentialAdhesion(work, law.range)
+
+
 @functools.partial(jax.jit, static_argnames=("material",))
 def loads(theta: Array, run: Run, material: type) -> tuple[Array, Array, Array]:
     """Return the load at the samples (n,) [N], with the correction; status and cells across the attraction's zone, (m,)."""
     film, names = run.film, structure_with_work(material).where
     values = dict(zip(names, jnp.exp(theta[:-3]) * run.unit[:-3], strict=True))
-    law = replace(film.law, work=values.pop("work"))
+    law = with_work(film.law, values.pop("work"))
     point, drift, machine = theta[-3:] * run.unit[-3:]
     offset = point + drift * run.t + machine * run.load
     control = jc.Approach(run.depth - jnp.interp(run.times, run.t, offset))
