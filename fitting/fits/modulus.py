@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from scipy import stats
+from scipy import special
 
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
@@ -276,7 +276,7 @@ def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, 
     off = solved.residual / solved.weights
     relative = (off[:n] + 1j * off[n:]) / data.shear
     size, phase = (float(np.mean(part**2)) for part in (relative.real, relative.imag))
-    if not size > phase * stats.f.ppf(0.99, n, n):
+    if not size > phase * special.fdtri(n, n, 0.99):
         return ()
     short = math.sqrt(2.0 * size / (size + phase))
     return (
