@@ -94,8 +94,7 @@ class ModulusFit(Fit):
         if isinstance(structure, Law):
             return fractional_modulus.modulus(structure.model, structure.parameters(values), at, self.relaxed)
         if self.relaxed:
-            weights, rates = relaxation_modes(c, jnp.zeros(()))
-            return (jnp.exp(-at[..., None] * rates) @ weights)[None]
+            return _relaxed_modulus(c, at)[None]
         found = _complex_modulus(c, at)
         return jnp.stack([found.real, found.imag])
 
@@ -327,13 +326,20 @@ def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -
     """Return the weighted residuals (n,) of one kind of test at scaled times or frequencies x (n,)."""
     c = point.compliances()
     if kind == "relaxation":
-        weights, rates = relaxation_modes(c, jnp.zeros(()))
-        return weight * (jnp.exp(-x[:, None] * rates) @ weights - y)
+        return weight * (_relaxed_modulus(c, x) - y)
     model = _complex_modulus(c, x)
     second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
     return weight * (jnp.where(second, model.imag, model.real) - y)
 
 
+@jax.jit
+def _relaxed_modulus(c: Any, t: Array) -> Array:
+    """Return G at times t of any shape."""
+    weights, rates = relaxation_modes(c, jnp.zeros(()))
+    return jnp.exp(-t[..., None] * rates) @ weights
+
+
+@jax.jit
 def _complex_modulus(c: Any, omega: Array) -> Array:
     """Return G' + i G'' at angular frequencies omega of any shape."""
     delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)

@@ -111,7 +111,7 @@ def compliance(axes: Any, fit: Any) -> None:
 
 
 def _band(axes: Any, fit: Any, t: np.ndarray) -> None:
-    """Fill the band of J(t) at t (FINE,); its limits over J vary slowly, and are interpolated between every few points."""
+    """Fill the band of J(t) at t (FINE,); its distances from J vary slowly, and are interpolated between nodes."""
     nodes, J, place = t[::EVERY], fit.predict(t), np.arange(t.size)
-    low, high = (J * np.interp(place, place[::EVERY], end / J[::EVERY]) for end in fit.band(nodes))
+    low, high = (J + np.interp(place, place[::EVERY], end - J[::EVERY]) for end in fit.band(nodes))
     axes.fill_between(t, low, high, alpha=0.3, label=f"{100 * fit.level:g} % band")

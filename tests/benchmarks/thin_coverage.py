@@ -2,10 +2,10 @@
 
     python -m tests.benchmarks.thin_coverage [--sets 200] [--seed 0]
 
-The force curves are those of a ball up to chi = sqrt(R d)/h = 1.5 with a tilted baseline; the noise has a standard deviation
-of 0.2 % of the load and 0.05 % of the largest load, or constantly 0.2 % of the largest load. The bead on the gel is loaded in
-a second and held for a minute; the noise is 0.2 % of the largest depth. All are solutions by another method than the
-package's (``tests/support/thin_samples.py``).
+The force curves are those of a ball up to chi = sqrt(R d)/h = 1.5 with a tilted baseline; the noise has a standard
+deviation of 0.2 % of the load and 0.05 % of the largest load, or constantly 0.2 % of the largest load. The bead on the gel
+is loaded in a second and held for a minute; the noise is 0.2 % of the largest depth. All are solutions by another method
+than the package's (``tests/support/thin_samples.py``).
 
 Every parameter has the mean and the standard deviation of the relative error of its estimates, its largest one, the share of
 the intervals that hold the truth, and in parentheses the standard deviation that least squares with the true weights have
