@@ -18,6 +18,8 @@ from fitting.search.creep_search import Optimum, Scaled
 from fitting.search.uncertainty import linear_sd
 from fitting.search.varpro import PLACES, TauSearch
 
+ROUND_OFF = 1e-14  # of a compliance in scaled units
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CreepSearch:
@@ -91,7 +93,8 @@ class Extents(NamedTuple):
     def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
         """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.
 
-        ends (6, 2): the interval ends at T; slopes (m, k): the whitened Jacobian of the fitted compliances.
+        ends (6, 2): the interval ends at T, scaled, of which those that are zero have errors of round-off; slopes (m, k):
+        the whitened Jacobian of the fitted compliances.
         """
         (j0, j2, f, ratio), tau = np.asarray(self.best.parts), float(self.best.tau)
         free, whole = places(self.problem), np.zeros((len(slopes), 4))
@@ -99,8 +102,9 @@ class Extents(NamedTuple):
         gradients = self._gradients(np.ones(1))[:, [0, 4, 5]].T
         sd = linear_sd(whole, gradients, np.isin(np.arange(4), free))
         values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
+        ends = np.where(ends > ROUND_OFF, ends, 0.0)[[0, 4, 5]]
         units = self.scaled.compliance * np.array([1.0, 1.0 / self.scaled.time, 1.0])
-        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends[[0, 4, 5]], units, strict=True)
+        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends, units, strict=True)
         return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
 
     def landscape(self, space: SearchSpace) -> Landscape:
