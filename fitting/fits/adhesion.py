@@ -31,10 +31,12 @@ Interval = tuple[float, float, float]
 class AdhesiveFit(Fit):
     """Result of the fit of an adhesive force curve; the attributes common to all fits are documented in ``Fit``.
 
-    Its parameters are "G" [Pa], "work" [J/m2] and, where the attraction has a range, "strength" [Pa].
+    Its parameters are "G" [Pa], "work" [J/m2] and, where the attraction has a range, "strength" [Pa]; of a film that creeps
+    those of its material and "work".
 
     Attributes:
-        law: the law of adhesion with the fitted parameters; None for an attraction of short range (JKR).
+        law: the law of adhesion with the fitted parameters and what was held of it; None for an attraction of short range
+            (JKR).
         tabor_number: (R w^2/(E*^2 z^3))^(1/3) of the fitted law, z = w/s(0); nan without a range.
         pull_off: (value, low, high) [N]: the largest tension, read from the curve without a model.
         separation_work: (value, low, high) [J]: the work of the tension of the retraction, likewise.
@@ -116,28 +118,38 @@ class AdhesiveChoices(NamedTuple):
     level: float
 
 
+def is_law(adhesion: Any) -> bool:
+    """Return whether an ``adhesion=`` is a law of adhesion, whose work is fitted and whose range is held."""
+    return isinstance(adhesion, jc.ExponentialAdhesion | jc.DugdaleAdhesion)
+
+
 def is_fitted(adhesion: Any) -> bool:
     """Return whether an ``adhesion=`` asks for a fit of the work of adhesion; ValueError for anything but a number else."""
-    if isinstance(adhesion, (jc.ExponentialAdhesion, jc.DugdaleAdhesion)) or (
-        isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr")
-    ):
-        raise ValueError(f'adhesion: expected "fit", "JKR" or a work of adhesion [J/m2], got {adhesion!r}')
-    return isinstance(adhesion, str)
+    if isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr"):
+        raise ValueError(
+            f'adhesion: expected "fit", "JKR", a law of adhesion or a work [J/m2], got {adhesion!r}'
+        )
+    return isinstance(adhesion, str) or is_law(adhesion)
 
 
-def check_fitted(adhesion: Any, model: Any, film: bool, control: Any, others: dict[str, bool]) -> None:
+def check_none(others: dict[str, Any]) -> None:
     """Raise ValueError for keywords of ``fit_indentation`` that a fit of the work of adhesion does not take."""
+    for name in (name for name, given in others.items() if given is not None):
+        raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
+
+
+def check_fitted(adhesion: Any, model: Any, film: bool, control: Any) -> None:
+    """Raise ValueError for what a fit of a closed form does not take."""
     if getattr(model, "__name__", model) not in ("Elastic", "elastic"):
         raise ValueError(
             f"model: expected Elastic with a fit of the work of adhesion, got {getattr(model, '__name__', model)!r}: a"
-            " receding edge on a viscoelastic solid has no closed form; pass a known work, for the approach alone"
+            " receding edge on a viscoelastic solid has no closed form; pass a law of adhesion for a film that creeps, or a"
+            " known work for the approach alone"
         )
     if control != "depth":
         raise ValueError(f'control: expected "depth" with a fit of the work of adhesion, got {control!r}')
     if film and adhesion.lower() != "jkr":
         raise ValueError(f'adhesion: expected "JKR" with a layer, got {adhesion!r}')
-    for name in (name for name, given in others.items() if given):
-        raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
 
 
 def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) -> Body:

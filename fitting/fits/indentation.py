@@ -15,10 +15,13 @@ from fitting.fits.adhesion import (
     AdhesiveFit,
     body_of,
     check_fitted,
+    check_none,
     check_softer,
     fit_adhesive,
     is_fitted,
+    is_law,
 )
+from fitting.fits.adhesion_creep import fit_creeping_film
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
@@ -166,6 +169,10 @@ def fit_indentation(
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
             for an attraction of short range, also on an elastic film (``layer=`` a thickness, ``substrate=`` an
             ``Elastic``; ``fitting/models/adhesive_film.py``) that is softer than its base, as ``bounds`` must say.
+            A law of adhesion (``jc.ExponentialAdhesion(work, range)`` or ``jc.DugdaleAdhesion``): material and work of a
+            film that creeps on an elastic base, with the range or strength of the law held and its work as the start, for
+            approach, dwell and retraction by the contact solver (``fitting/search/creeping_film_search.py``), in minutes;
+            ``bounds`` must say that G1 (or G) is at most that of the base.
             ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is an ``AdhesiveFit``. Where the
             residuals have a trend, its intervals include the changes of modulus and work with half the contact and, for
             "JKR" on a half-space, with a range of the attraction; the fit is rejected where one of these exceeds 49 %, or
@@ -200,12 +207,15 @@ def fit_indentation(
     started = time.perf_counter()
     if is_fitted(adhesion):
         film = layer is not None or substrate is not None
-        others = {"tau": tau is not None, "rise": rise is not None, "layers": layers is not None}
-        others |= {"grid": grid is not None, "thickness": thickness is not None}
-        others |= {"bulk_modulus": bulk_modulus is not None}
-        check_fitted(adhesion, model, film, control, others)
+        others = {"tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness}
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
+        check_none(others | {"bulk_modulus": bulk_modulus})
+        if is_law(adhesion):
+            return fit_creeping_film(
+                data, adhesion, (model, control), (indenter, nu, layer, substrate), choices
+            )
+        check_fitted(adhesion, model, film, control)
         body = body_of(indenter, nu, layer, substrate)
         check_softer(body, choices)
         return fit_adhesive(data, adhesion, body, choices)

@@ -267,7 +267,9 @@ def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, 
     """Return a note where G' and G'' of a frequency have the same error, that of the amplitude.
 
     A fit takes them as independent, with the mean variance of amplitude and phase. What the amplitude alone determines
-    then has an interval that is too short by the square root of the variance of the amplitude over this mean.
+    then has an interval that is too short by the square root of the variance of the amplitude over this mean. Where G'
+    and G'' are of different size, independent errors of so many percent of each change the phase less than the amplitude
+    as well: there the more likely of both descriptions decides.
     """
     if isinstance(data, RelaxationData):
         return ()
@@ -275,13 +277,29 @@ def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, 
     off = solved.residual / solved.weights
     relative = (off[:n] + 1j * off[n:]) / data.shear
     size, phase = (float(np.mean(part**2)) for part in (relative.real, relative.imag))
-    if not size > phase * special.fdtri(n, n, 0.99):
+    if not size > phase * special.fdtri(n, n, 0.99) or _apart(off.reshape(2, n), data.shear, size * phase):
         return ()
     short = math.sqrt(2.0 * size / (size + phase))
     return (
         f"errors of |G*| ({100 * math.sqrt(size):.2g} %) exceed those of the phase ({math.sqrt(phase):.2g} rad), so that G'"
         f" and G'' have common errors: the intervals may be up to {short:.2g} times too short",
     )
+
+
+def _apart(off: np.ndarray, modulus: np.ndarray, product: float) -> bool:
+    """Return whether errors (2, n) of G' and G'' are independent parts of each; product: of the variances of amplitude
+    and phase.
+
+    They are not correlated then, and more likely than independent errors of amplitude and phase: n normal errors have a
+    likelihood of the power -n/2 of the product of their two variances, in one volume of errors relative to |G*|.
+    """
+    sizes = np.maximum(np.abs([modulus.real, modulus.imag]), 1e-12 * np.abs(modulus))
+    own = off / sizes
+    variances = np.mean(own**2, 1)
+    correlation = np.mean(own[0] * own[1]) / math.sqrt(np.prod(variances))
+    volume = np.mean(np.log(sizes[0] * sizes[1] / np.abs(modulus) ** 2))
+    alike = correlation > special.ndtri(0.99) / math.sqrt(modulus.size)
+    return bool(not alike and np.prod(variances) * math.exp(2.0 * volume) < product)
 
 
 def _structure(model: type | str, tau: Any) -> Structure:

@@ -86,18 +86,20 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
         assert s.found.separated is not None
         return (s.error > tolerance) & (s.iterations < max_iterations) & ~s.found.separated
 
-    zero, none = jnp.zeros_like(problem.gap), jnp.zeros((), int)
+    last = jax.lax.while_loop(going, repeat, _before_the_first(start))
+    # without the displacement by the pressure that was given
+    first_touch = jnp.min(problem.gap) - problem.lowest
+    approach = jnp.where(last.found.separated, first_touch, last.found.approach)
+    return replace(last.found, approach=approach, error=last.error, iterations=last.iterations)
+
+
+def _before_the_first(start: Start) -> _Repeated:
+    """Return the state before the first repetition."""
+    zero, none = jnp.zeros_like(start.pressure), jnp.zeros((), int)
     no, number = jnp.asarray(False), jnp.zeros(())
     nothing = Solution(start.pressure, zero, number, number, none, zero, no, no)
     empty = jnp.zeros((DEPTH, *zero.shape))
-    first = _Repeated(nothing, jnp.asarray(jnp.inf), none, start.pressure, empty, empty, none)
-
-    last = jax.lax.while_loop(going, repeat, first)
-    first_touch = (
-        jnp.min(problem.gap) - problem.lowest
-    )  # without the displacement by the pressure that was given
-    approach = jnp.where(last.found.separated, first_touch, last.found.approach)
-    return replace(last.found, approach=approach, error=last.error, iterations=last.iterations)
+    return _Repeated(nothing, jnp.asarray(jnp.inf), none, start.pressure, empty, empty, none)
 
 
 def _weights(changes: Array, count: Array) -> Array:

@@ -107,6 +107,21 @@ def test_long_cylinder_has_the_line_contacts_width_and_pressure_in_its_middle():
     assert float(jnp.sum(middle > 0) * grid.spacing[0]) == pytest.approx(2 * a, rel=0.05)
 
 
+def test_pressure_at_a_sharp_edge_grows_as_one_over_the_root_of_the_cell():
+    """Of a flat strip of width 2 a, p = P'/(pi sqrt(a^2 - x^2)): K. L. Johnson, Contact Mechanics (1985), section 2.8."""
+    a, width, edges = 1e-4, 1e-3, []
+    for n in (64, 256):
+        h = 2.0 * a / n
+        grid = jc.Grid((n, 1), (h, width), periodic=(False, True))
+        pressure = press(jc.Load(10.0 * width), grid, jc.HeightField(np.zeros((n, 1)))).pressure[0, :, 0]
+        sides = np.linspace(-1.0, 1.0, n + 1)
+        mean = 10.0 / (np.pi * h) * np.diff(np.arcsin(sides))  # over a cell
+        inside = slice(n // 4, -n // 4)
+        np.testing.assert_allclose(pressure[inside], mean[inside], rtol=0.01)
+        edges.append(float(pressure[0]))
+    assert edges[1] / edges[0] == pytest.approx(2.0, rel=0.01)
+
+
 @pytest.mark.slow
 @pytest.mark.versions
 def test_solution_is_optimal_to_the_stated_tolerance():

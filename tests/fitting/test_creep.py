@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -189,6 +190,15 @@ def test_solid_as_burgers_has_infinite_viscosity():
     assert not fit.identified["eta1"] and "not determined" in fit.summary()
     assert fit.sd_log["eta1"] == np.inf and "+-" not in fit.summary()
     assert np.all(np.isfinite(fit.predict(t)))
+
+
+def test_the_ends_of_a_narrow_interval_are_told_apart():
+    """A curve with a noise of 1e-7 of its values."""
+    t = np.linspace(0.1, 4.0, 40)
+    noise = np.random.default_rng(0).standard_normal(t.size)
+    exact = fitting.fit_creep(fitting.CreepData(t=t, J=(1.0 + t) * (1.0 + 1e-7 * noise)), "Maxwell")
+    ends = re.findall(r"interval (\S+) to (\S+)", exact.summary())
+    assert len(ends) == 2 and all(float(low) < float(high) for low, high in ends)
 
 
 def test_half_compliance_convention():

@@ -91,6 +91,20 @@ def test_every_test_that_verification_names_is_there():
         assert (ROOT / path).is_file(), path
 
 
+TERMS = """Hertz contact, sphere on flat, spherical indenter, conical indenter, line contact, edge effect, contact stiffness,
+von Mises stress, rough surface, real contact area, Persson, Greenwood Williamson, adhesion, JKR, contact angle, capillary,
+van der Waals, surface energy, friction coefficient, fretting wear, stick slip, rolling resistance, wear rate, pin on disc,
+tribofilm, ZDDP, thin film, multilayer coating, DLC, hydrogel, nanoindentation, Oliver Pharr, creep compliance, loss tangent,
+glass transition, plasticity, lubrication, flash temperature, damping, poroelastic"""
+
+
+def test_a_page_answers_each_term_that_a_tribologist_types():
+    """As the search of the site does: all words of the term on one page."""
+    pages = [path.read_text().casefold() for path in DOCS.glob("*.md")]
+    terms = [term.split() for term in TERMS.casefold().replace("\n", " ").split(", ")]
+    assert [term for term in terms if not any(all(word in page for word in term) for page in pages)] == []
+
+
 @pytest.mark.parametrize("module", [jc, fitting], ids=lambda module: module.__name__)
 def test_every_public_name_has_its_place_in_the_reference(module):
     pages = [path.read_text() for path in (DOCS / "api").glob("*.rst")]
