@@ -15,12 +15,14 @@ app = marimo.App(width="medium", app_title="Contact with a film that creeps")
 with app.setup:
     import os
 
+    import marimo as mo
+
+    mo.output.replace(mo.md("Loading; the first run of an example is then compiled for some seconds"))
     # Before scipy is loaded, whose BLAS solves the small systems of a run: its threads wait for one another in a busy
     # loop, which takes up to a second of processor time per move where other programs use the processor as well.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import jaxcontact as jc  # isort: skip (before jax)
     import jax
-    import marimo as mo
     import numpy as np
 
     jc.enable_compilation_cache()
@@ -79,6 +81,7 @@ with app.setup:
         lambda body, pressed, load, grid: jc.indent(body, pressed, jc.Load(load), TIMES, grid=grid),
         compiler_options=OPTIONS,
     )
+    mo.output.clear()
 
 
 @app.function
@@ -111,10 +114,10 @@ def rounded(value):
 
 
 @app.function
-def panel(left, curves, across, up):
-    """The drawing of curves (x, y, style) as part of an SVG, between axes (label, ticks, lowest, highest, logarithmic).
+def panel(seen, curves, across, up):
+    """The drawing of curves (x, y, style) as SVG, between axes (label, ticks, lowest, highest, logarithmic).
 
-    The axes start 60 units right of left and are 300 x 180 units large.
+    The axes are 300 x 180 units large; seen: what it shows, for readers without a screen.
     """
 
     def placed(values, axis, length):
@@ -122,25 +125,21 @@ def panel(left, curves, across, up):
         scaled = np.log if logarithmic else np.asarray
         return length * (scaled(values) - scaled(low)) / (scaled(high) - scaled(low))
 
-    X, Y = (
-        lambda x: left + 60.0 + placed(x, across, 300.0),
-        lambda y: 190.0 - placed(y, up, 180.0),
-    )
-    parts = [f'<rect x="{left + 60}" y="10" width="300" height="180" fill="none" stroke="#808080"/>']
+    X, Y = lambda x: 60.0 + placed(x, across, 300.0), lambda y: 190.0 - placed(y, up, 180.0)
+    parts = ['<rect x="60" y="10" width="300" height="180" fill="none" stroke="#808080"/>']
     for tick in across[1]:
         parts.append(f'<path d="M{X(tick):.1f} 190 v5" stroke="#808080"/>')
         parts.append(f'<text x="{X(tick):.1f}" y="208" text-anchor="middle">{tick:g}</text>')
     for tick in up[1]:
-        parts.append(f'<path d="M{left + 60} {Y(tick):.1f} h-5" stroke="#808080"/>')
-        parts.append(f'<text x="{left + 52}" y="{Y(tick) + 4.0:.1f}" text-anchor="end">{tick:g}</text>')
-    parts.append(f'<text x="{left + 210}" y="228" text-anchor="middle">{across[0]}</text>')
-    parts.append(
-        f'<text transform="translate({left + 12} 100) rotate(-90)" text-anchor="middle">{up[0]}</text>'
-    )
+        parts.append(f'<path d="M60 {Y(tick):.1f} h-5" stroke="#808080"/>')
+        parts.append(f'<text x="52" y="{Y(tick) + 4.0:.1f}" text-anchor="end">{tick:g}</text>')
+    parts.append(f'<text x="210" y="228" text-anchor="middle">{across[0]}</text>')
+    parts.append(f'<text transform="translate(12 100) rotate(-90)" text-anchor="middle">{up[0]}</text>')
     for x, y, style in curves:
         points = " ".join(f"{each[0]:.2f},{each[1]:.2f}" for each in zip(X(x), Y(y), strict=True))
         parts.append(f'<polyline points="{points}" fill="none" {style}/>')
-    return "".join(parts)
+    return f"""<svg viewBox="0 0 380 240" role="img" font-size="12" font-family="sans-serif" aria-label="{seen}"
+      style="flex: 1 1 300px; max-width: 450px; background: white; border-radius: 4px">{"".join(parts)}"""
 
 
 @app.function
@@ -168,22 +167,20 @@ def drawn(preset, history, before, time):
     )
     ticks = lambda low, top: np.linspace(low, top, 5)
     left = panel(
-        0,
+        f"pressure across the contact after {time:g} s",
         pressures,
         (f"x [{aside}]", ticks(-wide, wide), -wide, wide, False),
         (f"pressure [{force}]", ticks(0.0, high), 0.0, high, False),
     )
     right = panel(
-        380,
+        "approach over time",
         [*approaches, marked],
         ("time [s]", [1, 10, 100, 1000], 1.0, TIMES[-1], True),
         (f"approach [{length}]", ticks(0.0, deep), 0.0, deep, False),
     )
-    seen = f"pressure across the contact after {time:g} s, and approach over time"
-    return mo.Html(f"""<svg viewBox="0 0 760 240" role="img" font-size="12" font-family="sans-serif" aria-label="{seen}"
-      style="width: 100%; max-width: 900px; background: white; border-radius: 4px">{left}{right}
+    return mo.Html(f"""<div style="display: flex; flex-wrap: wrap">{left}
       <path d="M70 24 h24" {blue}/><text x="100" y="28">after {time:g} s</text>
-      <path d="M70 42 h24" {grey}/><text x="100" y="46">before</text></svg>""")
+      <path d="M70 42 h24" {grey}/><text x="100" y="46">before</text></svg>{right}</svg></div>""")
 
 
 @app.function
@@ -259,7 +256,7 @@ def _(given, preset, sliders, time):
     values = {name: sliders.value[name] * UNITS[unit] for name, (_, unit) in given.items()}
     shown = {name: f"{sliders.value[name]:g} {unit}" for name, (_, unit) in given.items()}
     rows = [
-        f"<tr><td>{LABELS[name]} [{unit}]</td><td>{sliders[name]}</td></tr>"
+        f"<tr><td style='padding-right: 1em'>{LABELS[name]} [{unit}]</td><td>{sliders[name]}</td></tr>"
         for name, (_, unit) in given.items()
     ]
     rows.append(f"<tr><td>time under load [s]</td><td>{time}</td></tr>")

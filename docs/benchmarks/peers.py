@@ -1,10 +1,10 @@
-"""Solve the problems that Tamaas and ContactMechanics can solve, where they are installed.
+"""Solve the problems that Tamaas, ContactMechanics and ASPHER can solve, where they are installed.
 
     python docs/benchmarks/peers.py tamaas -o tamaas.json
     python docs/benchmarks/answers.py --check tamaas.json
 
-Both packages solve elastic contact without layers, Hertz's in a free space and Westergaard's on a periodic grid; the grids
-are those of answers.py. ContactMechanics needs SurfaceTopography as well.
+The packages solve elastic contact without layers, Hertz's in a free space and Westergaard's on a periodic grid; the grids
+are those of answers.py. ContactMechanics needs SurfaceTopography as well. ASPHER is compiled when it is installed.
 """
 
 import argparse
@@ -96,7 +96,24 @@ def contact_mechanics_pressure(
     return np.asarray(found.jac)[: gap.shape[0], : gap.shape[1]] * gap.size / width**2
 
 
-CODES = {"tamaas": tamaas_pressure, "contactmechanics": contact_mechanics_pressure}
+def aspher_pressure(
+    inputs: Inputs, gap: np.ndarray, width: float, mean: float, free: bool
+) -> np.ndarray:
+    from aspher import ContactSolver
+
+    modulus = young_of(inputs) / (1.0 - inputs.poisson**2)
+    solver = ContactSolver(
+        len(gap), width, modulus, backend="fft" if free else "periodic"
+    )
+    found = solver.solve((gap - gap.min()).ravel(), mean, tol=TOLERANCE)
+    return np.asarray(found.pressure).reshape(gap.shape)
+
+
+CODES = {
+    "aspher": aspher_pressure,
+    "contactmechanics": contact_mechanics_pressure,
+    "tamaas": tamaas_pressure,
+}
 
 
 def answers(code: str) -> dict[str, dict[str, float]]:

@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from scipy import stats
+from scipy import special
 
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
@@ -94,8 +94,7 @@ class ModulusFit(Fit):
         if isinstance(structure, Law):
             return fractional_modulus.modulus(structure.model, structure.parameters(values), at, self.relaxed)
         if self.relaxed:
-            weights, rates = relaxation_modes(c, jnp.zeros(()))
-            return (jnp.exp(-at[..., None] * rates) @ weights)[None]
+            return _relaxed_modulus(c, at)[None]
         found = _complex_modulus(c, at)
         return jnp.stack([found.real, found.imag])
 
@@ -268,7 +267,9 @@ def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, 
     """Return a note where G' and G'' of a frequency have the same error, that of the amplitude.
 
     A fit takes them as independent, with the mean variance of amplitude and phase. What the amplitude alone determines
-    then has an interval that is too short by the square root of the variance of the amplitude over this mean.
+    then has an interval that is too short by the square root of the variance of the amplitude over this mean. Where G'
+    and G'' are of different size, independent errors of so many percent of each change the phase less than the amplitude
+    as well: there the more likely of both descriptions decides.
     """
     if isinstance(data, RelaxationData):
         return ()
@@ -276,13 +277,29 @@ def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, 
     off = solved.residual / solved.weights
     relative = (off[:n] + 1j * off[n:]) / data.shear
     size, phase = (float(np.mean(part**2)) for part in (relative.real, relative.imag))
-    if not size > phase * stats.f.ppf(0.99, n, n):
+    if not size > phase * special.fdtri(n, n, 0.99) or _apart(off.reshape(2, n), data.shear, size * phase):
         return ()
     short = math.sqrt(2.0 * size / (size + phase))
     return (
         f"errors of |G*| ({100 * math.sqrt(size):.2g} %) exceed those of the phase ({math.sqrt(phase):.2g} rad), so that G'"
         f" and G'' have common errors: the intervals may be up to {short:.2g} times too short",
     )
+
+
+def _apart(off: np.ndarray, modulus: np.ndarray, product: float) -> bool:
+    """Return whether errors (2, n) of G' and G'' are independent parts of each; product: of the variances of amplitude
+    and phase.
+
+    They are not correlated then, and more likely than independent errors of amplitude and phase: n normal errors have a
+    likelihood of the power -n/2 of the product of their two variances, in one volume of errors relative to |G*|.
+    """
+    sizes = np.maximum(np.abs([modulus.real, modulus.imag]), 1e-12 * np.abs(modulus))
+    own = off / sizes
+    variances = np.mean(own**2, 1)
+    correlation = np.mean(own[0] * own[1]) / math.sqrt(np.prod(variances))
+    volume = np.mean(np.log(sizes[0] * sizes[1] / np.abs(modulus) ** 2))
+    alike = correlation > special.ndtri(0.99) / math.sqrt(modulus.size)
+    return bool(not alike and np.prod(variances) * math.exp(2.0 * volume) < product)
 
 
 def _structure(model: type | str, tau: Any) -> Structure:
@@ -327,13 +344,20 @@ def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -
     """Return the weighted residuals (n,) of one kind of test at scaled times or frequencies x (n,)."""
     c = point.compliances()
     if kind == "relaxation":
-        weights, rates = relaxation_modes(c, jnp.zeros(()))
-        return weight * (jnp.exp(-x[:, None] * rates) @ weights - y)
+        return weight * (_relaxed_modulus(c, x) - y)
     model = _complex_modulus(c, x)
     second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
     return weight * (jnp.where(second, model.imag, model.real) - y)
 
 
+@jax.jit
+def _relaxed_modulus(c: Any, t: Array) -> Array:
+    """Return G at times t of any shape."""
+    weights, rates = relaxation_modes(c, jnp.zeros(()))
+    return jnp.exp(-t[..., None] * rates) @ weights
+
+
+@jax.jit
 def _complex_modulus(c: Any, omega: Array) -> Array:
     """Return G' + i G'' at angular frequencies omega of any shape."""
     delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)

@@ -17,7 +17,7 @@ import numpy as np
 from fitting.inference import noise, student
 from fitting.inference.correlation import BEYOND_CHANCE, basis
 from fitting.inference.noise import Noise
-from fitting.inference.verdict import reasons
+from fitting.inference.verdict import Places, reasons
 from fitting.models.search_space import Landscape
 
 NOT_DETERMINED = 0.5  # sd of a log parameter above which it is not identifiable
@@ -61,6 +61,11 @@ class Sample(NamedTuple):
         """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
         blocks = np.zeros(weights.size, dtype=int) if blocks is None else blocks
         return cls(*curve, weights, label, blocks, paired=paired)
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """The symbol and the unit of t; paired values are those of an oscillation."""
+        return ("omega", "rad/s") if self.paired else ("t", "s")
 
     @property
     def known(self) -> bool:
@@ -331,7 +336,8 @@ def _weigh(
     r2 = coefficient_of_determination(measured, fitted)
     misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
     matters = real and rss > NEGLIGIBLE * sample.size
-    why = reasons(residuals, Q, found, r2, fitted, sample.t, sample.blocks) if matters else ()
+    where = Places(sample.t, sample.blocks, *sample.abscissa)
+    why = reasons(residuals, Q, found, r2, fitted, where) if matters else ()
     scale = math.sqrt(rss / (n - p))
     aic, bic = criteria(rss, n, p, known, sample.spread())
     widening = found.widening(level, 1.0 if known else scale)

@@ -1,6 +1,7 @@
 """Tests of the goodness of fit: a fit is rejected where its residuals show that the model does not describe the data."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,15 +15,24 @@ ISOLATED = 0.5  # largest residual of a neighbour over that of an isolated outli
 FLAT = 1e-9
 
 
+class Places(NamedTuple):
+    """The places of points in their data: abscissa t (n,) in ``unit``, blocks (n,) of neighbours, and its symbol."""
+
+    t: np.ndarray
+    blocks: np.ndarray
+    symbol: str
+    unit: str
+
+
 def reasons(
-    residuals: np.ndarray, Q: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, t: np.ndarray,
-    blocks: np.ndarray,
-) -> tuple[str, ...]:  # fmt: skip
+    residuals: np.ndarray, Q: np.ndarray, noise: Noise, r2: float, fitted: np.ndarray, at: Places
+) -> tuple[str, ...]:
     """Return the reasons for rejecting a fit, () if there are none.
 
-    residuals (weighted), fitted, t [s]: (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for
-    these points where they are part of the data; blocks (n,) of neighbours.
+    residuals (weighted), fitted: (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for these
+    points where they are part of the data.
     """
+    t, blocks, symbol, unit = at
     found = []
     constant = np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
     if r2 <= 0.0 and not (constant and noise.white):
@@ -37,14 +47,14 @@ def reasons(
     slip = slipped(residuals, Q.shape[1], blocks)
     if slip is not None:
         found.append(
-            f"the curve slips between t = {t[slip]:.4g} and {t[slip + 1]:.4g} s: one jump of the residuals"
+            f"the curve slips between {symbol} = {t[slip]:.4g} and {t[slip + 1]:.4g} {unit}: one jump of the residuals"
         )
     points = [i for i in outlying(residuals, Q, blocks) if _moves(residuals, Q, i) > MATTERS]
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
         found.append(
-            f"outliers affect the fit: {len(points)} of {t.size} points, at t = {times} s: leave them out, or give their"
-            " uncertainty by sigma"
+            f"outliers affect the fit: {len(points)} of {t.size} points, at {symbol} = {times} {unit}: leave them out, or"
+            " give their uncertainty by sigma"
         )
     return tuple(found)
 

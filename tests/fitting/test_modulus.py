@@ -322,3 +322,15 @@ def test_common_errors_of_both_moduli_have_a_note(phase, common):
         told = [note for note in fit.notes if "have common errors" in note]
         assert len(told) == common
         assert not told or "up to 1.4 times" in told[0]
+
+
+def test_independent_errors_of_each_modulus_are_not_common_ones_and_outliers_have_a_frequency():
+    """3 % of G' and, apart from it, 3 % of G'': near a plateau these hardly change the phase. All reasons are in rad/s."""
+    rng, omega = np.random.default_rng(1), np.geomspace(1e-3, 1e2, 25)
+    G = 1.0 / (1.0 / 2e5 + 1.0 / (1e5 + 4e5j * omega))  # a standard solid
+    storage, loss = (part * (1.0 + 0.03 * rng.standard_normal(25)) for part in (G.real, G.imag))
+    fit = fitting.fit_oscillation(fitting.OscillationData(omega, storage, loss), "StandardLinearSolid")
+    assert not any("have common errors" in note for note in fit.notes)
+    storage[12] *= 2.0
+    spoiled = fitting.fit_oscillation(fitting.OscillationData(omega, storage, loss), "StandardLinearSolid")
+    assert any(f"at omega = {omega[12]:.4g} rad/s" in reason for reason in spoiled.refused)
