@@ -97,7 +97,7 @@ def add_resample(parser: Any) -> None:
 
 def add_exclude(parser: Any) -> None:
     """Add the flag that leaves out single points."""
-    what = "leave out single points, by their times [s] or angular frequencies [rad/s]"
+    what = "leave out single points, by their times [s] or angular frequencies [rad/s], before --resample"
     parser.add_argument("--exclude", metavar="X,X,...", help=what)
 
 

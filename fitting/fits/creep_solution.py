@@ -18,6 +18,10 @@ from fitting.search.creep_search import Optimum, Scaled
 from fitting.search.uncertainty import linear_sd
 from fitting.search.varpro import PLACES, TauSearch
 
+SINGLY = 64  # most times of which each has a run of its own, with the program that every fit compiles for its duration
+OTHERS = 5  # functions before J(t) in a profile
+ROUND_OFF = 1e-14  # of a compliance in scaled units
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CreepSearch:
@@ -75,23 +79,31 @@ class Extents(NamedTuple):
     def at(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
         """Return the ends (5 + k, 2) of the intervals of ``creep_search.profile`` at times t (k,) [s].
 
-        The times are padded so that only a few values of k are compiled.
+        Many times are padded so that only a few values of k are compiled.
         """
         times = t / self.scaled.time
-        times = padding.repeated(times) if t.size > 1 else times
+        times = padding.repeated(times) if t.size > SINGLY else times
         levels = assessment.levels(self._gradients(times)[places(self.problem)])
+        if not 0 < t.size <= SINGLY:
+            return self._profile(levels, times)[: OTHERS + t.size]
+        each = range(OTHERS, levels.size)
+        rows = [self._profile(levels[[*range(OTHERS), k]], times[[k - OTHERS]]) for k in each]
+        return np.concatenate([rows[0], *(row[OTHERS:] for row in rows[1:])])
+
+    def _profile(self, levels: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the ends (5 + k, 2) at scaled times (k,) for levels (5 + k,), which are often the same."""
         same = np.ptp(levels) <= 1e-12 * levels[0]
-        some = creep_search.profile(self.problem, self.best, levels[0] if same else levels, times)
-        return np.asarray(some)[: 5 + t.size]
+        return np.asarray(creep_search.profile(self.problem, self.best, levels[0] if same else levels, times))
 
     def creep(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
         """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
-        return self.at(assessment, t)[5:].T * self.scaled.compliance
+        return self.at(assessment, t)[OTHERS:].T * self.scaled.compliance
 
     def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
         """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.
 
-        ends (6, 2): the interval ends at T; slopes (m, k): the whitened Jacobian of the fitted compliances.
+        ends (6, 2): the interval ends at T, scaled, of which those that are zero have errors of round-off; slopes (m, k):
+        the whitened Jacobian of the fitted compliances.
         """
         (j0, j2, f, ratio), tau = np.asarray(self.best.parts), float(self.best.tau)
         free, whole = places(self.problem), np.zeros((len(slopes), 4))
@@ -99,8 +111,9 @@ class Extents(NamedTuple):
         gradients = self._gradients(np.ones(1))[:, [0, 4, 5]].T
         sd = linear_sd(whole, gradients, np.isin(np.arange(4), free))
         values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
+        ends = np.where(ends > ROUND_OFF, ends, 0.0)[[0, 4, 5]]
         units = self.scaled.compliance * np.array([1.0, 1.0 / self.scaled.time, 1.0])
-        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends[[0, 4, 5]], units, strict=True)
+        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends, units, strict=True)
         return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
 
     def landscape(self, space: SearchSpace) -> Landscape:

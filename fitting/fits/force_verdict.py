@@ -54,7 +54,7 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
         return Deviation(np.abs(softer), (f"{why}: {_meaning(softer[0], force)}",), ())
     note = (
         f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
-        f" by which it {way} by {100 * change:.1f} %"
+        f" by which it {way} by {100 * change:.1f} %: {_meaning(softer[0], force)}"
     )
     return Deviation(np.abs(softer), (), (note,))
 

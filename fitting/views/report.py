@@ -31,8 +31,14 @@ def parameter(fit: Any, name: str) -> str:
     if name in fit.fixed:
         return f"  {name:5s} = {value:11.5g} {unit:5s} fixed"
     if fit.identified[name]:
-        return f"  {name:5s} = {value:11.5g} {unit:5s} {percent} interval {low:.5g} to {high:.5g}"
+        return f"  {name:5s} = {value:11.5g} {unit:5s} {percent} interval {_apart(low, high)}"
     return f"  {name:5s} not determined: {span(low, high)} {unit} ({percent}); best {value:.5g}"
+
+
+def _apart(low: float, high: float) -> str:
+    """Return an interval as text, with five digits or as many, up to ten, as its ends differ by."""
+    texts = ((f"{low:.{digits}g}", f"{high:.{digits}g}") for digits in range(5, 11))
+    return " to ".join(next((pair for pair in texts if pair[0] != pair[1]), (f"{low:.5g}", f"{high:.5g}")))
 
 
 def span(low: float, high: float) -> str:
@@ -91,7 +97,7 @@ def in_words(fit: Any) -> str:
     The place of a trend is the third of the points, in the order of the abscissa, whose weighted residuals are largest.
     """
     if not fit.refused:
-        return "describes the data"
+        return "describes the data, with correlated residuals" if fit.misfit else "describes the data"
     if not fit.misfit:
         return "describes the data only in part" if fit.r2 > 0.0 else "does not describe the data"
     name, _, x, _ = fit.curve

@@ -23,7 +23,10 @@ def fitting_prefix(value: float) -> tuple[float, str]:
 def prefixed(value: float, unit: str) -> str:
     """Return a number with five digits and a prefixed unit, 3.3554 µm.
 
-    A unit that begins with a power takes no prefix, which would be raised to that power: 1.7e-10 m2.
+    A unit that begins with a power takes no prefix, which would be raised to that power: 1.7e-10 m2. A number below a
+    thousandth of the smallest prefix, mostly round-off, has three digits and no prefix: 6.27e-16 Pa.
     """
     factor, prefix = fitting_prefix(value) if PLAIN.match(unit) else (1.0, "")
+    if prefix and 0.0 < abs(value / factor) < 1e-3:
+        return f"{value:.3g} {unit}"
     return f"{value / factor:.5g} {prefix}{unit}".rstrip()

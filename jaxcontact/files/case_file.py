@@ -110,7 +110,9 @@ def case_of(tables: Table, path: Path) -> Case:
 
 def _case(tables: Table, folder: Path) -> Case:
     if "sweep" in tables:
-        raise CaseError("[sweep]: found a study, accepted: by jaxcontact sweep")
+        raise CaseError(
+            "[sweep]: found a study, accepted: a single case; jaxcontact sweep checks and runs a study"
+        )
     kind, sections = kind_of(tables)
     adhesive = "adhesion" in tables
     sections = sections_of(kind, adhesive=True) if adhesive else sections

@@ -313,7 +313,7 @@ def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
         **({} if own.times is None else {"times": own.times}),
         "grid": {
             "n": Key(whole_number(4, MOST_CELLS), "cells along x and y", default=256),
-            "width": Key(POSITIVE, "width along x and y [m]; from the expected contact when absent"),
+            "width": Key(POSITIVE, "width along x and y [m]; chosen from the expected contact if absent"),
             "shape": Key(SHAPE, "cells along x and y, in place of n; with spacing"),
             "spacing": Key(SPACING, "size of a cell [m]; with shape"),
             "periodic": Key(

@@ -122,7 +122,7 @@ def _meaning(name: str, value: Any, key: Key) -> str:
     if isinstance(value, str) and name in ("material", "shape", "law"):  # the shape of a grid is two numbers
         return ((MATERIALS | SHAPES | LAWS)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
     choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
-    return key.meaning.split("; from the expected")[0].split("; absent: ")[0] + choices
+    return key.meaning.split("; absent: ")[0] + choices
 
 
 def _toml(value: Any) -> str:

@@ -220,7 +220,7 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
 
 
 def tangential_loop(ax: Axes, history: Any) -> Axes:
-    """Plot tangential load against displacement, along the direction of the largest tangential load."""
+    """Plot tangential load against displacement, along the line of the largest tangential load."""
     displacement, load = along_the_largest(history)
     (f_unit, f_name), (x_unit, x_name) = scale_of(load, "N"), scale_of(displacement, "m")
     ax.plot(displacement / x_unit, load / f_unit, marker=".", ms=3, color=colormaps[COLOURS](0.3))

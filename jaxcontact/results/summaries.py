@@ -143,7 +143,7 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
         picked = {"first": None, "last": values}
     cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
     name = field.replace("_", " ").replace("displacement", "shift")  # to fit the width of the column
-    return [f"{name:20s}" + "".join(f"{cell:>14s}" for cell in cells)]
+    return [f"{name:20s}" + "".join(f" {cell:>13s}" for cell in cells)]
 
 
 def _values(result: Any, field: str) -> np.ndarray | None:

@@ -54,9 +54,13 @@ def time_series(history: Any) -> tuple[list[TimeSeries], str]:
 
 
 def along_the_largest(history: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return tangential displacement and load along the direction of the largest tangential load, (nt,) each."""
+    """Return tangential displacement and load along the line of the largest tangential load, (nt,) each.
+
+    The larger component of the direction is positive, so that a load along x has the sign of its x component.
+    """
     load, displacement = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
     largest = load[np.argmax(np.sum(load**2, 1))]
+    largest = largest * np.sign(largest[np.argmax(np.abs(largest))])
     direction = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
     return displacement @ direction, load @ direction
 

@@ -93,7 +93,7 @@ SHELL = {
     ),
     "a study to run": (
         ["run", "film_map", "-o", "@out"],
-        r"\[sweep\]: found a study, accepted: by jaxcontact sweep",
+        r"\[sweep\]: found a study, accepted: a single case; jaxcontact sweep checks and runs",
     ),
     "processes without number": (
         ["sweep", "film_map", "-o", "@out", "--processes", "0"],
