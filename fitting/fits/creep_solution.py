@@ -18,6 +18,8 @@ from fitting.search.creep_search import Optimum, Scaled
 from fitting.search.uncertainty import linear_sd
 from fitting.search.varpro import PLACES, TauSearch
 
+SINGLY = 64  # most times of which each has a run of its own, with the program that every fit compiles for its duration
+OTHERS = 5  # functions before J(t) in a profile
 ROUND_OFF = 1e-14  # of a compliance in scaled units
 
 
@@ -77,18 +79,25 @@ class Extents(NamedTuple):
     def at(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
         """Return the ends (5 + k, 2) of the intervals of ``creep_search.profile`` at times t (k,) [s].
 
-        The times are padded so that only a few values of k are compiled.
+        Many times are padded so that only a few values of k are compiled.
         """
         times = t / self.scaled.time
-        times = padding.repeated(times) if t.size > 1 else times
+        times = padding.repeated(times) if t.size > SINGLY else times
         levels = assessment.levels(self._gradients(times)[places(self.problem)])
+        if not 0 < t.size <= SINGLY:
+            return self._profile(levels, times)[: OTHERS + t.size]
+        each = range(OTHERS, levels.size)
+        rows = [self._profile(levels[[*range(OTHERS), k]], times[[k - OTHERS]]) for k in each]
+        return np.concatenate([rows[0], *(row[OTHERS:] for row in rows[1:])])
+
+    def _profile(self, levels: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the ends (5 + k, 2) at scaled times (k,) for levels (5 + k,), which are often the same."""
         same = np.ptp(levels) <= 1e-12 * levels[0]
-        some = creep_search.profile(self.problem, self.best, levels[0] if same else levels, times)
-        return np.asarray(some)[: 5 + t.size]
+        return np.asarray(creep_search.profile(self.problem, self.best, levels[0] if same else levels, times))
 
     def creep(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
         """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
-        return self.at(assessment, t)[5:].T * self.scaled.compliance
+        return self.at(assessment, t)[OTHERS:].T * self.scaled.compliance
 
     def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
         """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.

@@ -21,7 +21,6 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import qmc
 
 import jaxcontact as jc
 from fitting.data.fields import ContactData
@@ -239,6 +238,8 @@ class FieldSearch:
         free = self.space.free[self.space.free < self.k]
         if not free.size:
             return []
+        from scipy.stats import qmc  # takes half a second to import
+
         count = POINTS * 2 ** min(free.size - 1, 2)
         unit = qmc.Sobol(free.size, scramble=False).random(count) + 0.5 / count
         points = np.tile(self.start, (count, 1))

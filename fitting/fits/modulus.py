@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from scipy import stats
+from scipy import special
 
 import jaxcontact as jc
 from fitting.data.curves import check_kind
@@ -95,8 +95,7 @@ class ModulusFit(Fit):
         if isinstance(structure, Law):
             return fractional_modulus.modulus(structure.model, structure.parameters(values), at, self.relaxed)
         if self.relaxed:
-            weights, rates = relaxation_modes(c, jnp.zeros(()))
-            return (jnp.exp(-at[..., None] * rates) @ weights)[None]
+            return _relaxed_modulus(c, at)[None]
         found = _complex_modulus(c, at)
         return jnp.stack([found.real, found.imag])
 
@@ -281,7 +280,7 @@ def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, 
     off = solved.residual / solved.weights
     relative = (off[:n] + 1j * off[n:]) / data.shear
     size, phase = (float(np.mean(part**2)) for part in (relative.real, relative.imag))
-    if not size > phase * stats.f.ppf(0.99, n, n) or _apart(off.reshape(2, n), data.shear, size * phase):
+    if not size > phase * special.fdtri(n, n, 0.99) or _apart(off.reshape(2, n), data.shear, size * phase):
         return ()
     short = math.sqrt(2.0 * size / (size + phase))
     return (
@@ -302,7 +301,7 @@ def _apart(off: np.ndarray, modulus: np.ndarray, product: float) -> bool:
     variances = np.mean(own**2, 1)
     correlation = np.mean(own[0] * own[1]) / math.sqrt(np.prod(variances))
     volume = np.mean(np.log(sizes[0] * sizes[1] / np.abs(modulus) ** 2))
-    alike = correlation > stats.norm.ppf(0.99) / math.sqrt(modulus.size)
+    alike = correlation > special.ndtri(0.99) / math.sqrt(modulus.size)
     return bool(not alike and np.prod(variances) * math.exp(2.0 * volume) < product)
 
 
@@ -348,13 +347,20 @@ def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -
     """Return the weighted residuals (n,) of one kind of test at scaled times or frequencies x (n,)."""
     c = point.compliances()
     if kind == "relaxation":
-        weights, rates = relaxation_modes(c, jnp.zeros(()))
-        return weight * (jnp.exp(-x[:, None] * rates) @ weights - y)
+        return weight * (_relaxed_modulus(c, x) - y)
     model = _complex_modulus(c, x)
     second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
     return weight * (jnp.where(second, model.imag, model.real) - y)
 
 
+@jax.jit
+def _relaxed_modulus(c: Any, t: Array) -> Array:
+    """Return G at times t of any shape."""
+    weights, rates = relaxation_modes(c, jnp.zeros(()))
+    return jnp.exp(-t[..., None] * rates) @ weights
+
+
+@jax.jit
 def _complex_modulus(c: Any, omega: Array) -> Array:
     """Return G' + i G'' at angular frequencies omega of any shape."""
     delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)

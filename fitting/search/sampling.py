@@ -16,6 +16,8 @@ import numpy as np
 from jax import Array
 from jax.tree_util import Partial
 
+from jaxcontact._compile.kept_traces import fast_compile_options
+
 APART = 2.0  # distance of the starts of the chains, in standard deviations
 WIDEST = 0.5  # largest standard deviation in z used for the starts, where the curvature is uninformative
 ACCEPTED = 0.9  # target acceptance probability of the step size adaptation
@@ -95,9 +97,17 @@ def _curvature(z: Array, density: Density) -> Array:
     return J.T @ J / noise
 
 
-@functools.partial(jax.jit, static_argnames=("warmup", "samples"))
 def run(keys: Array, z: Array, density: Density, warmup: int, samples: int) -> tuple[Array, Array]:
     """Return coordinates (chains, samples, p) and divergence flags (chains, samples) of chains from z (chains, p)."""
+    return _compiled()(keys, z, density, warmup=warmup, samples=samples)
+
+
+@functools.cache
+def _compiled() -> Any:
+    return jax.jit(_chains, static_argnames=("warmup", "samples"), compiler_options=fast_compile_options())
+
+
+def _chains(keys: Array, z: Array, density: Density, warmup: int, samples: int) -> tuple[Array, Array]:
     begin, step = sampler()(density.potential, algo="NUTS")
 
     def chain(key: Array, z: Array) -> tuple[Array, Array]:

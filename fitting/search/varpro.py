@@ -80,11 +80,15 @@ def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: n
 
 
 def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
-    """Return the faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau); usually far fewer than 27."""
+    """Return the faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau); usually far fewer than 27.
+
+    A compliance that is fixed has the faces of one with an open end, on one of which it is at its value: so materials with
+    and without it share their compiled programs.
+    """
     low, high = np.asarray(lower), np.asarray(upper)
-    fixed = [low[0] == high[0], low[1] == high[1], low[2] == high[2]]
-    capped = [np.isfinite(high[0]), np.isfinite(high[1]) or np.isfinite(high[3]), np.isfinite(high[2])]
-    return Sides(tuple((1,) if f else (0, 1, 2) if c else (0, 1) for f, c in zip(fixed, capped, strict=True)))
+    ends = np.isfinite(high[:3]) & (low[:3] < high[:3])
+    ends[1] |= np.isfinite(high[3]) and low[1] < high[1]
+    return Sides(tuple((0, 1, 2) if capped else (0, 1) for capped in ends))
 
 
 def _tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:

@@ -107,13 +107,13 @@ class Program:
     @functools.cached_property
     def _compiled_fast(self) -> Callable[..., Any]:
         return jax.jit(
-            self.function, static_argnames=self.static_argnames, compiler_options=_fast_compile_options()
+            self.function, static_argnames=self.static_argnames, compiler_options=fast_compile_options()
         )
 
     def _find(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
         """Return the program of that name, loaded or traced."""
         result, text = _load_or_make(name, lambda: _traced(functools.partial(self.compiled, **static), args))
-        options = _fast_compile_options() if self.fast_compile else None
+        options = fast_compile_options() if self.fast_compile else None
         call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
         return lambda *args: jax.tree.unflatten(structure, call(*jax.tree.leaves(args)))
@@ -182,7 +182,7 @@ def _is_outermost(args: Any) -> bool:
 
 
 @functools.cache
-def _fast_compile_options() -> dict[str, Any]:
+def fast_compile_options() -> dict[str, Any]:
     """Return ``FAST_COMPILE``, or no options if this compiler does not accept them."""
     try:
         jax.jit(lambda: 0, compiler_options=FAST_COMPILE)()

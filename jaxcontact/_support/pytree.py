@@ -105,6 +105,11 @@ def as_float64(tree: T) -> T:
     return jax.tree.map(_leaf_as_float64, tree, is_leaf=_is_list_of_numbers)
 
 
+def untupled(values: Any) -> Any:
+    """Return a tuple of numbers, which jax takes for a tree, as a list, and anything else unchanged."""
+    return list(values) if isinstance(values, tuple) else values
+
+
 def _is_list_of_numbers(node: Any) -> bool:
     return isinstance(node, list) and bool(node) and all(isinstance(item, _NUMBERS) for item in node)
 

@@ -15,7 +15,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, untupled
 from jaxcontact._support.scale import Scale
 from jaxcontact.history.march import Stepper, Steps
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
@@ -63,7 +63,7 @@ class Experiment:
         adhesive: bool = False,
     ) -> Self:
         """Check all that verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
-        indenter, control, times, grid = setup.indenter, setup.control, setup.times, setup.grid
+        indenter, control, times, grid = setup.indenter, setup.control, untupled(setup.times), setup.grid
         tolerance, max_iterations, kernels = settings.tolerance, settings.max_iterations, settings.kernels
         body, valid = checked_body(setup.body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)

@@ -12,7 +12,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import as_float64, is_concrete
+from jaxcontact._support.pytree import as_float64, is_concrete, untupled
 from jaxcontact.inputs.grid import Grid, check_grid, check_not_periodic
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.operators import spectral
@@ -85,6 +85,7 @@ def subsurface(
         '0.64 of the peak pressure, 50 um deep'
     """
     body, valid = checked_body(body)
+    depths, times = untupled(depths), untupled(times)
     check_not_periodic(grid, "subsurface")
     valid = valid & check_grid(grid) & _check_fields(grid, pressure, traction, times) & _check_depths(depths)
     _check_volume(body, times)

@@ -32,6 +32,11 @@ def noisy(end, seed, noise=0.01, n=200):
     return t, burgers(t, **TRUTH) * (1 + noise * np.random.default_rng(seed).standard_normal(n))
 
 
+def compiled():
+    """Numbers of compiled programs for optima and for profiles."""
+    return [one._compiled_fast._cache_size() for one in (creep_search.minimise, creep_search.profile)]
+
+
 def scipy_cost(t, J, weight, start=None, fixed=None):
     """Least weighted squares by scipy over log parameters, from several starts; some may be fixed."""
     names = [name for name in TRUTH if name not in (fixed or {})]
@@ -290,6 +295,19 @@ def test_band_holds_the_truth_and_matches_the_parameters():
     np.testing.assert_allclose([low[1], high[1]], fit.combinations["J(T)"][2:], rtol=1e-9)
     low, high = fit.band(t)
     assert np.all((low < fit.predict(t)) & (fit.predict(t) < high))
+    # a few times are computed one by one, many at once
+    np.testing.assert_allclose(fit.band(t[[3, 90]]), np.array([low, high])[:, [3, 90]], rtol=1e-12)
+
+
+@pytest.mark.parametrize("t", [linear_times(40000.0), np.geomspace(1.0, 40000.0, 60)], ids=["even", "log"])
+def test_the_band_of_the_figure_is_that_of_the_fit(t):
+    """The figure interpolates between some of its points, to less than a twentieth of the band."""
+    noise = 0.01 * np.random.default_rng(2).standard_normal(t.size)
+    fit = fitting.fit_creep(fitting.CreepData(t=t, J=burgers(t, **TRUTH) * (1 + noise)), weights="relative")
+    drawn = fit.plot().axes[0].collections[0].get_paths()[0].vertices
+    for x, y in drawn[:: len(drawn) // 20]:
+        low, high = (float(end[0]) for end in fit.band(x))
+        assert min(abs(y - low), abs(y - high)) < 0.05 * (high - low)
 
 
 def test_compare_prefers_the_true_model():
@@ -319,12 +337,19 @@ def test_compare_carries_fixed_values_and_bounds():
 def test_equal_calls_compile_once():
     t, J = noisy(40000.0, 10)
     fitting.fit_creep(fitting.CreepData(t=t, J=J), weights="relative")
-    count = creep_search.minimise.compiled._cache_size(), creep_search.profile.compiled._cache_size()
+    count = compiled()
     fitting.fit_creep(fitting.CreepData(t=t, J=2 * J), weights="absolute", bounds={"G2": (None, 1e12)})
-    assert count == (
-        creep_search.minimise.compiled._cache_size(),
-        creep_search.profile.compiled._cache_size(),
-    )
+    assert count == compiled() and min(count) > 0
+
+
+def test_materials_with_and_without_a_compliance_share_a_program():
+    t, J = noisy(40000.0, 10)
+    data = fitting.CreepData(t=t, J=J)
+    fitting.fit_creep(data, weights="relative")
+    count = compiled()
+    fitting.compare(data, ["Maxwell", "KelvinVoigt", "StandardLinearSolid"], weights="relative")
+    fitting.fit_creep(data, weights="relative", fixed={"G1": TRUTH["G1"]})
+    assert count == compiled() and min(count) > 0
 
 
 def test_report(tmp_path):
@@ -375,10 +400,8 @@ def test_another_number_of_points_does_not_compile_again():
     counts = []
     for n in (150, 170, 192):
         fitting.fit_creep(fitting.CreepData(t=t[:n], J=J[:n]), weights="relative")
-        counts.append(
-            (creep_search.minimise.compiled._cache_size(), creep_search.profile.compiled._cache_size())
-        )
-    assert counts[0] == counts[1] == counts[2]
+        counts.append(compiled())
+    assert counts[0] == counts[1] == counts[2] and min(counts[0]) > 0
 
 
 def everything_fixed():

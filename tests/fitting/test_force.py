@@ -1,6 +1,5 @@
 """Force curves: modulus, contact point and baseline of curves that other solutions made, and the verdicts."""
 
-import functools
 import json
 
 import jax.numpy as jnp
@@ -13,39 +12,13 @@ import jaxcontact as jc
 from fitting.data.probe import paraboloid_note
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
+from tests.support.thin_samples import DEEP, RADIUS, E, T, Z, curve, noisy, thin
 
-T = np.linspace(0.0, 1.0, 400)
-Z = np.linspace(-1.0, 1.0, 400)  # depth over the largest
-RADIUS, DEEP, E = 5e-6, 1e-6, 1.2e3
 BALL = jc.Sphere(RADIUS)
 
 
 def hertz(depth, nu=0.5):
     return 4.0 / 3.0 * E / (1.0 - nu**2) * np.sqrt(RADIUS) * np.maximum(depth, 0.0) ** 1.5
-
-
-def noisy(load, seed, proportional=0.002, floor=0.0005):
-    """The load with a tilted baseline and noise."""
-    rng, top = np.random.default_rng(seed), load.max()
-    noise = np.hypot(proportional * load, floor * top) * rng.standard_normal(load.size)
-    return load + noise + top * (0.1 + 0.05 * T)
-
-
-def curve(load, depth=Z * DEEP):
-    return fitting.IndentationData(t=T, load=load, depth=depth)
-
-
-@functools.cache
-def thin(nu, chi):
-    """(depth, load) of a ball on a layer with thickness 1 um, up to sqrt(R depth)/thickness = chi, by the other solution."""
-    h, G = 1e-6, E / 2.0 / (1.0 + nu)
-    body = abel.Layered(1.0, nu, 1.0, 1e12, 0.3)
-    contacts = [abel.solve_radius(a, body, 1.0, modes=16) for a in np.geomspace(0.05, 2.0 * chi, 24)]
-    deep, load = np.array([(one.approach, one.load) for one in contacts]).T
-    depth = Z * (chi * h) ** 2 / RADIUS
-    scaled = np.maximum(depth, 0.0) * RADIUS / h**2
-    known = np.exp(CubicSpline(np.log(deep), np.log(load / deep**1.5))(np.log(np.maximum(scaled, deep[0]))))
-    return depth, G * h**3 / RADIUS * known * scaled**1.5
 
 
 @pytest.mark.parametrize("nu", [0.3, 0.5])

@@ -1,51 +1,26 @@
 """Creep and relaxation of a thin bonded layer, against another axisymmetric solution, quadrature and the contact solver."""
 
 import dataclasses
-import functools
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.interpolate import CubicSpline
 
 import fitting
 import jaxcontact as jc
-from jaxcontact.reference import abel
+from tests.support.thin_samples import BEAD as R
+from tests.support.thin_samples import GEL as TRUE
+from tests.support.thin_samples import GEL_NU as NU
+from tests.support.thin_samples import HEIGHT as H
+from tests.support.thin_samples import PEAK, gel_creep, gel_data, gel_law, spline
+from tests.support.thin_samples import TIMES as T
 
-R, H, NU = 25e-6, 20e-6, 0.5
-TRUE = {"G1": 1000.0, "G2": 1500.0, "eta2": 9000.0}
-GEL = jc.StandardLinearSolid(**TRUE, nu=NU)
 BALL = jc.Sphere(R)
-T = np.concatenate([np.linspace(0.0, 1.0, 26), np.geomspace(1.05, 60.0, 75)])
-PEAK = 4e-7
-
-
-@functools.cache
-def elastic(nu):
-    """Depth [m] and force [N] over G [Pa] of the elastic layer, by the Legendre-Galerkin solution."""
-    body = abel.Layered(1.0, nu, 1.0, 1e12, 0.3)
-    found = [abel.solve_radius(a, body, 1.0, modes=16) for a in np.geomspace(0.03, 2.6, 24)]
-    depth, force = np.array([(one.approach, one.load) for one in found]).T
-    return depth * H**2 / R, force * H**3 / R
-
-
-def spline(x, y):
-    curve = CubicSpline(np.log(x), np.log(y))
-    return lambda at: np.where(at > 0, np.exp(curve(np.log(np.maximum(at, x[0])))), 0.0)
-
-
-def creep(t):
-    """(load, depth) of a load that rises for a second and is held; int J dP in closed form."""
-    tau = TRUE["eta2"] / TRUE["G2"]
-    once = lambda s: s / TRUE["G1"] + (s - tau * (1.0 - np.exp(-s / tau))) / TRUE["G2"]
-    depth, force = elastic(NU)
-    path = once(t) - once(np.maximum(t - 1.0, 0.0))
-    return PEAK * np.minimum(t, 1.0), spline(force, depth)(PEAK * path)
 
 
 def fitted(load, depth, t=T, **given):
-    data = fitting.IndentationData(t=t, load=load, depth=depth, cut=True)
+    data = gel_data(load, depth, t)
     given = {"indenter": BALL, "nu": NU, "thickness": H} | given
     return fitting.fit_indentation(data, "StandardLinearSolid", **given)
 
@@ -58,7 +33,7 @@ def test_a_sample_too_thin_for_the_table_is_refused(control):
 
 
 def test_a_viscoelastic_gel_in_a_dish_is_recovered_from_creep():
-    load, depth = creep(T)
+    load, depth = gel_creep(T, **TRUE)
     noise = 2e-3 * depth.max() * np.random.default_rng(3).standard_normal(T.size)
     fit = fitted(load, depth + noise * (T > 0))
     assert not fit.refused
@@ -77,7 +52,7 @@ def _kernel(now, slope):
 
 
 def test_a_retardation_time_of_zero_is_reported():
-    load, depth = creep(T)
+    load, depth = gel_creep(T, **TRUE)
     fit = dataclasses.replace(fitted(load, depth), tau=0.0)
     assert fit.t_over_tau == np.inf and "T/tau" not in fit.summary()
 
@@ -86,7 +61,7 @@ def test_relaxation_at_a_given_depth_agrees_with_quadrature():
     """The load of a ramp and hold of the depth, with the integral of Lee and Radok by adaptive quadrature."""
     t = np.concatenate([np.linspace(0.0, 1.0, 41), np.geomspace(1.1, 30.0, 20)])
     depth = 4e-6 * np.minimum(t, 1.0)
-    force = spline(*elastic(NU))
+    force = spline(*gel_law(NU))
     slope = lambda s: (force(4e-6 * (s + 1e-4)) - force(4e-6 * (s - 1e-4))) / 2e-4
     load = [quad(_kernel(now, slope), 1e-4, min(now, 1.0), limit=60)[0] for now in t[1::5]]
     some = np.append(0, np.arange(t.size)[1::5])
@@ -108,7 +83,7 @@ def test_the_depth_under_a_load_is_that_of_the_contact_solver():
     run = jc.indent(body, BALL, jc.Load(load), times, grid=jc.Grid.square(n=96, width=50e-6))
     t = np.append(0.0, np.geomspace(1e-3, 30.0, 60))
     steps = np.asarray(gel.creep(jnp.asarray(t)))
-    depth, force = elastic(0.3)
+    depth, force = gel_law(0.3)
     exact = spline(force, depth)(load * steps)
     known = np.interp(np.asarray(times), t, exact)
     np.testing.assert_allclose(np.asarray(run.approach), known, rtol=5e-3)
@@ -117,7 +92,7 @@ def test_the_depth_under_a_load_is_that_of_the_contact_solver():
 
 
 def test_the_spread_of_the_thickness_is_that_of_fits_at_other_thicknesses():
-    load, depth = creep(T)
+    load, depth = gel_creep(T, **TRUE)
     fit = fitted(load, depth)
     near = [fitted(load, depth, thickness=H * factor) for factor in (0.99, 1.01)]
     change = abs(near[1].values["G1"] - near[0].values["G1"]) / 0.02  # dG1/dln h
@@ -141,6 +116,6 @@ def test_the_spread_of_the_thickness_is_that_of_fits_at_other_thicknesses():
     ids=["layer", "bulk modulus", "elastic ball", "nu"],
 )
 def test_mistakes(given, message):
-    load, depth = creep(T)
+    load, depth = gel_creep(T, **TRUE)
     with pytest.raises(ValueError, match=message):
         fitted(load, depth, **given)

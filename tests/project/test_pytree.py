@@ -1,9 +1,13 @@
 """Classes as trees: what the compilation cache of jax tells apart."""
 
 import jax
+import numpy as np
 import pytest
+from bodies import BODY
 
 import jaxcontact as jc
+from jaxcontact.verbs.indent import Indentation
+from jaxcontact.verbs.setup import ContactSetup, Settings
 
 pytestmark = pytest.mark.versions
 
@@ -24,3 +28,10 @@ def test_structures_of_different_classes_and_shapes_differ(one, other):
 def test_leaves_know_the_names_of_their_fields():
     paths = [jax.tree_util.keystr(path) for path, _ in jax.tree_util.tree_leaves_with_path(jc.Load(1.0))]
     assert paths == [".value"]
+
+
+@pytest.mark.parametrize("kind", [tuple, list, np.float32])
+def test_times_are_an_array_whatever_they_were_given_as(kind):
+    setup = ContactSetup(BODY, jc.Sphere(9.5e-3), jc.Load(60), kind([0, 0.5]), jc.Grid.square(8, 600e-6))
+    found = Indentation.of(setup, Settings())
+    assert found.times.dtype == found.control.value.dtype == np.float64 and found.times.tolist() == [0.0, 0.5]
