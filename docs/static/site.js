@@ -34,8 +34,15 @@ function breakNames() {
   }
 }
 
+// A picture of several panels side by side keeps a size at which it can be read, and scrolls.
+function keepReadable() {
+  for (const picture of document.querySelectorAll(".cell_output img"))
+    if (picture.naturalWidth > 1.8 * picture.naturalHeight) picture.style.maxWidth = "max(100%, 40rem)";
+  focusWhatScrolls();
+}
+
 function focusWhatScrolls() {
-  for (const element of document.querySelectorAll("article pre, article .highlight, .table-wrapper, div.math, figure.wide, .cell_output *"))
+  for (const element of document.querySelectorAll("article pre, article .highlight, .table-wrapper, div.math, figure.wide, .cell_output, .cell_output *"))
     if (element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).overflowX === "auto") element.tabIndex = 0;
 }
 
@@ -51,3 +58,4 @@ addEventListener("DOMContentLoaded", () => {
   focusWhatScrolls();
   addEventListener("resize", focusWhatScrolls);
 });
+addEventListener("load", keepReadable);

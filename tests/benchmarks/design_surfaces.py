@@ -68,7 +68,7 @@ def designed(name, exponent, seed):
 
     start = {"z": HEIGHT * jax.random.normal(jax.random.key(seed), (WAVES, WAVES)), "exponent": exponent}
     scale = {"z": HEIGHT, "exponent": 1.0}
-    return start["z"], fitting.minimise(misfit, start, scale=scale, steps=40, tolerance=1e-3).point["z"]
+    return start["z"], fitting.minimise(misfit, start, scale=scale, steps=60, tolerance=1e-5).point["z"]
 
 
 def independent(z, loads, name):
