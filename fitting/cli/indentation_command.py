@@ -141,9 +141,8 @@ def adhesion_of(options: argparse.Namespace) -> Any:
 
 def indenter_of(options: argparse.Namespace) -> Any:
     """Return the indenter."""
-    solid = (
-        _elastic("--ball-modulus", options.ball_modulus, options.ball_nu) if options.ball_modulus else None
-    )
+    E = options.ball_modulus
+    solid = None if E is None else _elastic("--ball-modulus", E, options.ball_nu)
     if options.cone is None:
         if options.radius is None:
             raise ValueError("--radius: expected the radius of the ball in m, or a --cone, got none")

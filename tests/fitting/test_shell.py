@@ -77,6 +77,7 @@ MISTAKES = [
     ("indentation", "press", *BALL, "--substrate-modulus", "1e9"), ("batch", "creep", "--contact-point", "fit"),
     ("compare", "creep", "--control", "depth"), ("posterior", "creep", "--adhesion", "0.1"),
     ("batch", "press", "--of", "indentation", *BALL, "--convention", "1/(2G)"), ("batch", "creep", "--ball-nu", "0.2"),
+    ("indentation", "press", *BALL, "--ball-modulus", "0"),
     ("indentation", "press", "--cone", "95"), ("indentation", "press", "--punch", *FILM),
 ]  # fmt: skip
 
