@@ -24,6 +24,7 @@ from jaxcontact.commands.interrupts import exit_status, signal_of, signals_inter
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, print_error, tell
 from jaxcontact.commands.sweep import run_study
+from jaxcontact.commands.usage import Parser
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.paper import REPRODUCTIONS
@@ -118,7 +119,7 @@ def _parser_with_fits() -> argparse.ArgumentParser:
 
 
 def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="jaxcontact",
         description="Time-dependent contact with viscoelastic and layered bodies.",
         epilog=_examples(EXAMPLES),
