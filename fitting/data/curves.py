@@ -29,6 +29,12 @@ def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarra
     return array
 
 
+def check_kind(data: object, kind: type) -> None:
+    """Raise ValueError unless the data are of this kind."""
+    if not isinstance(data, kind):
+        raise ValueError(f"data: expected {kind.__name__}, got {type(data).__name__}")
+
+
 def deviations(name: str, value: object, like: np.ndarray) -> np.ndarray:
     """Return standard deviations (n,), > 0."""
     found = array(name, value, like)

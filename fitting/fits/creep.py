@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData
+from fitting.data.curves import CreepData, check_kind
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits.creep_solution import CreepSearch
@@ -182,6 +182,7 @@ def _left_out(data: CreepData, kept: np.ndarray) -> list[str]:
 
 def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
     """Return the curve with the requested weights; by default the known errors of the data, otherwise estimated ones."""
+    check_kind(data, CreepData)
     if weights is None and sigma is None:
         sigma = data.error
         weights = "estimated" if sigma is None and data.scatter is None else None

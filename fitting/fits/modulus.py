@@ -22,6 +22,7 @@ from jax import Array
 from scipy import special
 
 import jaxcontact as jc
+from fitting.data.curves import check_kind
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits import fractional_modulus
@@ -145,6 +146,7 @@ def fit_relaxation(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 3e+06 Pa s
     """
+    check_kind(data, RelaxationData)
     structure = _structure(model, tau)
     check_relaxes(structure)
     if weights is None and sigma is None and data.scatter is None:
@@ -187,6 +189,7 @@ def fit_oscillation(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
+    check_kind(data, OscillationData)
     structure = _structure(model, tau)
     if weights not in (None, *SWEPT):
         raise ValueError(f"weights: expected {', '.join(SWEPT)}, or sigma=..., got {weights!r}")

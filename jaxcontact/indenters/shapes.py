@@ -148,9 +148,8 @@ class Cone(Indenter):
         return jnp.where(squared > 0.0, jnp.sqrt(off_tip), 0.0) / jnp.tan(self.half_angle)
 
     def check(self, grid: Grid) -> Verdict:
-        return checks.positive("cone half-angle [rad]", self.half_angle) & checks.positive(
-            "cone pi/2 - half-angle [rad]", 0.5 * math.pi - self.half_angle
-        )
+        name, hint = "cone half-angle [rad]", "below pi/2, in radians"
+        return checks.positive(name, self.half_angle) & checks.at_most(name, self.half_angle, 1.57, hint)
 
     def outline(self) -> Outline:
         slope = math.tan(float(self.half_angle))

@@ -117,14 +117,15 @@ def _check_fields(grid: Grid, pressure: Any, traction: Any, times: Any) -> Verdi
     if times is not None:
         valid = checks.not_decreasing("times [s]", times)
         over_time = np.shape(times)
-    valid = valid & _check_field("pressure", pressure, (*over_time, *grid.shape))
+    valid = valid & _check_field("pressure", pressure, over_time, grid.shape)
     if traction is None:
         return valid
-    return valid & _check_field("traction", traction, (*over_time, 2, *grid.shape))
+    return valid & _check_field("traction", traction, over_time, (2, *grid.shape))
 
 
-def _check_field(name: str, field: Any, shape: tuple[int, ...]) -> Verdict:
-    checks.require(np.shape(field) == shape, f"{name}: expected shape {shape}, got {np.shape(field)}")
+def _check_field(name: str, field: Any, over_time: tuple[int, ...], own: tuple[int, ...]) -> Verdict:
+    shape, other = (*over_time, *own), "" if over_time else ", or one for each time with times="
+    checks.require(np.shape(field) == shape, f"{name}: expected shape {shape}{other}, got {np.shape(field)}")
     return checks.finite(f"{name} [Pa]", field)
 
 

@@ -201,6 +201,18 @@ def test_the_ends_of_a_narrow_interval_are_told_apart():
     assert len(ends) == 2 and all(float(low) < float(high) for low, high in ends)
 
 
+@pytest.mark.parametrize(
+    ("fit", "kind"),
+    [
+        (fitting.fit_creep, "CreepData"), (fitting.fit_prony, "CreepData"), (fitting.compare, "CreepData"),
+        (fitting.fit_relaxation, "RelaxationData"), (fitting.fit_oscillation, "OscillationData"),
+    ],
+)  # fmt: skip
+def test_data_of_another_kind_are_named(fit, kind):
+    with pytest.raises(ValueError, match=f"data: expected {kind}, got ndarray"):
+        fit(np.ones(9))
+
+
 def test_half_compliance_convention():
     t, J = noisy(40000.0, 2)
     one = fitting.fit_creep(fitting.CreepData(t=t, J=J), weights="relative")

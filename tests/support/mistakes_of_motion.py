@@ -112,7 +112,7 @@ MOTION = {
     ),
     "pressure on another grid": (
         lambda: jc.subsurface(BODY, GRID, np.ones(3), depths=[0.0]),
-        r"pressure: expected shape \(8, 8\), got \(3,\)",
+        r"pressure: expected shape \(8, 8\), or one for each time with times=, got \(3,\)",
     ),
     "pressure without end": (
         lambda: jc.subsurface(BODY, GRID, np.full((8, 8), np.inf), depths=[0.0]),
