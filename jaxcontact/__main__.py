@@ -17,6 +17,7 @@ from typing import TypeAlias
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache, local_folder
 from jaxcontact._compile.kept_traces import UntrustedFolderError, kept_traces
+from jaxcontact._support.usage import Parser
 from jaxcontact._support.version import __version__
 from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
@@ -24,7 +25,6 @@ from jaxcontact.commands.interrupts import exit_status, signal_of, signals_inter
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, print_error, tell
 from jaxcontact.commands.sweep import run_study
-from jaxcontact.commands.usage import Parser
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.paper import REPRODUCTIONS

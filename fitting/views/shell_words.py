@@ -43,7 +43,6 @@ FLAGS = (
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
     (r"segment=\(\"(\w+)\", \"(\w+)\"\)", r"--segment \1 --segment \2"),
     (r"\bindenter: (?=expected a radius)", "--radius, --punch: "),
-    (r"\bindenter: (?=expected a half-angle)", "--cone, --pyramid: "),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
     (r"\bdata\.(?=--)", ""),
     (r"\bread_(creep|growth|relaxation|oscillation|indentation|stiffness)\b", r"jaxcontact fit \1"),

@@ -92,7 +92,10 @@ def test_a_mistake_is_told_in_the_words_of_the_shell(mistake, files, tmp_path, c
         (("creep", "negative"), "--window begin:end selects others"),
         (("indentation", "unload", *BALL), "--segment approach --segment hold, or use --control depth"),
         (("force", "press", "--radius", "-1"), "--radius, --punch: expected a radius > 0, got -1.0"),
-        (("force", "press", "--pyramid", "95"), "half-angle"),
+        (
+            ("force", "press", "--pyramid", "95"),
+            "--pyramid: expected a half-angle between 0 and 90 degrees, got 95",
+        ),
         (("creep", "plain"), "--column t=0 and so on, and --unit where these are not SI"),
     ],
     ids=lambda given: given[1] if isinstance(given, tuple) else "",
