@@ -2,7 +2,7 @@
 
 Exit status: 0; 1 if a comparison with the paper does not hold; 2 for bad input, a contact at the grid's
 edge or a grid that is too coarse; 3 if a solve did not converge or cases of a
-study failed; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+study failed; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP, 141 if the output is no longer read.
 Errors are reported in one line on stderr.
 """
 
@@ -10,6 +10,7 @@ import argparse
 import contextlib
 import io
 import os
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -83,6 +84,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with signals_interrupt():
             return _dispatch(arguments)
+    except BrokenPipeError:  # whoever reads the output, such as head, has enough of it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at exit
+        return 128 + signal.SIGPIPE if hasattr(signal, "SIGPIPE") else BAD_INPUT
     except (ValueError, OSError, ImportError, MemoryError) as error:
         return print_error(str(error), BAD_INPUT)
     except KeyboardInterrupt as interrupt:

@@ -18,6 +18,8 @@ from fitting.io.creep_reader import read_creep
 from fitting.models.structure import CLASSICAL
 from fitting.views.shell_words import in_flags
 
+CONVENTION, NU = "J", 0.3  # of a compliance, and Poisson's ratio, unless others are given
+
 
 def add_segment(parser: Any, what: str) -> None:
     """Add the flag that selects segments of a file."""
@@ -116,7 +118,7 @@ def add_volume(parser: Any) -> None:
         "--tension", type=float, metavar="NU", help="the test is in tension, with this Poisson's ratio"
     )
     parser.add_argument(
-        "--nu", type=float, default=0.3, help="Poisson's ratio of the resulting material (0.3)"
+        "--nu", type=float, default=NU, help="Poisson's ratio of the resulting material (0.3)"
     )
 
 
@@ -126,7 +128,7 @@ def add_creep(parser: Any, weights: bool = True) -> None:
     add_test(parser, columns, "estimated" if weights else "")
     parser.add_argument(
         "--convention",
-        default="J",
+        default=CONVENTION,
         metavar="C",
         help='convention of the compliance, "J" (gamma/tau) or "1/(2G)" (J)',
     )
@@ -243,6 +245,8 @@ def span(flag: str, text: str) -> tuple[float | None, float | None]:
 
 def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
     """Return a creep curve, and the keyword arguments that all fits of it share."""
+    if options.tension is not None and options.convention != CONVENTION:
+        raise ValueError(f"--convention: expected none with --tension, got {options.convention}")
     tensile = {} if options.tension is None else {"nu": options.tension, "convention": "D"}
     data = read(
         read_creep, file, options, stress=options.stress, start=options.start,
@@ -250,8 +254,9 @@ def crept(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
         **{"convention": options.convention, **tensile},
     )  # fmt: skip
     data = resampled(options, file, excluded(options, file, data))
-    nu = options.nu if options.tension is None else options.tension
-    return data, {"nu": nu} | weighting(options, data.sigma is not None or data.scatter is not None)
+    return data, {"nu": nu_of(options)} | weighting(
+        options, data.sigma is not None or data.scatter is not None
+    )
 
 
 def moduli(
@@ -264,7 +269,16 @@ def moduli(
     data = excluded(options, file, data)
     if "start" in given:  # measured over time
         data = resampled(options, file, data)
-    return data, options.nu if options.tension is None else options.tension
+    return data, nu_of(options)
+
+
+def nu_of(options: argparse.Namespace) -> float:
+    """Return Poisson's ratio of the material; ValueError for one beside that of a test in tension."""
+    if options.tension is None:
+        return options.nu
+    if options.nu not in (NU, options.tension):
+        raise ValueError(f"--nu: expected none with --tension {options.tension:g}, got {options.nu:g}")
+    return options.tension
 
 
 def averaged(data: Any) -> bool:

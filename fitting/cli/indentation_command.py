@@ -9,11 +9,16 @@ from fitting.fits.indentation import fit_indentation
 from fitting.io.indentation_reader import read_indentation
 from fitting.views import output
 
+# defaults of flags that other kinds of tests do not have, by the names of options
+USUAL = {
+    "ball_nu": 0.3, "substrate_nu": 0.3, "control": "load", "adhesion": "0", "contact_point": "0", "drift": "0",
+    "machine_compliance": "0",
+}  # fmt: skip
+# all these flags
 TEST = (
     "curve", "spring_constant", "in_contact", "radius", "punch", "cone", "ball_modulus", "bulk_modulus", "layer",
-    "thickness", "substrate_modulus",
+    "thickness", "substrate_modulus", *USUAL,
 )  # fmt: skip
-# flags without a default, as the names of options
 
 
 def add_indentation(parser: Any) -> None:
@@ -36,16 +41,17 @@ def add_test(parser: Any) -> None:
     bulk = "bulk modulus of the material [Pa], in place of --nu"
     parser.add_argument("--bulk-modulus", type=float, metavar="PA", help=bulk)
     control = "prescribed quantity, load or depth (load)"
-    parser.add_argument("--control", default="load", metavar="C", help=control)
+    parser.add_argument("--control", default=USUAL["control"], metavar="C", help=control)
     _add_sample(parser)
     adhesive = "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic, --control depth)"
-    parser.add_argument("--adhesion", default="0", metavar="W", help=adhesive)
+    parser.add_argument("--adhesion", default=USUAL["adhesion"], metavar="W", help=adhesive)
     for name, what in (
-        ("contact-point", "offset of the depth [m]"),
+        ("contact_point", "offset of the depth [m]"),
         ("drift", "drift of the depth [m/s]"),
-        ("machine-compliance", "compliance of the instrument [m/N]"),
+        ("machine_compliance", "compliance of the instrument [m/N]"),
     ):
-        parser.add_argument(f"--{name}", default="0", metavar="X", help=f"{what}: a number, or fit (0)")
+        flag, words = f"--{name.replace('_', '-')}", f"{what}: a number, or fit (0)"
+        parser.add_argument(flag, default=USUAL[name], metavar="X", help=words)
 
 
 def _add_curve(parser: Any) -> None:
@@ -66,7 +72,7 @@ def _add_sample(parser: Any) -> None:
     modulus = "Young's modulus of the substrate [Pa]"
     parser.add_argument("--substrate-modulus", type=float, metavar="E", help=modulus)
     nu = "Poisson's ratio of the substrate (0.3)"
-    parser.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help=nu)
+    parser.add_argument("--substrate-nu", type=float, default=USUAL["substrate_nu"], metavar="NU", help=nu)
 
 
 def _add_indenter(parser: Any) -> None:
@@ -78,7 +84,7 @@ def _add_indenter(parser: Any) -> None:
     modulus = "Young's modulus of the indenter [Pa]; rigid by default"
     parser.add_argument("--ball-modulus", type=float, metavar="E", help=modulus)
     nu = "Poisson's ratio of the indenter (0.3)"
-    parser.add_argument("--ball-nu", type=float, default=0.3, metavar="NU", help=nu)
+    parser.add_argument("--ball-nu", type=float, default=USUAL["ball_nu"], metavar="NU", help=nu)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -112,9 +118,13 @@ def fitted(options: argparse.Namespace, file: str) -> Any:
 
 
 def check_substrate(options: argparse.Namespace) -> None:
-    """Raise ValueError for a layer without a substrate."""
+    """Raise ValueError for a layer without a substrate, or a substrate without a layer."""
     if options.layer is not None and options.substrate_modulus is None:
         raise ValueError("--substrate-modulus: expected Young's modulus in Pa under a --layer, got none")
+    if options.layer is None and options.substrate_modulus is not None:
+        raise ValueError(
+            "--layer: expected the thickness of the film in m on a --substrate-modulus, got none"
+        )
 
 
 def substrate_of(options: argparse.Namespace) -> jc.Elastic:

@@ -32,12 +32,13 @@ WEIGHTS = {
 }
 # flags of some kinds alone, by their names in the options
 ALONE = {
-    ("creep",): ("stress",),
+    ("creep",): ("stress", "convention"),
     ("creep", "relaxation"): ("start",),
     ("creep", "relaxation", "indentation"): ("resample",),
     ("creep", "relaxation", "oscillation"): ("tension", "exclude"),
     ("indentation",): indentation_command.TEST,
 }
+USUAL = {"convention": flags.CONVENTION, **indentation_command.USUAL}  # those with a default
 
 
 def add_kind(parser: Any, flag: str = "--of") -> None:
@@ -60,7 +61,8 @@ def checked(options: argparse.Namespace, free: tuple[str, ...] = ()) -> argparse
     """Return the options with the defaults of the kind; ValueError for a flag that its curves do not have, except for
     those in ``free``."""
     for kinds, names in ALONE.items():
-        given = [one for one in names if getattr(options, one, None) and one not in free]
+        chosen = {one: getattr(options, one, None) for one in names if one not in free}
+        given = [one for one, value in chosen.items() if value and value != USUAL.get(one)]
         if options.kind not in kinds and given:
             raise ValueError(
                 f"--{given[0].replace('_', '-')}: expected for {' and '.join(kinds)} alone, got a curve of {options.kind}"

@@ -38,14 +38,8 @@ RESULTS = {
     "loss": PredictedQuantity("G''", "Pa", "loss_Pa", OMEGA),
     "depth": PredictedQuantity("depth", "m", "depth_m"),
 }
-CONTACT = (
-    "radius",
-    "punch",
-    "cone",
-    "ball_modulus",
-    "layer",
-    "substrate_modulus",
-)  # flags of a predicted contact
+# flags of a predicted contact
+CONTACT = ("radius", "punch", "cone", "ball_modulus", "ball_nu", "layer", "substrate_modulus", "substrate_nu")
 
 
 def add_propagate(parser: Any) -> None:

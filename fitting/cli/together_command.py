@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     data = [kinds.read(of_kind(name), file)[0] for name, file in zip(names, options.file, strict=True)]
     files = ", ".join(options.file)
     with flags.about(files):
-        nu = options.nu if options.tension is None else options.tension
+        nu = flags.nu_of(options)
         found = fit_together(data, options.model, nu=nu, level=options.level, **flags.known(options))
     more = {"files": [Path(file).name for file in options.file], "kinds": names}
     return output.finish(argparse.Namespace(**vars(options) | {"file": files}), found, more)

@@ -221,11 +221,15 @@ def main() -> int:
     parser.add_argument("--points", type=int, default=POINTS, help="of a curve")
     parser.add_argument("-o", "--output", help="file to which finished rows are appended")
     options, outside = parser.parse_args(), 0
+    plain = lambda text: " ".join(text.split())
+    chosen = [row for row in rows() if plain(str(row)).startswith(plain(options.only))]
+    if not chosen:
+        parser.error(
+            f"--only: expected the beginning of a row such as {plain(str(next(rows())))!r}, got {options.only!r}"
+        )
     error = 100.0 * np.sqrt(0.95 * 0.05 / options.sets)
     print(f"coverage of 95 % intervals [%], {options.sets} sets a row: standard error {error:.1f}")
-    for row in rows():
-        if not str(row).startswith(options.only):
-            continue
+    for row in chosen:
         text, wrong = line(row, covered(row, options.sets, options.seed, options.points))
         tell(text, options.output)
         if wrong and options.sets < AGAIN:

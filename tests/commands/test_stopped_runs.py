@@ -280,3 +280,14 @@ def test_another_state_of_the_package_does_not_go_on_from_the_steps(
     assert main(["run", str(long_case), "-o", str(out), "--resume"]) == 2
     error = capfd.readouterr().err
     assert "of another state of jaxcontact" in error and "--force starts anew" in error
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="a signal of Unix")
+def test_a_reader_that_has_enough_of_the_output_ends_a_command_without_a_message():
+    """As in ``jaxcontact cases | head -1``; with buffered lines the error comes at the flush, here at the first line."""
+    command = [sys.executable, "-u", "-m", "jaxcontact", "cases"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT)
+    process.stdout.close()
+    assert process.stderr.read() == b""
+    assert process.wait() == 128 + signal.SIGPIPE
+    process.stderr.close()

@@ -61,7 +61,8 @@ MISTAKES = [
     ("creep", "creep", "--segment", "9"), ("creep", "creep", "--resample", "-1"), ("creep", "plain",), ("creep", "late"),
     ("creep", "strain"), ("creep", "strain", "--stress", "0"), ("creep", "tensile"), ("creep", "begun"), ("creep", "falls"),
     ("creep", "before"), ("creep", "ends"), ("creep", "begun", "--stress", "3"), ("creep", "press"), ("creep", "modulus"),
-    ("creep", "sweep"),
+    ("creep", "sweep"), ("creep", "creep", "--tension", "0.4", "--nu", "0.2"),
+    ("creep", "creep", "--tension", "0.4", "--convention", "1/(2G)"),
     ("creep", "creep", "--model", "Springpot", "--fix", "alpha=2"), ("creep", "creep", "--window", "39:"),
     ("prony", "creep", "--tau", "-1"), ("compare", "creep", "--models", "Maxwell,Nutting"),
     ("compare", "creep", "--fix", "q=1"), ("relaxation", "modulus", "--model", "Springpot"), ("relaxation", "late"),
@@ -74,6 +75,9 @@ MISTAKES = [
     ("indentation", "press", *BALL, "--adhesion", "-1"), ("indentation", "press", "--radius", "-1"),
     ("indentation", "press", *BALL, "--layer", "-1", "--substrate-modulus", "1e9"), ("indentation", "height", *BALL),
     ("indentation", "bare", *BALL), ("indentation", "unload", *BALL), ("indentation", "creep", *BALL),
+    ("indentation", "press", *BALL, "--substrate-modulus", "1e9"), ("batch", "creep", "--contact-point", "fit"),
+    ("compare", "creep", "--control", "depth"), ("posterior", "creep", "--adhesion", "0.1"),
+    ("batch", "press", "--of", "indentation", *BALL, "--convention", "1/(2G)"), ("batch", "creep", "--ball-nu", "0.2"),
     ("indentation", "press", "--cone", "95"), ("indentation", "press", "--punch", *FILM),
 ]  # fmt: skip
 

@@ -1,6 +1,7 @@
 """What is shipped: wheel and sdist build, and the wheel works where there is no source."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -88,3 +89,14 @@ def test_the_wheel_runs_a_case_where_there_is_no_source(built, tmp_path):
         binaries / "python", "-c", "import fitting, jaxcontact; print(jaxcontact.__file__)", cwd=tmp_path
     )
     assert str(tmp_path) in where
+
+
+def test_the_paper_has_the_sections_and_the_length_that_its_journal_asks_for_and_all_its_references():
+    """Of https://joss.readthedocs.io/en/latest/paper.html; how the work was done is for its authors to declare."""
+    text = (ROOT / "docs/paper/paper.md").read_text(encoding="utf-8").split("---", 2)[2]
+    sections = ["Summary", "Statement of need", "State of the field", "Software design"]
+    sections += ["Research impact statement", "References"]
+    assert re.findall(r"^# (.*)$", text, re.MULTILINE) == sections
+    assert 750 <= len(text.split()) <= 1750
+    entries = re.findall(r"@\w+\{(\w+)", (ROOT / "docs/paper/paper.bib").read_text(encoding="utf-8"))
+    assert set(re.findall(r"@(\w+)", text)) == set(entries)
