@@ -18,6 +18,7 @@ from typing import TypeAlias
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache, local_folder
 from jaxcontact._compile.kept_traces import UntrustedFolderError, kept_traces
+from jaxcontact._support.usage import Parser
 from jaxcontact._support.version import __version__
 from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
@@ -122,7 +123,7 @@ def _parser_with_fits() -> argparse.ArgumentParser:
 
 
 def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="jaxcontact",
         description="Time-dependent contact with viscoelastic and layered bodies.",
         epilog=_examples(EXAMPLES),

@@ -31,6 +31,7 @@ from fitting.fits.prony import fit_prony
 from fitting.fits.spectrum import fit_spectrum
 from fitting.io.modulus_reader import read_oscillation, read_relaxation
 from fitting.views import output
+from jaxcontact._support.usage import Parser
 
 MODELS = "Maxwell,StandardLinearSolid,Burgers"
 
@@ -67,9 +68,7 @@ EXAMPLES = {
 def main(arguments: list[str]) -> int:
     """Run the fit command of the arguments after ``fit`` and return 0; ValueError on bad input, SystemExit on bad
     usage."""
-    parser = argparse.ArgumentParser(
-        prog="jaxcontact fit", description="Identify material parameters from measured curves."
-    )
+    parser = Parser(prog="jaxcontact fit", description="Identify material parameters from measured curves.")
     add_parser(parser.add_subparsers(required=True, metavar="KIND"))
     options = parser.parse_args(arguments)
     return options.command(options)

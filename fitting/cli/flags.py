@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import math
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -182,6 +183,13 @@ def check_metres(options: argparse.Namespace, **largest: float) -> None:
 def place(text: str) -> int | str:
     """Return a position, or a name."""
     return int(text) if text.isdigit() else text
+
+
+def half_angle(flag: str, degrees: float) -> float:
+    """Return a half-angle [rad]; ValueError unless it is between 0 and 90 degrees."""
+    if not 0.0 < degrees < 90.0:
+        raise ValueError(f"{flag}: expected a half-angle between 0 and 90 degrees, got {degrees:g}")
+    return math.radians(degrees)
 
 
 def number(flag: str, text: str) -> float:

@@ -111,10 +111,10 @@ def tip_of(options: argparse.Namespace) -> tuple[Any, str]:
     if options.punch is not None:
         return jc.FlatPunch(options.punch), ""
     if options.cone is not None:
-        return jc.Cone(math.radians(options.cone)), ""
+        return jc.Cone(flags.half_angle("--cone", options.cone)), ""
     face = FACE if options.pyramid is None else options.pyramid
     # the cone of equal area: 4 tan(face)^2 d^2 = pi tan(cone)^2 d^2
-    cone = jc.Cone(math.atan(2.0 / math.sqrt(math.pi) * math.tan(math.radians(face))))
+    cone = jc.Cone(math.atan(2.0 / math.sqrt(math.pi) * math.tan(flags.half_angle("--pyramid", face))))
     why = (
         f"no tip given: a four-sided pyramid of {FACE:g} degrees is assumed, to which the modulus is conditional; give"
         " --radius, --cone, --pyramid or --punch"

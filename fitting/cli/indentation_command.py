@@ -1,7 +1,6 @@
 """The command ``jaxcontact fit indentation``: a material from time, load and depth of an indentation."""
 
 import argparse
-import math
 from typing import Any
 
 import jaxcontact as jc
@@ -151,7 +150,7 @@ def indenter_of(options: argparse.Namespace) -> Any:
         raise ValueError("--cone: expected no --radius and no --punch beside it")
     if options.cone.lower() == "berkovich":
         return jc.Cone.berkovich(solid)
-    return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
+    return jc.Cone(flags.half_angle("--cone", flags.number("--cone", options.cone)), solid)
 
 
 def _indented(options: argparse.Namespace, file: str, indenter: Any) -> Any:

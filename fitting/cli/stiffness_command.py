@@ -1,7 +1,6 @@
 """The command ``jaxcontact fit stiffness``: modulus over depth from a continuous stiffness measurement."""
 
 import argparse
-import math
 from typing import Any
 
 import jaxcontact as jc
@@ -95,4 +94,4 @@ def _tip(options: argparse.Namespace) -> Any:
         return jc.Cone.berkovich(solid)
     if options.cone.isalpha():
         raise ValueError(f"--cone: expected degrees or berkovich, got {options.cone!r}")
-    return jc.Cone(math.radians(flags.number("--cone", options.cone)), solid)
+    return jc.Cone(flags.half_angle("--cone", flags.number("--cone", options.cone)), solid)

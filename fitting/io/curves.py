@@ -73,8 +73,8 @@ def curves_of(
             example = {one.key: k for k, one in enumerate(wanted)}
             line, got = blocks[0].rows[0][0], columns or "none"
             raise ValueError(
-                f"{table.path}: line {line}: no header, expected positions, columns={example} for instance, "
-                f"and units=; got {got}"
+                f"{table.path}: line {line}: no header, expected the places of the columns, columns={example} for instance, "
+                f"and units= where these are not SI; got {got}"
             )
     found = []
     for block in blocks:

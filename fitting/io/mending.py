@@ -92,7 +92,13 @@ def window(series: Series, limits: tuple[float | None, float | None] | None) -> 
             f"window: expected at least {LEAST} points from {np.nanmin(t):.4g} to {np.nanmax(t):.4g}, got {keep.sum()} of"
             f" {t.size}"
         )
-    return series.pick(keep).say(f"window {limits}: {keep.sum()} of {t.size} points taken")
+    return series.pick(keep).say(f"window {_between(limits)}: {keep.sum()} of {t.size} points taken")
+
+
+def _between(limits: tuple[float | None, float | None]) -> str:
+    """Return the limits in words."""
+    begin, end = (None if one is None else f"{one:g}" for one in limits)
+    return f"from {begin or 'the first'} to {end or 'the last'}"
 
 
 def complete(path: str, series: Series, positive: tuple[str, ...] = ()) -> Series:
@@ -112,7 +118,10 @@ def complete(path: str, series: Series, positive: tuple[str, ...] = ()) -> Serie
                 continue
             line = int(series.lines[np.argmax(bad)])
             if bad.sum() > LOSS * bad.size:
-                fail(path, line, label, f"expected {expected}, got {what} in {bad.sum()} of {bad.size} rows")
+                some = f"{what} in {bad.sum()} of {bad.size} rows"
+                fail(
+                    path, line, label, f"expected {expected}, got {some}; window=(begin, end) selects others"
+                )
             series = series.say(f"{label}: {bad.sum()} rows with {what} left out, the first in line {line}")
             keep &= ~bad
     return series.pick(keep)

@@ -218,8 +218,8 @@ def _check_growth(data: IndentationData, pressing: Pressing) -> None:
     top, last = float(data.load.max()), float(data.load[-1])
     if pressing.control == "load" and pressing.rise is None and last < LEAST_LOAD * top:
         raise ValueError(
-            f"data: load control requires a growing contact, got a load that falls from {top:g} to"
-            f' {last:g} N; leave out the unloading, or use control="depth"'
+            f"data: load control requires a growing contact, got a load that falls from {top:g} to {last:g} N;"
+            ' leave out the unloading by segment=("approach", "hold"), or use control="depth"'
         )
 
 

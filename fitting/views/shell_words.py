@@ -41,6 +41,8 @@ FLAGS = (
     (r"\btemperature= ", "--temperature "),
     (r"\bdrag=\"fit\"", "--drag fit"),
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
+    (r"segment=\(\"(\w+)\", \"(\w+)\"\)", r"--segment \1 --segment \2"),
+    (r"\bindenter: (?=expected a radius)", "--radius, --punch: "),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
     (r"\bdata\.(?=--)", ""),
     (r"\bread_(creep|growth|relaxation|oscillation|indentation|stiffness)\b", r"jaxcontact fit \1"),

@@ -40,6 +40,7 @@ def files(tmp_path_factory):
         "falls": make("falls.csv", "t [s],J [1/Pa]", T, 1e-6 * np.minimum(T + 1.0, 60.0 - 1.4 * T)),
         "before": make("before.csv", "t [s],J [1/Pa]", T - 3.0, J),
         "ends": make("ends.csv", "t [s],J [1/Pa],stress [Pa]", T, J, np.where(T < 20.0, 1.0, 0.0)),
+        "negative": make("negative.csv", "t [s],J [1/Pa]", T, np.where(T < 8.0, -J, J)),
         "modulus": make("modulus.csv", "t [s],G(t) [Pa]", T, 1e6 / (1.0 + T)),
         "sweep": make("sweep.csv", "frequency,G' [Pa],G'' [Pa]", 1.0 + T, 1e6 + T, 1e5 + T),
         "press": make("press.csv", "t [s],load [N],depth [m]", T, air, 1e-6 * T),
@@ -88,6 +89,34 @@ def test_a_mistake_is_told_in_the_words_of_the_shell(mistake, files, tmp_path, c
     assert main(["fit", kind, files[name], "-o", str(tmp_path / "out"), *given]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and not PYTHON.search(error.replace(files[name], "FILE")), error
+
+
+@pytest.mark.parametrize(
+    ("mistake", "words"),
+    [
+        (("creep", "negative"), "--window begin:end selects others"),
+        (("indentation", "unload", *BALL), "--segment approach --segment hold, or use --control depth"),
+        (("force", "press", "--radius", "-1"), "--radius, --punch: expected a radius > 0, got -1.0"),
+        (
+            ("force", "press", "--pyramid", "95"),
+            "--pyramid: expected a half-angle between 0 and 90 degrees, got 95",
+        ),
+        (("creep", "plain"), "--column t=0 and so on, and --unit where these are not SI"),
+    ],
+    ids=lambda given: given[1] if isinstance(given, tuple) else "",
+)
+def test_a_mistake_is_told_with_its_remedy(mistake, words, files, tmp_path, capsys):
+    kind, name, *given = mistake
+    assert main(["fit", kind, files[name], "-o", str(tmp_path / "out"), *given]) == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("given", ([], ["-o", "out", "--nu", "1um"], ["-o", "out", "--tau", "3"]))
+def test_wrong_usage_is_told_in_one_line(given, files, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["fit", "creep", files["creep"], *given])
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "--help explains the options" in error
 
 
 def test_names_are_taken_in_any_case(files, tmp_path, capsys):
