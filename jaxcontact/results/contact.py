@@ -209,10 +209,11 @@ class AdhesiveHistory(ContactHistory):
     equilibria; jump_energy (nt,) [J]: energy lost by adhesion, in these jumps, since times[0]; viscous_energy (nt,) [J]:
     energy dissipated in the body since times[0], by the trapezoidal rule over the steps (nan for a thickness that changes
     in time and for the quasi-elastic correspondence). Both have zero derivatives; in a cycle that begins and ends
-    without contact and relaxed, their sum is the area of the curve of load over approach. cohesive_cells (nt,): number of
-    cells across the zone of attraction at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the compliance of
-    a cell, or over which the gap grows by the range z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer. Below three
-    the pull-off load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
+    without contact and relaxed, their sum is the area of the curve of load over approach, unless a tensile ``Load`` has
+    separated the surfaces, which releases an unbounded energy that jump_energy does not include. cohesive_cells (nt,):
+    number of cells across the zone of attraction at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the
+    compliance of a cell, or over which the gap grows by the range z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer.
+    Below three the pull-off load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
 
     tabor_number (nt,): (R w^2/(E*^2 z^3))^(1/3) of a ball, with the range z = w/s(0) and the contact modulus E* = 2/(C(t) +
     C_ball), where C(t) is the creep compliance (1 - nu) J of the material at the surface, and C_ball that of the ball, at
