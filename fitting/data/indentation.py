@@ -15,6 +15,7 @@ from fitting.views.in_words import described
 
 ERRORS = ("sigma_depth", "sigma_load")
 DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
+LEAVE_OUT = "in_contact() leaves them out"  # end of the note of a reader on points before contact
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -193,8 +194,9 @@ class IndentationData:
         notes += [f"{what} with the other sign" for what, sign in
                   (("load", found.load_sign), ("depth", found.depth_sign)) if sign < 0]  # fmt: skip
         notes += [f"{t.size - last} points after the contact left out"] if last < t.size else []
+        earlier = [note for note in self.notes if not note.endswith(LEAVE_OUT)]
         return IndentationData(
-            t=take(t), load=take(load), depth=take(depth), notes=(*self.notes, *notes), marks=again(self.marks), cut=True,
+            t=take(t), load=take(load), depth=take(depth), notes=(*earlier, *notes), marks=again(self.marks), cut=True,
             **{name: again(getattr(self, name)) for name in DEVIATIONS},
             whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],

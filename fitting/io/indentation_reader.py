@@ -8,7 +8,7 @@ from typing import Any
 
 from fitting.data.contact import tip_depth
 from fitting.data.drag import UNTIMED
-from fitting.data.indentation import ERRORS, IndentationData
+from fitting.data.indentation import ERRORS, LEAVE_OUT, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, mending
 from fitting.io.cells import is_data
@@ -71,7 +71,7 @@ def read_indentation(
     before = data.contact.before
     if before <= AIR:
         return data
-    note = f"{before} of {data.t.size} points are before contact: in_contact() leaves them out"
+    note = f"{before} of {data.t.size} points are before contact: {LEAVE_OUT}"
     return dataclasses.replace(data, notes=(*data.notes, note))
 
 

@@ -209,6 +209,7 @@ def test_flags_of_a_force_curve(tmp_path, taken):
     data, _ = taken("indentation", path, *flags)
     assert data.t.size == 600
     data, _ = taken("indentation", path, *flags, "--in-contact", "--segment", "approach", "--window", ":3")
+    assert "before it left out" in " ".join(data.notes) and "leaves them out" not in " ".join(data.notes)
     assert data.load[0] == 0.0 and data.t[-1] == pytest.approx(3.0, abs=0.03)
     np.testing.assert_allclose(data.load[5:], 2e-7 * (1e6 * data.depth[5:]) ** 1.5, rtol=0.1)
 
