@@ -138,7 +138,8 @@ class IndentationData:
         if not low < high:
             raise ValueError(f"window: expected begin < end, got {begin!r} and {end!r}")
         keep = (self.t >= low) & (self.t <= high)
-        return self._take(keep, f"{begin} to {end} s taken: {keep.sum()} of {keep.size} points")
+        sides = [f"{word} {side:g} s" for word, side in (("from", begin), ("to", end)) if side is not None]
+        return self._take(keep, f"{' '.join(sides) or 'all'} taken: {keep.sum()} of {keep.size} points")
 
     def in_contact(
         self, depth: float | None = None, indenter: Any = None, film: bool = False
