@@ -104,7 +104,7 @@ def _with_factors(lines: list[Line], found: list[str], separator: str | None) ->
     read."""
     for line in lines:
         cells = _under(split(line.text, separator), len(found))
-        if any(map(FACTOR.search, cells)):
+        if any(map(FACTOR.search, cells)) and not cells[0].endswith(":"):  # a fact: "sensitivity: 4.8E-8"
             return [
                 f"{cell} {unit}".strip() if FACTOR.search(cell) else unit
                 for cell, unit in zip(cells, found, strict=True)

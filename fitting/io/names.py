@@ -36,7 +36,7 @@ NAMES = {
     " creepmodulus",
     "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz pulsation"
     " fréquenceangulaire frecuenciaangular 角周波数 角振動数",
-    "frequency": "ν freq frequency testfrequency frequenz prüffrequenz fréquence frecuencia 周波数",
+    "frequency": "ν f freq frequency testfrequency frequenz prüffrequenz fréquence frecuencia 周波数",
     "storage modulus": "g' gstor storagemodulus shearstoragemodulus speichermodul speicherschubmodul"
     " moduledeconservation moduleélastique módulodealmacenamiento móduloelástico 貯蔵弾性率 貯蔵せん断弾性率",
     "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul"
@@ -50,7 +50,7 @@ NAMES = {
     " angledephase déphasage ángulodefase 位相角",
     "tensile storage modulus": "e' estor tensilestoragemodulus",
     "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
-    "load": "P p F f fn load force normalforce loadonsample indentload indentationload indentationforce"
+    "load": "P p F fn load force normalforce loadonsample indentload indentationload indentationforce"
     " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft"
     " forcenormale fuerza fuerzanormal carga 荷重 力 押込み荷重",
     "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"

@@ -370,7 +370,10 @@ def test_indentation_is_read_right(tmp_path, name):
     assert data.marks is None or np.all(data.marks == SEGMENTS)
 
 
-@pytest.mark.parametrize(("constant", "given"), [(CONSTANT, {}), ("", {"spring_constant": K})])
+@pytest.mark.parametrize(
+    ("constant", "given"),
+    [(CONSTANT, {}), ("", {"spring_constant": K}), (f"# sensitivity: 4.8E-8\n{CONSTANT}", {})],
+)
 def test_a_force_curve_of_jpk_gives_depth_from_height_and_deflection(tmp_path, constant, given):
     data = fitting.read_indentation(save(tmp_path, jpk(CLOCK, LOAD, HEIGHT, MARKS, constant)), **given)
     np.testing.assert_allclose(data.t, CLOCK, atol=1e-8)

@@ -196,6 +196,9 @@ def sweep_of(heading, *columns, under="", sep="\t"):
 
 F, W, G = OMEGA / (2 * np.pi), OMEGA, dynamic(OMEGA, **TRUTH)
 SWEEPS = {
+    "f in Hz, units below, beside a load F": sweep_of(
+        "F,f,G',G''\nN,Hz,kPa,kPa", np.ones(F.size), F, G.real / 1e3, G.imag / 1e3, sep=","
+    ),
     "Hz and kPa": sweep_of("Frequency [Hz],G' [kPa],G'' [kPa]", F, G.real / 1e3, G.imag / 1e3, sep=","),
     "TRIOS": sweep_of(
         "Angular frequency,Step time,Temperature,Storage modulus,Loss modulus,Tan(delta)", W, W, 0 * W + 25, G.real,
