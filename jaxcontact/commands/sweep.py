@@ -8,7 +8,7 @@ import contextlib
 import csv
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from jaxcontact.commands.interrupts import exit_status, signal_of
 from jaxcontact.commands.status import FINE, NOT_CONVERGED, print_error, tell
 from jaxcontact.files import advice
 from jaxcontact.files.case_file import Case
-from jaxcontact.files.case_tables import CaseError
+from jaxcontact.files.case_tables import CaseError, kind_of, unit_of
 from jaxcontact.files.run_figures import figures_in, values_of
 from jaxcontact.files.study_file import CaseStudy, in_words, read_study, varied
 from jaxcontact.verbs.studies import FUNCTION, Study, sweep_of
@@ -170,9 +170,28 @@ def _draw(study: CaseStudy, found: Study, path: Path) -> None:
     done = found.done()
     if not done or not can_be_drawn(study.cases):
         return
-    names = [name for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)]
+    names = {
+        name: own for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)
+    }
     if names:
-        write_picture(path, studies_figure(study.cases, {name: found.stacked(name) for name in names}))
+        labels = labels_of(study.cases, study.tables)
+        cases = [{labels[name]: value for name, value in case.items()} for case in study.cases]
+        write_picture(
+            path, studies_figure(cases, {_titled(*item): found.stacked(item[0]) for item in names.items()})
+        )
+
+
+def labels_of(cases: Sequence[dict[str, Any]], tables: dict[str, Any]) -> dict[str, str]:
+    """Return the varied keys with their units, for axes; tables: of the case file."""
+    _, sections = kind_of(tables)
+    units = {name: unit_of(name, sections) for case in cases for name in case}
+    return {name: f"{name} [{unit}]" if unit else name for name, unit in units.items()}
+
+
+def _titled(name: str, quantity: str) -> str:
+    """Return "peak pressure at the end [Pa]" for peak_pressure_end_Pa, and so for the value of a steady state."""
+    *end, unit = name.removeprefix(quantity + "_").split("_")
+    return f"{quantity.replace('_', ' ')}{' at the end' if end else ''} [{unit}]"
 
 
 def _is_last(name: str, quantity: str) -> bool:

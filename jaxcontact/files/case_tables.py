@@ -58,21 +58,34 @@ def kind_of(tables: Table) -> tuple[str, dict[str, Keys]]:
 
 def with_si_values(tables: Table, sections: dict[str, Keys]) -> Table:
     """Return the tables with numbers in SI units in place of text with a unit."""
-    solid = {name: key for _, keys in MATERIALS.values() for name, key in keys.items()}
-    shape = {name: key for _, keys in SHAPES.values() for name, key in keys.items()}
-    law = {name: key for _, keys in LAWS.values() for name, key in keys.items()}
-    beside = {"layer": solid, "substrate": solid, "indenter": shape, "adhesion": law}
-    keys = {name: own | beside.get(name, {}) for name, own in sections.items()}
+    keys = _keys_by_table(sections)
     converted = {name: _plain_table(name, table, keys.get(name, {})) for name, table in tables.items()}
     ball = tables.get("indenter", {}).get("material")
     if isinstance(ball, dict):
-        converted["indenter"]["material"] = _plain_table("indenter.material", ball, solid)
+        converted["indenter"]["material"] = _plain_table("indenter.material", ball, keys["substrate"])
     for name in SEVERAL:
         if isinstance(tables.get(name), list):
             converted[name] = [
                 _plain_table(where, table, keys[name]) for where, table in tables_named(name, tables)
             ]
     return converted
+
+
+def unit_of(dotted: str, sections: dict[str, Keys]) -> str | None:
+    """Return the SI unit of a key such as "layer.thickness"; None of text, counts, plain numbers and unknown keys."""
+    table, *between, name = dotted.split(".")
+    keys = _keys_by_table(sections)
+    key = keys.get("substrate" if "material" in between else table, {}).get(name)
+    return None if key is None else key.unit
+
+
+def _keys_by_table(sections: dict[str, Keys]) -> dict[str, Keys]:
+    """Return the keys of each table with those of all materials, shapes and laws that may stand in it."""
+    solid = {name: key for _, keys in MATERIALS.values() for name, key in keys.items()}
+    shape = {name: key for _, keys in SHAPES.values() for name, key in keys.items()}
+    law = {name: key for _, keys in LAWS.values() for name, key in keys.items()}
+    beside = {"layer": solid, "substrate": solid, "indenter": shape, "adhesion": law}
+    return {name: own | beside.get(name, {}) for name, own in sections.items()}
 
 
 def _plain_table(where: str, table: Any, keys: Keys) -> Any:

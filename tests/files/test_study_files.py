@@ -17,7 +17,7 @@ from test_storage import made_up
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.commands.sweep import figures_by
+from jaxcontact.commands.sweep import figures_by, labels_of
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.case_tables import read_tables
 from jaxcontact.files.study_file import read_study
@@ -180,3 +180,16 @@ def test_the_study_that_comes_with_the_package_is_read():
     path = Path(jc.__file__).parent / "cases" / "studies" / "film_map.toml"
     study = read_study(path)
     assert len(study.cases) == 36 and study.cases[-1] == {"control.load": 60.0, "layer.thickness": 1.6e-6}
+
+
+def test_axes_of_the_figure_of_a_study_have_units(study):
+    given = {
+        "indenter.radius": "[m]",
+        "layer.2.G": "[Pa]",
+        "substrate.nu": "",
+        "indenter.material.E": "[Pa]",
+        "grid.n": "",
+    }
+    tables = read_study(study('"indenter.radius" = [0.2, 0.3]')).tables
+    found = labels_of([dict.fromkeys(given, 1.0)], tables)
+    assert {name: label.removeprefix(name).strip() for name, label in found.items()} == given
