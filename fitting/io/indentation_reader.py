@@ -83,7 +83,7 @@ def read_force(
     """Read a force curve for ``fit_force``, with its baseline and all segments.
 
     Args:
-        path: a force curve of JPK, Asylum (Igor), Bruker, AFM Workshop, HDF5 or NT-MDT through the library afmformats, or
+        path: a force curve of JPK, Asylum (Igor), AFM Workshop or HDF5 through the library afmformats, or
             a text file as in ``read_indentation``, which needs no times here.
         curve: which of several curves in the file, by position from 0 or by name.
         spring_constant: of the cantilever [N/m], where the file does not state it.

@@ -1,10 +1,12 @@
-"""Fits to public force curves beside those of scipy and nanite: the first table of docs/public_data.md.
+"""Fits to public force curves beside those of scipy and nanite: the first table of ``docs/public_data.md``.
 
     python -m tests.benchmarks.public_files FOLDER [BEGIN]
 
 FOLDER holds the files of ``CURVES``, which are not part of this project; BEGIN selects files by the begin of their names.
-scipy fits the points of ``--weights absolute`` by a search of the contact point, the rest being linear. nanite, where
-installed, fits the same part of the approach, with equal weights and the drift of its whole baseline removed before.
+A line has the modulus with its interval, the verdict, the modulus with ``--weights absolute``, that of scipy at the same
+points by a search of the contact point, that of scipy with a constant baseline, and that of nanite, where installed: of the
+same part of the approach, with a constant baseline after the drift of the whole one is removed; the differences of the first
+and the second pair; and the reasons of a rejection.
 """
 
 import contextlib
@@ -40,6 +42,7 @@ CURVES = [  # file, curve, tip
     ("fmt-jpk-cc_pr14-brain-2021.06.30.jpk-force", 0, BALL),
     ("fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force", 0, BALL),
     ("fmt-jpk-sr_cell1-0008.jpk-force", 0, BALL),
+    ("AFM_contact_test.txt", 0, BALL),
 ]
 
 
@@ -60,15 +63,15 @@ def half_angle(tip):
     return np.arctan(2 / np.sqrt(np.pi) * np.tan(np.radians(tip[1])))
 
 
-def by_scipy(points, tip):
-    """Return Young's modulus [Pa] of the best contact point, with a linear baseline."""
+def by_scipy(points, tip, tilt=1.0):
+    """Return Young's modulus [Pa] of the best contact point, with a tilted baseline, or with tilt = 0 a constant one."""
     depth, load = points
     ball = tip[0] == "--radius"
     size = 4 / 3 * tip[1] ** 0.5 if ball else 2 / np.pi * np.tan(half_angle(tip))
 
     def best(contact):
         rise = size / 0.75 * np.maximum(depth - contact, 0) ** (1.5 if ball else 2.0)
-        basis = np.stack([rise / rise.max(), np.ones(depth.size), np.linspace(0, 1, depth.size)], 1)
+        basis = np.stack([rise / rise.max(), np.ones(depth.size), np.linspace(0, tilt, depth.size)], 1)
         found = np.linalg.lstsq(basis, load, rcond=None)[0]
         return np.sum((basis @ found - load) ** 2), abs(found[0]) / rise.max()
 
@@ -117,9 +120,10 @@ def row(file, curve, tip):
         return f"{start} {own}"
     E, same = own["youngs_modulus_Pa"], equal["youngs_modulus_Pa"]["value"]
     ends = ", ".join("any" if E[end] is None else f"{E[end]:.3g}" for end in ("low", "high"))
-    peers = by_scipy(points, tip), other(file, curve, tip, points[0].max())
-    shown = " | ".join(f"{value:.4g} ({100 * (same / value - 1):+.2g} %)" for value in peers)
-    return f"{start} {E['value']:.4g} [{ends}] | {own['verdict']} | {same:.4g} | {shown} | {own['reasons']}"
+    peers = by_scipy(points, tip), by_scipy(points, tip, 0.0), other(file, curve, tip, points[0].max())
+    shown = " | ".join(f"{value:.4g}" for value in (same, *peers))
+    differ = " | ".join(f"{100 * (one / two - 1):.2g} %" for one, two in ((same, peers[0]), peers[1:]))
+    return f"{start} {E['value']:.4g} [{ends}] | {own['verdict']} | {shown} | {differ} | {own['reasons']}"
 
 
 if __name__ == "__main__":
