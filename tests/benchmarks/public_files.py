@@ -46,16 +46,20 @@ CURVES = [  # file, curve, tip
 ]
 
 
-def fitted(file, curve, tip, *more):
-    """Return the summary of ``fit force`` with its depths and loads, or the message of its error."""
+def fitted_points(*words):
+    """Return the summary of a command ``fit`` with the first two columns of its curve, or the message of its error."""
     message = io.StringIO()
     with tempfile.TemporaryDirectory() as out, contextlib.redirect_stderr(message):
-        words = ["fit", "force", str(file), "--curve", str(curve), tip[0], str(tip[1]), *more]
         with contextlib.redirect_stdout(io.StringIO()):
             if main([*words, "-o", out, "--force"]):
                 return message.getvalue().splitlines()[-1].split(": ", 3)[-1], None
         points = np.loadtxt(Path(out) / "curve.csv", delimiter=",", skiprows=1, usecols=(0, 1)).T
         return json.loads((Path(out) / "summary.json").read_text()), points
+
+
+def fitted(file, curve, tip, *more):
+    """Return the summary of ``fit force`` with its depths and loads, or the message of its error."""
+    return fitted_points("fit", "force", str(file), "--curve", str(curve), tip[0], str(tip[1]), *more)
 
 
 def half_angle(tip):
