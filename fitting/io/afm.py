@@ -1,9 +1,12 @@
 """Reader of force curves of atomic force microscopes by the library afmformats, which is imported on first use."""
 
+import contextlib
 import functools
 import importlib
+import logging
 import math
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -117,10 +120,27 @@ def _loaded(name: str, _: int, spring_constant: float | None, sensitivity: float
     known = {"spring constant": spring_constant, "sensitivity": sensitivity}
     given = {key: value for key, value in known.items() if value is not None}
     try:
-        return library.load_data(name, meta_override=given or None)
+        with _without_tracebacks():
+            return library.load_data(name, meta_override=given or None)
     except errors as error:
+        if missing := [key for key in known if key in getattr(error, "meta_keys", ())]:
+            flags = " and ".join(f"{key.replace(' ', '_')}=" for key in missing)
+            raise ValueError(
+                f"{name}: the file does not state the {' and the '.join(missing)}: give {flags}"
+            ) from None
         what = (str(error) or type(error).__name__).splitlines()[0][:200]
         raise ValueError(f"{name}: afmformats cannot read it: {what}") from None
+
+
+@contextlib.contextmanager
+def _without_tracebacks() -> Iterator[None]:
+    """Silence the library's own report of the errors that are raised here in one line."""
+    speaker = logging.getLogger("afmformats.formats")
+    silent, speaker.disabled = speaker.disabled, True
+    try:
+        yield
+    finally:
+        speaker.disabled = silent
 
 
 def _choose(name: str, curves: Any, curve: int | str | None) -> Any:

@@ -38,6 +38,7 @@ FLAGS = (
     (r"\b(start|segment|curve|stress)=", r"--\1="),
     (r"--(start|segment|curve|stress)=(?=[\s,;:]|$)", r"--\1"),
     (r"\bspring_constant=", "--spring-constant"),
+    (r"\bsensitivity=", "--sensitivity"),
     (r"\btemperature= ", "--temperature "),
     (r"\bdrag=\"fit\"", "--drag fit"),
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),

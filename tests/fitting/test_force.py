@@ -237,6 +237,17 @@ def test_a_file_of_afm_workshop_without_times(tmp_path):
     assert fitting.fit_force(data, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-3)
 
 
+def test_a_file_of_afm_workshop_in_volts_asks_for_its_constants_in_one_line(tmp_path, capfd, caplog):
+    pytest.importorskip("afmformats")
+    path = tmp_path / "single.csv"
+    columns = "Extend Z-Sense(nm),Extend T-B(V),Retract Z-Sense(nm),Retract T-B(V)\n"
+    path.write_text(WORKSHOP + columns + "".join(f"{k},0.1,{k},0.1\n" for k in range(20)))
+    assert main(["fit", "force", str(path), "-o", str(tmp_path / "fit")]) == 2
+    said = capfd.readouterr().err
+    assert said.endswith("spring constant and the sensitivity: give --spring-constant and --sensitivity\n")
+    assert said.count("\n") == 1 and not caplog.records
+
+
 @pytest.mark.parametrize("header", ["depth [nm],force [nN]\n", ""])
 def test_a_table_without_times(tmp_path, header):
     path, load = tmp_path / "table.csv", hertz(Z * DEEP)
