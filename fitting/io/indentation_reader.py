@@ -6,6 +6,8 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from fitting.data.contact import tip_depth
 from fitting.data.drag import UNTIMED
 from fitting.data.indentation import ERRORS, LEAVE_OUT, IndentationData
@@ -114,7 +116,11 @@ def read_force(
             **afm.read(path, curve, spring_constant, sensitivity, untimed=True),
         )
     else:
-        data = _indentation_text(path, columns, units, curve, spring_constant, decimal, untimed=True)
+        given = path, columns, units, curve, spring_constant, decimal
+        data = _indentation_text(*given, untimed=True)
+        if "depth" not in (columns or {}) and np.ptp(data.depth[: data.depth.size // 20 + 2]) == 0.0:
+            # Optics11 writes zeros before its own contact point, where a baseline needs the way
+            data = _indentation_text(*given, untimed=True, raised=True)
     return data.window(*window) if window else data
 
 
@@ -128,17 +134,19 @@ def _require_no_text_options(path: str | os.PathLike, given: Any) -> None:
 
 def _indentation_text(
     path: str | os.PathLike, columns: dict | None, units: dict | None, curve: int | str | None,
-    spring_constant: float | None, decimal: str | None, untimed: bool = False,
+    spring_constant: float | None, decimal: str | None, untimed: bool = False, raised: bool = False,
 ) -> IndentationData:  # fmt: skip
-    """Read a text file with all segments, without selection; untimed: whether a file without times is accepted."""
+    """Read a text file with all segments, without selection.
+
+    untimed: whether a file without times is accepted; raised: whether a height is preferred to a depth.
+    """
     table = read_table(path, decimal)
     columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
     untimed = untimed and not any(has(block, CLOCK, columns) for block in table.blocks)
     if untimed and "t" not in columns:
         table, columns, units = _numbered(table, columns, units)
-    raised = not any(has(block, DEPTH, columns) for block in table.blocks) and any(
-        has(block, HEIGHT, columns) for block in table.blocks
-    )
+    raised = raised or not any(has(block, DEPTH, columns) for block in table.blocks)
+    raised = "height" in columns or (raised and any(has(block, HEIGHT, columns) for block in table.blocks))
     errors = [
         Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
     ]

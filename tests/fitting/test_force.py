@@ -12,6 +12,7 @@ import jaxcontact as jc
 from fitting.data.probe import paraboloid_note
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
+from tests.support.layouts import optics11
 from tests.support.thin_samples import DEEP, RADIUS, E, T, Z, curve, noisy, thin
 
 BALL = jc.Sphere(RADIUS)
@@ -235,6 +236,21 @@ def test_a_file_of_afm_workshop_without_times(tmp_path):
     data = fitting.read_force(path, spring_constant=k)
     assert any("no times" in note for note in data.notes)
     assert fitting.fit_force(data, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-3)
+
+
+def test_optics11_with_depths_of_zero_before_contact_is_fitted_over_the_way(tmp_path):
+    k, load, path = 0.5, hertz(Z * DEEP), tmp_path / "chiaro.txt"
+    head, names, rows = optics11(T, load, Z * DEEP, k).partition("Auxiliary\n")
+    rows = [row.split("\t") for row in rows.splitlines()]
+    for row in rows:
+        row[2] = f"{max(float(row[2]), 0.0):.9g}"
+    path.write_text(head + names + "\n".join("\t".join(row) for row in rows) + "\n")
+    fit = fitting.fit_force(fitting.read_force(path), indenter=BALL)
+    assert fit.verdict == "accepted"
+    assert fit.youngs_modulus[0] == pytest.approx(E, rel=1e-3)
+    assert fit.nuisances["contact_point"][0] == pytest.approx(DEEP, rel=1e-3)  # from the first sample
+    with pytest.raises(ValueError, match="column 'height'"):
+        fitting.read_force(path, columns={"height": "Way"})
 
 
 def test_a_file_of_afm_workshop_in_volts_asks_for_its_constants_in_one_line(tmp_path, capfd, caplog):
