@@ -177,8 +177,8 @@ def _stepped(data: IndentationData, sought: Sought, pressing: Pressing) -> tuple
     if elastic or pressing.rise is not None or data.t[0] <= 0.0 or data.load[0] < STEPPED * data.load.max():
         return ()
     return (
-        f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, which is taken as applied in"
-        f" a step at its time, t = {data.t[0]:g} s: if it was applied before, the curve should begin there",
+        f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, taken as applied in"
+        f" a step at its time, t = {data.t[0]:g} s: if applied before, the curve should begin there",
     )
 
 
