@@ -32,11 +32,9 @@ def run(options: argparse.Namespace) -> int:
     """Print the table of tests."""
     structure = resolve(options.model)
     values = {name: flags.number("--value", text) for name, text in flags.pairs("--value", options.value)}
-    given = ", ".join(f"{name}={value:g}" for name, value in values.items()) or "none"
     if set(values) != set(structure.where) or not all(value > 0 for value in values.values()):
-        raise ValueError(
-            f"--value: expected one > 0 for each of {', '.join(structure.where)}, got {', '.join(given) or 'none'}"
-        )
+        given = ", ".join(f"{name}={value:g}" for name, value in values.items()) or "none"
+        raise ValueError(f"--value: expected one > 0 for each of {', '.join(structure.where)}, got {given}")
     material = structure.material(values, Volume("nu", 0.3))
     print(
         design(
