@@ -113,22 +113,15 @@ class AdhesiveTest(NamedTuple):
 
     def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
         """Return the coordinates of the search."""
-        structure, start = structure_of_model(self.model), self.start()
-        unit = np.array([start[name] for name in structure.where])
+        structure, start, sizes = structure_of_model(self.model), self.start(), sizes_of(self.data)
         rows = [
-            _row(table[name], unit[i], PARAMETERS if i > 1 else (-WIDE, WIDE))
+            log_bounds(table[name], start[name], PARAMETERS if i > 1 else (-WIDE, WIDE))
             for i, name in enumerate(structure.where)
         ]
-        depth, load = float(np.ptp(self.data.depth)), float(np.ptp(self.data.load))
-        sizes = depth / np.array([1.0, float(np.ptp(self.data.t)), load])
-        box = np.concatenate([np.array(rows), instrument.box(sizes)])
+        nuisances = instrument.box(sizes)
         if isinstance(instrument.contact_point, str):  # about the measured depths, whose zero is arbitrary
-            box[structure.size] += float(self.data.depth.min()) / depth + np.array([0.0, 1.0])
-        own = np.arange(len(box)) < structure.size
-        return ParameterSpace(
-            structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
-            material=own, names=(*structure.where, *NUISANCES), open=np.ones((len(box), 2), dtype=bool),
-        )  # fmt: skip
+            nuisances[0] += float(self.data.depth.min()) / sizes[0] + np.array([0.0, 1.0])
+        return space_of(structure, start, sizes, np.concatenate([np.array(rows), nuisances]))
 
     def starts(self, space: ParameterSpace) -> list[np.ndarray]:
         """Return starting coordinates, for the closed form with a strength at several of them."""
@@ -188,12 +181,33 @@ class AdhesiveTest(NamedTuple):
         )
 
 
-def _row(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:
+def sizes_of(data: IndentationData) -> np.ndarray:
+    """Return units (3,) of contact point [m], drift [m/s] and machine compliance [m/N]: each moves by the whole depth."""
+    depth, load = float(np.ptp(data.depth)), float(np.ptp(data.load))
+    return depth / np.array([1.0, float(np.ptp(data.t)), load])
+
+
+def log_bounds(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:
     """Return the bounds of a logarithm, those of the parameter where they are given and else those of the search."""
     low, high = given
     return (math.log(low / unit) if low > 0.0 else whole[0]), (
         math.log(high / unit) if math.isfinite(high) else whole[1]
     )
+
+
+def space_of(
+    structure: ParameterList, start: dict[str, float], sizes: np.ndarray, box: np.ndarray
+) -> ParameterSpace:
+    """Return the coordinates: logarithms of the parameters over their starting values, and the instrument's contributions.
+
+    sizes (3,): units of the latter; box (k + 3, 2): bounds of all.
+    """
+    unit = np.array([start[name] for name in structure.where])
+    own = np.arange(len(box)) < structure.size
+    return ParameterSpace(
+        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
+        material=own, names=(*structure.where, *NUISANCES), open=np.ones((len(box), 2), dtype=bool),
+    )  # fmt: skip
 
 
 def table_of(

@@ -25,9 +25,9 @@ from jax import Array
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.pull_off import PullOff
-from fitting.models.coordinates import NUISANCES
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import ParameterList, resolve
+from fitting.search.adhesive_search import WIDE, log_bounds, sizes_of, space_of
 from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective
 from fitting.search.press import Instrument
@@ -35,7 +35,6 @@ from fitting.search.press import Instrument
 CELLS, FINER = 32, 2  # cells along a side, and the factor on cells and steps of the run that corrects
 LEFT = 3.0  # second order: of the change, a third remains
 MARGIN = 2.2  # width of the grid over the diameter of the contact that is expected
-WIDE = 7.0  # of the logarithms about their starting values
 ITERATIONS = 1000  # of the solver in a step
 SHARES: dict[type, tuple[float, ...]] = {
     jc.Maxwell: (1.0, 0.5),
@@ -93,21 +92,9 @@ class CreepingFilm(NamedTuple):
 
     def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
         """Return the coordinates of the search."""
-        structure = structure_with_work(self.material)
-        unit = np.array([self.start[name] for name in structure.where])
-        log = lambda value, scale, open_end: math.log(value / scale) if 0.0 < value < math.inf else open_end
-        rows = [
-            (log(table[name][0], u, -WIDE), log(table[name][1], u, WIDE))
-            for name, u in zip(structure.where, unit, strict=True)
-        ]
-        depth, load = float(np.ptp(self.data.depth)), float(np.ptp(self.data.load))
-        sizes = depth / np.array([1.0, float(np.ptp(self.data.t)), load])
-        box = np.concatenate([np.array(rows), instrument.box(sizes)])
-        own = np.arange(len(box)) < structure.size
-        return ParameterSpace(
-            structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
-            material=own, names=(*structure.where, *NUISANCES), open=np.ones((len(box), 2), dtype=bool),
-        )  # fmt: skip
+        structure, sizes = structure_with_work(self.material), sizes_of(self.data)
+        rows = [log_bounds(table[name], self.start[name], (-WIDE, WIDE)) for name in structure.where]
+        return space_of(structure, self.start, sizes, np.concatenate([np.array(rows), instrument.box(sizes)]))
 
     def starts(self, space: ParameterSpace) -> list[np.ndarray]:
         """Return starting coordinates, for each of ``TIMES`` where there is a retardation time."""
