@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.data.contact import tip_depth
-from fitting.io.nanoscope import IMAGE, Header, Section, first_line, read_header
+from fitting.io.nanoscope import IMAGE, ScopeHeader, HeaderSection, first_line, read_header
 from fitting.io.places import Place, chosen
 
 CHANNEL = "ciao force image list"
@@ -34,7 +34,7 @@ CURVES = ("force", "force volume")  # operating modes that ramp the height; othe
 LEAST = 5  # least number of samples of a curve
 
 
-class Channel(NamedTuple):
+class SampleChannel(NamedTuple):
     """Samples of a channel: raw (curves, n) integers; volts: of one of them; sensitivity: its label; notes."""
 
     raw: np.ndarray
@@ -43,16 +43,16 @@ class Channel(NamedTuple):
     notes: tuple[str, ...]
 
 
-class Curves(NamedTuple):
+class ForceVolume(NamedTuple):
     """The curves of a file.
 
     deflection; height: None without a sensor; approach: number of its samples; header; columns: of a force volume.
     """
 
-    deflection: Channel
-    height: Channel | None
+    deflection: SampleChannel
+    height: SampleChannel | None
     approach: int
-    header: Header
+    header: ScopeHeader
     columns: int
 
 
@@ -108,13 +108,13 @@ def places(name: str) -> list[Place]:
     return [Place(k, x + step * (k % columns), y + step * (k // columns)) for k in range(count)]
 
 
-def _load(name: str) -> Curves:
+def _load(name: str) -> ForceVolume:
     """Return the curves of a file; the last files are kept."""
     return _loaded(name, Path(name).stat().st_mtime_ns)
 
 
 @functools.lru_cache(maxsize=2)
-def _loaded(name: str, _: int) -> Curves:
+def _loaded(name: str, _: int) -> ForceVolume:
     if first_line(name).startswith(IMAGE):
         raise ValueError(f"{name}: expected force curves, got an image of NanoScope")
     header = read_header(name)
@@ -135,23 +135,23 @@ def _loaded(name: str, _: int) -> Curves:
     whole = sum(samples) if len(samples) > 1 else 2 * sum(samples)
     bent = _channel(name, deflection, columns * rows, whole)
     height = _channel(name, sensor, columns * rows, whole) if sensor else None
-    return Curves(bent, height, _approach(bent.raw[0], samples), header, columns)
+    return ForceVolume(bent, height, _approach(bent.raw[0], samples), header, columns)
 
 
-def _section(header: Header, word: str) -> Section | None:
+def _section(header: ScopeHeader, word: str) -> HeaderSection | None:
     """Return the first channel whose name has a word, or None."""
     found = (one for one in header.all(CHANNEL) if word in one.values.get("image data", ""))
     return next(found, None)
 
 
-def _grid(header: Header) -> tuple[int, int]:
+def _grid(header: ScopeHeader) -> tuple[int, int]:
     """Return the numbers of columns and rows of a force volume."""
     image, scan = header.one("ciao image list"), header.one("ciao scan list")
     columns = (image.integers("samps/line") or scan.integers("samps/line") or [1])[0]
     return columns, (image.integers("number of lines") or scan.integers("lines") or [1])[0]
 
 
-def _channel(name: str, section: Section, count: int, samples: int) -> Channel:
+def _channel(name: str, section: HeaderSection, count: int, samples: int) -> SampleChannel:
     """Return the samples of a channel of ``count`` curves of this number of samples."""
     offset, length = (int(section.number(f"data {word}") or 0) for word in ("offset", "length"))
     scale = section.scale("z scale")
@@ -168,9 +168,9 @@ def _channel(name: str, section: Section, count: int, samples: int) -> Channel:
     raw = np.memmap(name, f"<i{width:.0f}", "r", offset, (count, samples))
     largest = np.abs(np.where(np.isin(raw, MISSING), 0, raw)).max()
     if largest <= CONVERTER:
-        return Channel(raw, *scale, ())
+        return SampleChannel(raw, *scale, ())
     note = f"samples taken as 1/{FINE} LSB, since they exceed the 16 bits of the converter"
-    return Channel(raw, scale[0] / FINE, scale[1], (note,))
+    return SampleChannel(raw, scale[0] / FINE, scale[1], (note,))
 
 
 def _approach(raw: np.ndarray, samples: list[int]) -> int:
@@ -183,13 +183,13 @@ def _approach(raw: np.ndarray, samples: list[int]) -> int:
     return max(samples[:2], key=jump)
 
 
-def _order(curves: Curves, size: int) -> np.ndarray:
+def _order(curves: ForceVolume, size: int) -> np.ndarray:
     """Return the places of the samples (size,) in their order in time."""
     first = curves.approach
     return np.concatenate([np.arange(first)[::-1], np.arange(first, size)])
 
 
-def _times(curves: Curves, size: int) -> np.ndarray:
+def _times(curves: ForceVolume, size: int) -> np.ndarray:
     """Return the times of the samples (size,) [s], from the speeds of the ramp or else from its frequency."""
     force = curves.header.one("ciao force list")
     ramp = curves.header.all(CHANNEL)[0].number("ramp size")
@@ -202,7 +202,7 @@ def _times(curves: Curves, size: int) -> np.ndarray:
     )
 
 
-def _height(name: str, curves: Curves, place: int) -> tuple[np.ndarray, str]:
+def _height(name: str, curves: ForceVolume, place: int) -> tuple[np.ndarray, str]:
     """Return the height of the base (n,) [m] in the order of the file, and a note on its source."""
     size, first = curves.deflection.raw.shape[1], curves.approach
     section = curves.header.all(CHANNEL)[0]

@@ -31,7 +31,7 @@ METRES = {
 }  # nm where the unit is left out
 
 
-class Section(NamedTuple):
+class HeaderSection(NamedTuple):
     """A section: name, without the asterisk; values of its parameters by label, both in lower case."""
 
     name: str
@@ -62,18 +62,18 @@ class Section(NamedTuple):
         return LAST.search(texts[0]) if texts else None
 
 
-class Header(NamedTuple):
+class ScopeHeader(NamedTuple):
     """The sections of a file in their order."""
 
-    sections: list[Section]
+    sections: list[HeaderSection]
 
-    def all(self, name: str) -> list[Section]:
+    def all(self, name: str) -> list[HeaderSection]:
         """Return the sections of a name."""
         return [section for section in self.sections if section.name == name]
 
-    def one(self, name: str) -> Section:
+    def one(self, name: str) -> HeaderSection:
         """Return the first section of a name, an empty one if there is none."""
-        return next(iter(self.all(name)), Section(name, {}))
+        return next(iter(self.all(name)), HeaderSection(name, {}))
 
     def sensitivity(self, label: str) -> float | None:
         """Return a sensitivity [m/V], or None."""
@@ -97,7 +97,7 @@ def first_line(name: str) -> bytes:
         return b""
 
 
-def read_header(name: str) -> Header:
+def read_header(name: str) -> ScopeHeader:
     """Return the header of a file; ValueError where it does not end."""
     with open(name, "rb") as file:
         raw = file.read(LONGEST)
@@ -106,10 +106,10 @@ def read_header(name: str) -> Header:
         raise ValueError(
             f"{name}: expected a header of NanoScope that ends with Ctrl-Z, got none: the file is cut"
         )
-    sections: list[Section] = []
+    sections: list[HeaderSection] = []
     for line in raw[:end].decode("latin-1").splitlines():
         if line.startswith("\\*"):
-            sections.append(Section(line[2:].strip().lower(), {}))
+            sections.append(HeaderSection(line[2:].strip().lower(), {}))
         elif sections and (found := PARAMETER.match(line)):
             sections[-1].values[found["label"].strip().lower()] = found["value"].strip().lower()
-    return Header(sections)
+    return ScopeHeader(sections)
