@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.data.contact import tip_depth
-from fitting.io.nanoscope import IMAGE, ScopeHeader, HeaderSection, first_line, read_header
+from fitting.io.nanoscope import IMAGE, HeaderSection, ScopeHeader, first_line, read_header
 from fitting.io.places import Place, chosen
 
 CHANNEL = "ciao force image list"
