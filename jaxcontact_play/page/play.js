@@ -45,6 +45,7 @@ function duration(value, digits) {
   return `${Number((value / seconds).toPrecision(digits)).toLocaleString("en")} ${unit}`;
 }
 
+const inSeconds = (time) => `${Number(time.toPrecision(3)).toLocaleString("en")} s`;
 const unitOf = (name) => UNITS[name] ?? (presets[preset].indenter === "roller" ? "N/m" : "N");
 
 function row(name, attributes) {
@@ -183,7 +184,7 @@ const both = () => [["ghost", ghost], ["curve", shown]].filter(([, answer]) => a
 const largest = (lists) => Math.max(...lists.flat(2));
 
 function pressureChart(after) {
-  const wide = limit("wide", largest(both().map(([, { x }]) => x)));
+  const wide = limit("wide", 1.2 * largest(both().map(([, answer]) => answer.contact_radius)));
   const high = limit("pressure", largest(both().map(([, { pressure }]) => pressure)));
   const power = powerOf(wide);
   const ticks = [-1, -0.5, 0, 0.5, 1].map((part) => {
@@ -192,7 +193,7 @@ function pressureChart(after) {
   });
   const curves = both().map(([kind, answer]) => {
     const pressure = at(answer.pressure);
-    return [kind, answer.x.map((x, i) => [x, pressure[i]])];
+    return [kind, answer.x.map((x, i) => [x, pressure[i]]).filter(([x]) => Math.abs(x) <= wide)];
   });
   const seen = `${quantity(Math.max(...at(shown.pressure)), "Pa")} in the middle after ${after}`;
   const across = (x) => (x + wide) / (2 * wide);
@@ -258,7 +259,7 @@ function drawInputs(moved) {
 function draw() {
   if (!shown) return;
   WIDTH = innerWidth > 800 ? 620 : 370;
-  const time = timeNow(), after = duration(time, 3);
+  const time = timeNow(), after = inSeconds(time);
   byId("time").value = position;
   label("time", "Time under load", after);
   byId("charts").innerHTML = pressureChart(after) + approachChart(after, time);
