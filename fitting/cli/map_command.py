@@ -20,6 +20,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.cli import force_command
 from fitting.io import afm
+from fitting.io.places import Place
 from fitting.views import map_picture, output, report
 from fitting.views.shell_words import in_flags
 
@@ -107,7 +108,7 @@ def _curves(file: Path) -> list[dict[str, Any]]:
     try:
         places = afm.places(file)
     except ValueError:
-        places = [afm.Place(0, math.nan, math.nan)]
+        places = [Place(0, math.nan, math.nan)]
     plain = lambda value: None if math.isnan(value) else value
     stamp = file.stat().st_mtime_ns
     several = len(places) > 1
