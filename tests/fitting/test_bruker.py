@@ -9,6 +9,7 @@ import fitting
 import jaxcontact as jc
 from fitting.fits.force_search import ApproachCurve
 from fitting.io import afm
+from fitting.io.folders import curves_in
 from jaxcontact.__main__ import main
 
 K, SENSITIVITY, ZSENS, SENSOR = 0.2, 40e-9, 13e-9, 900e-9  # [N/m], [m/V]
@@ -166,3 +167,10 @@ def test_the_command_takes_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     assert "verdict: accepted" in capsys.readouterr().out
     found = json.loads((tmp_path / "gel-fit" / "summary.json").read_text())
     assert found["youngs_modulus_Pa"]["value"] == pytest.approx(2e4, rel=5e-3)
+
+
+def test_images_in_a_folder_are_left_out(tmp_path):
+    ramp(tmp_path / "gel.001")
+    ramp(tmp_path / "scan.002", changes=[("*Force file list", "*File list")])
+    found, note = curves_in(str(tmp_path))
+    assert found == [str(tmp_path / "gel.001")] and "1 of 2 files" in note and note.endswith(": scan.002")
