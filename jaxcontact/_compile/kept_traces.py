@@ -49,8 +49,7 @@ FAST_COMPILE = {"xla_cpu_use_fusion_emitters": False}
 as long to compile with them."""
 
 UNOPTIMISED = FAST_COMPILE | {"xla_backend_optimization_level": 0}
-"""Compiler options with which every program, the march too, compiles in a third of the time; a run takes three times as
-long."""
+"""Compiler options with which every program, the march too, compiles in about half the time; a run takes twice as long."""
 
 _folder: Path | None = None
 

@@ -87,6 +87,10 @@ function change(name, place, keepGhost) {
 function choose(name) {
   [preset, values] = [name, { ...presets[name].values }];
   [shown, ghost, limits] = [null, null, {}];
+  stop();
+  position = Math.round(position);
+  for (const each of ["charts", "sketch", "caption"]) byId(each).replaceChildren();
+  byId("play").disabled = true;
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", button.textContent === name);
   drawInputs();
   ask(false);
@@ -119,7 +123,9 @@ async function run() {
 }
 
 async function watchStage() {
-  const { stage } = await (await fetch("stage")).json();
+  const answer = await fetch("stage").catch(() => null); // the run itself reports that there is no server
+  if (!answer) return;
+  const { stage } = await answer.json();
   if (busy) say(STAGES[stage], "waits");
 }
 
