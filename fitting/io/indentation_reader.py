@@ -20,6 +20,7 @@ from fitting.io.table import Table, read_table
 
 CLOCK = Wanted("t", ("time", "step time"))
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
+SEPARATION = Wanted("separation", ("separation",))
 AIR = 5  # number of points before contact below which no note is made
 SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
 
@@ -32,14 +33,15 @@ def read_indentation(
     """Read time, load and depth of an indentation, or of a force curve.
 
     The curve is returned as measured; its method ``in_contact`` removes the points before contact.
-    The depth of a force curve without one follows from the height and the cantilever, depth = z - load/k, counted
-    from the first sample.
+    The depth of a force curve without one is the separation of tip and sample with the other sign, or else follows from
+    the height and the cantilever, depth = z - load/k, counted from the first sample.
 
     Args:
         path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
             microscope: of Bruker, or (JPK, Igor, HDF5) through the library afmformats.
-        columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
-            for columns of standard deviations, in the unit of depth or load if they have none of their own.
+        columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", "separation" (of tip and sample), and
+            "sigma_depth" and "sigma_load" for columns of standard deviations, in the unit of depth or load if they have
+            none of their own.
         units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
         segment: the selected segments: "approach", "hold", "retract", or several of them.
         window: (begin, end) [s] of the file's clock, None for an open side.
@@ -141,18 +143,22 @@ def _indentation_text(
     untimed: whether a file without times is accepted; raised: whether a height is preferred to a depth.
     """
     table = read_table(path, decimal)
-    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
+    columns, units = checked_options(
+        table, columns, units, ("t", "load", "depth", "height", "separation", *ERRORS)
+    )
     untimed = untimed and not any(has(block, CLOCK, columns) for block in table.blocks)
     if untimed and "t" not in columns:
         table, columns, units = _numbered(table, columns, units)
     raised = raised or not any(has(block, DEPTH, columns) for block in table.blocks)
+    apart = (
+        raised and "height" not in columns and any(has(block, SEPARATION, columns) for block in table.blocks)
+    )
     raised = "height" in columns or (raised and any(has(block, HEIGHT, columns) for block in table.blocks))
+    way = SEPARATION if apart else HEIGHT if raised else DEPTH
     errors = [
         Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
     ]
-    parts = curves_of(
-        table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units, "read_indentation"
-    )
+    parts = curves_of(table, (CLOCK, LOAD, way, *errors), columns, units, "read_indentation")
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
@@ -160,7 +166,10 @@ def _indentation_text(
     taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
     taken = mending.ordered(mending.complete(table.path, taken))
     t, load = taken.values["t"], taken.values["load"]
-    if raised:
+    if apart:
+        depth = -taken.values["separation"]
+        taken = taken.say(f"depth from {taken.columns['separation'].label!r}, with the other sign")
+    elif raised:
         k = spring_constant or stated_number(SPRING_FACT, taken.before)
         depth, note = tip_depth(table.path, t, load, taken.values["height"], k)
         taken = taken.say(note)

@@ -205,6 +205,7 @@ PRESSED = {
     "Hysitron": (hysitron(CLOCK, LOAD, DEPTH), {}),
     "Optics11": (optics11(CLOCK, LOAD, DEPTH, K), {}),
     "Agilent": (agilent(CLOCK, LOAD, DEPTH, MARKS), {}),
+    "JPK with the separation of tip and sample": (jpk(CLOCK, LOAD, HEIGHT, MARKS, "", -DEPTH), {}),
     "CSM": (
         table("CSM\nSample:\tfilm\n\nTime\tPd\tFn\n[s]\t[nm]\t[mN]", CLOCK, 1e9 * DEPTH, 1e3 * LOAD, sep="\t"), {}),
     "German": (
