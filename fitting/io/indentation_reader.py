@@ -14,7 +14,7 @@ from fitting.data.indentation import ERRORS, LEAVE_OUT, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, mending
 from fitting.io.cells import is_data
-from fitting.io.columns import Wanted, has
+from fitting.io.columns import Series, Wanted, has
 from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once, stated_number
 from fitting.io.table import Table, read_table
 
@@ -149,12 +149,7 @@ def _indentation_text(
     untimed = untimed and not any(has(block, CLOCK, columns) for block in table.blocks)
     if untimed and "t" not in columns:
         table, columns, units = _numbered(table, columns, units)
-    raised = raised or not any(has(block, DEPTH, columns) for block in table.blocks)
-    apart = (
-        raised and "height" not in columns and any(has(block, SEPARATION, columns) for block in table.blocks)
-    )
-    raised = "height" in columns or (raised and any(has(block, HEIGHT, columns) for block in table.blocks))
-    way = SEPARATION if apart else HEIGHT if raised else DEPTH
+    way = _way(table, columns, raised)
     errors = [
         Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
     ]
@@ -166,19 +161,36 @@ def _indentation_text(
     taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
     taken = mending.ordered(mending.complete(table.path, taken))
     t, load = taken.values["t"], taken.values["load"]
-    if apart:
-        depth = -taken.values["separation"]
-        taken = taken.say(f"depth from {taken.columns['separation'].label!r}, with the other sign")
-    elif raised:
-        k = spring_constant or stated_number(SPRING_FACT, taken.before)
-        depth, note = tip_depth(table.path, t, load, taken.values["height"], k)
-        taken = taken.say(note)
-    else:
-        depth = taken.values["depth"]
+    depth, note = _depth(table.path, taken, way, spring_constant)
+    taken = taken.say(note) if note else taken
     marks = label(taken.marks, load, depth) if taken.marks else None
     notes = once((*taken.notes, UNTIMED) if untimed else taken.notes)
     known = {key: taken.values[key] for key in ERRORS if key in taken.values}
     return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
+
+
+def _way(table: Table, columns: dict, raised: bool) -> Wanted:
+    """Return the column that states the depth: its own, or the separation of tip and sample, or the height of the base.
+
+    raised: whether the last two are preferred to a depth.
+    """
+    held = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
+    if "height" in columns:
+        return HEIGHT
+    if held(DEPTH) and not raised and "separation" not in columns:
+        return DEPTH
+    return next((wanted for wanted in (SEPARATION, HEIGHT) if held(wanted)), DEPTH)
+
+
+def _depth(path: str, taken: Series, way: Wanted, spring_constant: float | None) -> tuple[np.ndarray, str]:
+    """Return the depth (n,) [m] from that column, and a note on its source, "" for a column of the depth."""
+    values = taken.values[way.key]
+    if way is SEPARATION:
+        return -values, f"depth from {taken.columns[way.key].label!r}, with the other sign"
+    if way is HEIGHT:
+        k = spring_constant or stated_number(SPRING_FACT, taken.before)
+        return tip_depth(path, taken.values["t"], taken.values["load"], values, k)
+    return values, ""
 
 
 def _numbered(table: Table, columns: dict, units: dict) -> tuple[Table, dict, dict]:
