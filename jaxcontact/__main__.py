@@ -23,13 +23,13 @@ from jaxcontact._support.version import __version__
 from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
+from jaxcontact.commands.playground.options import add_options
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, print_error, tell
 from jaxcontact.commands.sweep import run_study
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.paper import REPRODUCTIONS
-from jaxcontact_play.options import add_options
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 

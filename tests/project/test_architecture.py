@@ -14,7 +14,6 @@ import jaxcontact as jc
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "jaxcontact"
-PAGE = ROOT / "jaxcontact_play"
 
 # a folder, or a module of the root, imports from itself and from those before it
 LAYERS = [
@@ -174,18 +173,6 @@ def test_importing_jaxcontact_waits_for_nothing_that_takes_long():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
-def test_the_page_to_play_with_needs_the_standard_library_alone():
-    """But for the command line, which the entry point imports once the page is served."""
-    for path in PAGE.glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
-            names = [node.module] if isinstance(node, ast.ImportFrom) else []
-            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            others = {
-                name for name in names if name.split(".")[0] not in {*sys.stdlib_module_names, PAGE.name}
-            }
-            assert others <= ({"jaxcontact.__main__"} if path.name == "__main__.py" else set()), path
-
-
 def test_derivative_rules_live_in_one_module():
     words = ("custom_jvp", "custom_vjp", "custom_linear_solve", "custom_root")
     for path in SOURCES:
@@ -208,7 +195,7 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
 
 
 def test_functions_are_short():
-    for path in [*SOURCES, *PAGE.glob("*.py"), *(ROOT / "fitting").rglob("*.py")]:
+    for path in [*SOURCES, *(ROOT / "fitting").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.FunctionDef):
                 doc = ast.get_docstring(node) or ""

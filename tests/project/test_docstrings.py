@@ -13,9 +13,7 @@ import fitting
 import jaxcontact as jc
 
 ROOT = Path(__file__).parents[2]
-SOURCES = sorted(
-    path for name in ("jaxcontact", "jaxcontact_play", "fitting") for path in (ROOT / name).rglob("*.py")
-)
+SOURCES = sorted([*(ROOT / "jaxcontact").rglob("*.py"), *(ROOT / "fitting").rglob("*.py")])
 PUBLIC = [getattr(module, name) for module in (jc, fitting) for name in getattr(module, "__all__", ())]
 GIVEN = [  # what users are given, and do not make
     *(

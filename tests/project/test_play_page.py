@@ -16,9 +16,9 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.commands.played_contacts import TIMES, contact, solve
-from jaxcontact_play.presets import PRESETS
-from jaxcontact_play.server import PageServer
+from jaxcontact.commands.playground.contacts import TIMES, contact, solve
+from jaxcontact.commands.playground.presets import PRESETS
+from jaxcontact.commands.playground.server import PageServer
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 STEEL, GLASS = jc.Elastic.from_young(210e9, nu=0.3), jc.Elastic.from_young(70e9, nu=0.22)
@@ -26,12 +26,10 @@ ZDDP, GEL, ROLLER = PRESETS
 
 
 @contextmanager
-def served(solver=None):
-    """A server of the page, with a solver or with none yet."""
-    server = PageServer(0)
+def served(solver):
+    """A server of the page with a solver."""
+    server = PageServer(0, solver)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    if solver is not None:
-        server.runs.start(solver)
     yield server
     server.shutdown()
     server.server_close()
@@ -49,33 +47,6 @@ def request_of(preset, **changed):
     return json.dumps({"preset": preset, "values": PRESETS[preset].values | changed})
 
 
-STARTED = """
-import re, sys, threading, types, urllib.request
-from jaxcontact_play import __main__ as entry
-
-def command():
-    pages = [thread for thread in threading.enumerate() if "serve_forever" in thread.name]
-    print(len(pages), [name for name in ("jax", "numpy", "scipy") if name in sys.modules])
-    print(urllib.request.urlopen(printed[0].split()[0]).read().decode())
-
-sys.modules["jaxcontact"] = types.ModuleType("jaxcontact")
-sys.modules["jaxcontact.__main__"] = types.ModuleType("jaxcontact.__main__")
-sys.modules["jaxcontact.__main__"].enter = command
-printed, write = [], sys.stdout.write
-sys.stdout.write = lambda text: printed.append(text) or write(text)
-sys.argv[1:] = ["play", "--no-browser"]
-entry.enter()
-"""
-
-
-def test_the_page_is_served_before_jax_is_imported():
-    """The entry point serves it before it imports the command line, whose place a function takes that asks for it."""
-    done = subprocess.run([sys.executable, "-c", STARTED], capture_output=True, text=True, timeout=60)
-    address, found, page = done.stdout.split("\n", 2)
-    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/ \(Ctrl-C ends it\)", address), done.stderr
-    assert found == "1 []" and '<p id="state" role="status">Loading the solver</p>' in page
-
-
 def test_a_page_that_waits_is_told_for_what():
     started, go_on = threading.Event(), threading.Event()
 
@@ -84,14 +55,12 @@ def test_a_page_that_waits_is_told_for_what():
         go_on.wait(30.0)
         return {"name": name, "values": values}
 
-    with served() as server:
+    with served(solver) as server:
         stage = lambda: json.loads(asked(server, "GET", "/stage")[1])["stage"]
         answers = []
         ask = lambda: answers.append(asked(server, "POST", "/run", request_of(GEL)))
         waiting = threading.Thread(target=ask)
         waiting.start()
-        assert stage() == "loading"
-        server.runs.start(solver)
         assert started.wait(30.0) and stage() == "compiling"
         go_on.set()
         waiting.join()
@@ -144,7 +113,7 @@ def test_only_pages_of_this_machine_are_answered():
 
 
 def test_a_port_in_use_is_an_error_of_one_line(capsys):
-    with served() as server:
+    with served(solve) as server:
         assert main(["play", "--no-browser", "--port", str(server.server_port)]) == 2
     line = f"jaxcontact: error: --port: expected a free port, got {server.server_port}: .*\n"
     assert re.fullmatch(line, capsys.readouterr().err)
@@ -273,7 +242,7 @@ def test_the_page_works_in_a_browser(width, tmp_path):
 
 @pytest.mark.slow  # compiles the solver for a ball
 def test_the_command_serves_runs_until_it_is_ended(tmp_path):
-    command = [sys.executable, "-m", "jaxcontact_play", "play", "--no-browser"]
+    command = [sys.executable, "-m", "jaxcontact", "play", "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         port = int(re.search(r":(\d+)/", process.stdout.readline())[1])
         with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=120)) as connection:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from jaxcontact_play.presets import PRESETS, SPAN, checked
-from jaxcontact_play.runs import Runs
+from jaxcontact.commands.playground.presets import PRESETS, SPAN, checked
+from jaxcontact.commands.playground.runs import Runs, Solver
 
 PAGE = Path(__file__).parent / "page"
 FILES = {
@@ -25,13 +25,13 @@ LARGEST = 10_000
 
 
 class PageServer(ThreadingHTTPServer):
-    """A server of the page for this machine alone, on a port, or on a free one if it is 0."""
+    """A server of the page for this machine alone, on a port, or on a free one if it is 0, with a solver."""
 
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere this lets two servers share a port
 
-    def __init__(self, port: int):
-        self.runs = Runs()
+    def __init__(self, port: int, solver: Solver):
+        self.runs = Runs(solver)
         self.files = {path: (kind, (PAGE / name).read_bytes()) for path, (kind, name) in FILES.items()}
         super().__init__(("127.0.0.1", port), _Handler)
 

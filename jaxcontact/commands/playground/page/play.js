@@ -12,7 +12,6 @@ const LABELS = {
 };
 const UNITS = { radius: "m", thickness: "m", stiffness: "Pa", softening: "×", delay: "s", flow: "s" };
 const STAGES = {
-  loading: "Loading the solver",
   compiling: "Compiling the solver for this contact: some seconds, once",
   computing: "Computing",
 };

@@ -7,7 +7,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact._compile.kept_traces import Program
-from jaxcontact_play.presets import PRESETS
+from jaxcontact.commands.playground.presets import PRESETS
 
 TIMES = np.append(0.0, [*np.outer([1.0, 10.0, 100.0, 1000.0], [1.0, 2.0, 3.0, 5.0]).ravel(), 1e4])
 """Times [s] under the load."""
