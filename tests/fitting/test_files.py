@@ -297,7 +297,7 @@ def test_what_was_chosen_and_what_was_left_is_said(tmp_path):
     for phrase in (
         "'Step time' taken, not 'Time'",
         "segment taken: Creep - 1",
-        "window from 1 to 1300",
+        "window from 1 s to 1300 s taken: 20 of 24 points",
         "1 other blocks",
     ):
         assert phrase in said
