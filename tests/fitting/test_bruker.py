@@ -165,6 +165,8 @@ def test_the_command_takes_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     ramp(tmp_path / "gel.001")
     assert main(["fit", "force", "gel.001", "--cone", "20"]) == 0
     assert "verdict: accepted" in capsys.readouterr().out
+    assert main(["fit", "force", "gel.001", "--column", "t=a", "-o", "other"]) != 0
+    assert "--column, --unit, --decimal: expected none for a force curve" in capsys.readouterr().err
     found = json.loads((tmp_path / "gel-fit" / "summary.json").read_text())
     assert found["youngs_modulus_Pa"]["value"] == pytest.approx(2e4, rel=5e-3)
 
