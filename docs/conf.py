@@ -1,4 +1,7 @@
-"""How the site is built: python -m sphinx docs site."""
+"""How the site is built: python -m sphinx docs site.
+
+The recipes are run, which takes some minutes; with -t stored the site shows the outputs that are in the page.
+"""
 
 import base64
 import inspect
@@ -22,6 +25,7 @@ sys.path.insert(0, str(HERE))
 
 from jaxcontact import __version__  # noqa: E402
 
+import recipes  # noqa: E402
 from equations import EQUATIONS  # noqa: E402
 
 project, author, release = "jaxcontact", "The jaxcontact developers", __version__
@@ -243,8 +247,15 @@ def _first_panel(picture: Image.Image) -> Image.Image:
     return picture.crop((0, 0, min(int(first) + 6, picture.width), height))
 
 
+def _run_recipes(app: Any, page: str, source: list[str]) -> None:
+    if page == recipes.PAGE.stem and not app.tags.has("stored"):
+        for _, source[0] in recipes.run():
+            pass
+
+
 def setup(app: Any) -> None:
     _copy_notebooks()
+    app.connect("source-read", _run_recipes)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
     app.connect(
         "autodoc-process-docstring", _docstring, priority=400

@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import tempfile
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 PAGE = Path(__file__).with_name("how_do_i.md")
@@ -57,15 +58,19 @@ def with_output(recipe: str, output: str) -> str:
     )
 
 
-def main(names: list[str]) -> None:
+def run(names: Iterable[str] = ()) -> Iterator[tuple[str, str]]:
+    """Run some or all recipes, and yield the heading of each and the whole page with its output and those before it."""
+    page = PAGE.read_text(encoding="utf-8")
     setup, recipes = setup_and_recipes()
     for name in names or recipes:
         text = recipes[name]
-        page = PAGE.read_text(encoding="utf-8")
-        PAGE.write_text(
-            page.replace(text, with_output(text, shown(printed(setup, text)))),
-            encoding="utf-8",
-        )
+        page = page.replace(text, with_output(text, shown(printed(setup, text))))
+        yield name, page
+
+
+def main(names: list[str]) -> None:
+    for name, page in run(names):
+        PAGE.write_text(page, encoding="utf-8")
         print(name, flush=True)
 
 

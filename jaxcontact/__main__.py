@@ -23,6 +23,7 @@ from jaxcontact._support.version import __version__
 from jaxcontact.commands import look
 from jaxcontact.commands.completion import SHELLS, completing
 from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
+from jaxcontact.commands.playground.options import add_options
 from jaxcontact.commands.run import run
 from jaxcontact.commands.status import BAD_INPUT, print_error, tell
 from jaxcontact.commands.sweep import run_study
@@ -71,6 +72,10 @@ OF_PLOT = (
 OF_CONVERT = (
     "jaxcontact convert out/result.npz -o out.pvd # for ParaView: an animation over all times",
     "jaxcontact convert out/result.npz -o out.nc  # for xarray and MATLAB",
+)
+OF_PLAY = (
+    "jaxcontact play                              # in the browser",
+    "jaxcontact play --port 8800 --no-browser     # for ssh -L 8800:127.0.0.1:8800 from another machine",
 )
 OF_REPRODUCE = (
     "jaxcontact reproduce figure_4 -o paper       # one figure, and paper/report.html",
@@ -143,6 +148,9 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
     fit = commands.add_parser("fit", help="identify material parameters from measured curves")
     add_fits(fit.add_subparsers(metavar="KIND"))
     _add_result_commands(commands)
+    command = _add(commands, "play", "move sliders in a browser while the solver follows", OF_PLAY)
+    add_options(command)
+    command.set_defaults(command=_play)
     command = _add(
         commands, "reproduce", "compare with the figures and tables of Wang et al. (2025)", OF_REPRODUCE
     )
@@ -267,6 +275,13 @@ def _reproduce(options: argparse.Namespace) -> int:
     from jaxcontact.paper import reproduce
 
     return reproduce.main(options.names, options.directory, force=options.force)
+
+
+def _play(options: argparse.Namespace) -> int:
+    """Serve the page with sliders until an interrupt."""
+    from jaxcontact.commands.play import play  # which makes materials that other commands do not need
+
+    return play(options)
 
 
 def enter() -> None:

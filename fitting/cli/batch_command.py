@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from fitting.cli import batch_page, kinds
 from fitting.inference.result import Fit
+from fitting.io.folders import curves_in
 from fitting.views import output, report
 from fitting.views.shell_words import in_flags
 
@@ -30,7 +31,7 @@ class FileFit(NamedTuple):
 def run(options: argparse.Namespace) -> int:
     """Fit every file; a file that cannot be read or fitted is listed with the reason and does not stop the others."""
     options = kinds.checked(options)
-    options.file = _files(options.file)
+    options.file, notes = files_of(options.file)
     folders = folders_of(options.file)
     written = [f"{folder}/{name}" for folder in folders for name in output.RESULTS]
     output.check_directory(options, (*RESULTS, *written))
@@ -40,31 +41,27 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(
             f"{found[0].error} (and no other file could be fitted)" if found[1:] else str(found[0].error)
         )
+    for note in notes:
+        print(f"note: {note}")
     for one in found:
         print(one.error if one.fit is None else f"{one.file}: {one.fit.verdict}, {report.in_words(one.fit)}")
     rows = [
         {"file": one.file, "folder": one.folder, "error": one.error} | (one.fit.to_dict() if one.fit else {})
         for one in found
     ]
-    output.write_json(options.directory / "summary.json", {"model": options.model, "fits": rows})
+    output.write_json(
+        options.directory / "summary.json", {"model": options.model, "fits": rows, "notes": notes}
+    )
     output.write_text(options.directory / "table.csv", _table(rows))
     output.write_text(options.directory / "report.html", batch_page.page(options.model, found, options.kind))
     print(f"in {options.directory}: report.html, summary.json, table.csv, and a folder for each fit")
     return 0
 
 
-def _files(paths: Sequence[str]) -> list[str]:
-    """Return the files, with those of each folder in place of it, by name."""
-    found: list[str] = []
-    for path in paths:
-        if not Path(path).is_dir():
-            found.append(path)
-            continue
-        inside = sorted(one for one in Path(path).iterdir() if one.is_file() and not one.name.startswith("."))
-        if not inside:
-            raise ValueError(f"{path}: expected a folder with files, got an empty one")
-        found += map(str, inside)
-    return found
+def files_of(paths: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the files, with those of each folder that may hold curves in place of it, and notes on the others."""
+    found = [curves_in(path) if Path(path).is_dir() else ([path], "") for path in paths]
+    return [file for files, _ in found for file in files], [note for _, note in found if note]
 
 
 def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:

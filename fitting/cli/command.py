@@ -104,7 +104,7 @@ def add_parser(commands: Any) -> None:
 def _add_further(commands: Any) -> None:
     """Add the commands for several curves, and for what follows from a fit."""
     for name, command, what in (
-        ("compare", _compare, "a creep curve or a modulus: comparison of several models"),
+        ("compare", _compare, "a creep curve, a modulus or an indentation: comparison of several models"),
         ("batch", batch_command.run, "many curves: a folder of results for each, a table and a report of all"),
         ("together", together_command.run, "one material from several tests of it: creep, relaxation and oscillation"),
         ("posterior", posterior_command.run, "draws from the posterior of the parameters of a fit"),
@@ -235,8 +235,6 @@ def _times(text: str | None) -> list[float] | None:
 
 def _compare(options: argparse.Namespace) -> int:
     """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
-    if options.kind == "indentation":
-        raise ValueError("--of: expected creep, relaxation or oscillation, got indentation")
     if options.kind == "relaxation":  # estimated weights differ between the models
         options.weights = options.weights or "proportional"
     options = kinds.checked(options)

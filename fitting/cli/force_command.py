@@ -16,7 +16,7 @@ FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [
 
 def add_force(parser: Any) -> None:
     """Add the flags of ``fit force``."""
-    parser.add_argument("file", metavar="FILE", help="a file of JPK, Asylum or AFM Workshop, or text")
+    parser.add_argument("file", metavar="FILE", help="a file of JPK, Asylum, Bruker or AFM Workshop, or text")
     parser.add_argument(
         "-o", dest="directory", type=Path, metavar="DIR", help="directory of the results (NAME-fit)"
     )
@@ -58,7 +58,7 @@ def add_sample(parser: Any) -> None:
     )
     parser.add_argument("--drag", metavar="B", help=drag)
     errors = "estimated, absolute, or a standard deviation in N"
-    flags.add_common(parser, "estimated", errors, "t, load, depth, height")
+    flags.add_common(parser, "estimated", errors, "t, load, depth, height, separation")
     flags.add_bounds(parser)
 
 

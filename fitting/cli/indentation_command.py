@@ -26,7 +26,9 @@ def add_indentation(parser: Any) -> None:
     flags.add_file(parser)
     flags.add_model(parser)
     errors = "absolute, estimated, proportional, relative, or a standard deviation in m (load control) or N"
-    flags.add_common(parser, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
+    flags.add_common(
+        parser, "absolute", errors, "t, load, depth, height, separation, sigma_depth, sigma_load"
+    )
     flags.add_resample(parser)
     flags.add_segment(parser, "approach, hold or retract; repeat to select several")
     parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
@@ -97,6 +99,13 @@ def run(options: argparse.Namespace) -> int:
 
 def fitted(options: argparse.Namespace, file: str) -> Any:
     """Return the fit of a file."""
+    data, given = read(options, file)
+    with flags.about(file):
+        return fit_indentation(data, options.model, **given, **flags.known(options))
+
+
+def read(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
+    """Return the curve, and the keyword arguments that fits of all models share."""
     flags.check_metres(options, radius=1.0, layer=0.1, thickness=0.1)
     check_substrate(options)
     indenter = indenter_of(options)
@@ -110,11 +119,8 @@ def fitted(options: argparse.Namespace, file: str) -> Any:
     nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
     driven = "load" if options.control.lower() == "depth" else "depth"
     has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
-    with flags.about(file):
-        return fit_indentation(
-            data, options.model, indenter=indenter, nu=nu, bulk_modulus=options.bulk_modulus,
-            control=options.control, **flags.weighting(options, has_sigma, "absolute"), **flags.known(options), **extra,
-        )  # fmt: skip
+    given = {"indenter": indenter, "nu": nu, "bulk_modulus": options.bulk_modulus, "control": options.control}
+    return data, given | flags.weighting(options, has_sigma, "absolute") | extra
 
 
 def check_substrate(options: argparse.Namespace) -> None:

@@ -84,7 +84,9 @@ def fitted(options: argparse.Namespace, file: str) -> Fit:
 
 
 def read(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
-    """Return a creep curve or a modulus, and the keyword arguments that all fits of it share."""
+    """Return a curve, and the keyword arguments that all fits of it share."""
+    if options.kind == "indentation":
+        return indentation_command.read(options, file)
     if options.kind == "creep":
         return flags.crept(options, file)
     modulus = MODULI[options.kind]

@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting.cli import force_command
+from fitting.cli import batch_command, force_command
 from fitting.io import afm
+from fitting.io.places import Place
 from fitting.views import map_picture, output, report
 from fitting.views.shell_words import in_flags
 
 RESULTS = ("map.csv", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
-TEXTS = (".txt", ".csv", ".tab", ".tsv")
 LOCAL = ("command", "directory", "force", "file", "processes")  # options that do not change a fit
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
@@ -65,9 +65,11 @@ def add_map(parser: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Fit the curves that are missing, and write table and figure; a curve that cannot be fitted does not stop others."""
-    cases = [case for path in options.file for file in _files(path) for case in _curves(file)]
-    if not cases:
-        raise ValueError(f"{', '.join(options.file)}: expected force curves, got none")
+    for path in options.file:
+        if not Path(path).exists():
+            raise ValueError(f"{path}: expected a file or a folder, got neither")
+    files, left = batch_command.files_of(options.file)
+    cases = [case for file in files for case in _curves(Path(file))]
     _, assumed = force_command.tip_of(options)
     given = {name: value for name, value in vars(options).items() if name not in LOCAL}
     _check_directory(options, given)
@@ -85,21 +87,11 @@ def run(options: argparse.Namespace) -> int:
         options.directory / "map.png",
         lambda path: map_picture.draw(points).savefig(path, dpi=150, format="png"),
     )
-    if assumed:
-        print(assumed)
+    for line in [*([assumed] if assumed else []), *(f"note: {note}" for note in left)]:
+        print(line)
     _report(points)
     print(f"in {options.directory}: map.csv, map.png, summary.json")
     return 0
-
-
-def _files(path: str) -> list[Path]:
-    """Return a file, or the files of a folder that may be force curves, sorted."""
-    place = Path(path)
-    if not place.is_dir():
-        if not place.is_file():
-            raise ValueError(f"{path}: expected a file or a folder, got neither")
-        return [place]
-    return sorted(one for one in place.iterdir() if afm.is_force_curve(one) or one.suffix.lower() in TEXTS)
 
 
 def _curves(file: Path) -> list[dict[str, Any]]:
@@ -107,7 +99,7 @@ def _curves(file: Path) -> list[dict[str, Any]]:
     try:
         places = afm.places(file)
     except ValueError:
-        places = [afm.Place(0, math.nan, math.nan)]
+        places = [Place(0, math.nan, math.nan)]
     plain = lambda value: None if math.isnan(value) else value
     stamp = file.stat().st_mtime_ns
     several = len(places) > 1

@@ -13,16 +13,25 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData, check_kind
+from fitting.data.indentation import IndentationData
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits.creep_solution import CreepSearch
 from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
+from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample, settled
 from fitting.inference.result import Fit, linear_band, plain
 from fitting.models.structure import Sought, Structure
 from fitting.views import report
+
+# for data other than a creep curve: the fit, and the weights in a comparison of models unless others are given
+OTHERS: dict[type, tuple[Callable[..., Any], str]] = {
+    RelaxationData: (fit_relaxation, "proportional"),
+    OscillationData: (fit_oscillation, "proportional"),
+    IndentationData: (fit_indentation, "absolute"),
+}
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -217,30 +226,32 @@ class Comparison(NamedTuple):
 
 
 def compare(
-    data: CreepData | RelaxationData | OscillationData,
+    data: CreepData | RelaxationData | OscillationData | IndentationData,
     models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
     fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None,
     **options: Any,
 ) -> Comparison:
-    """Fit several models to one creep curve, relaxation modulus or frequency sweep; the printed result is a table.
+    """Fit several models to one creep curve, relaxation modulus, frequency sweep or indentation; the printed result is a
+    table.
 
     All fits of a creep curve use the points and the weights of the model with the most parameters. Those of a modulus take
     "proportional" weights by default, whose errors are a fraction of each model's own values and whose variances AIC and
-    BIC include, or "relative" or "absolute" ones or a sigma.
+    BIC include, and those of an indentation "absolute" ones; "relative" weights or a sigma may be given for both.
 
     Args:
         data: the curve.
         models: material classes or their names.
         fixed: as in ``fit_creep``; applied to every model that has the parameter.
         bounds: as ``fixed``.
-        options: the other keywords of ``fit_creep``, ``fit_relaxation`` or ``fit_oscillation``.
+        options: the other keywords of ``fit_creep``, ``fit_relaxation``, ``fit_oscillation`` or ``fit_indentation``.
 
     Returns:
         The fits, lowest BIC first.
 
     Raises:
-        ValueError: as these fits, a parameter that no model has, or estimated weights with a modulus.
+        ValueError: as these fits, a parameter that no model has, or estimated weights with a modulus or an
+            indentation.
 
     Example:
         >>> t = np.linspace(0.0, 10.0, 21)
@@ -258,8 +269,8 @@ def compare(
     each = {
         model: {"fixed": mine(fixed, where), "bounds": mine(bounds, where)} for model, where in own.items()
     }
-    if isinstance(data, RelaxationData | OscillationData):
-        return Comparison(_of_modulus(data, each, options))
+    if type(data) in OTHERS:
+        return Comparison(_of_others(data, each, options))
     richest = max(own, key=lambda model: len(own[model]))
     first = fit_creep(data, richest, **each[richest], **options)
     data, given = _points(data, first.kept), first.point_weights[first.kept]
@@ -271,17 +282,17 @@ def compare(
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
 
 
-def _of_modulus(data: RelaxationData | OscillationData, each: dict[type, dict], options: dict) -> tuple:
-    """Return the fits of a modulus by several models with weights of one kind, lowest BIC first."""
+def _of_others(data: Any, each: dict[type, dict], options: dict) -> tuple:
+    """Return the fits of a modulus or an indentation by several models with weights of one kind, lowest BIC first."""
+    fit, usual = OTHERS[type(data)]
     given = dict(options)
     if given.get("weights") is None and given.get("sigma") is None:
-        given["weights"] = "proportional"
+        given["weights"] = usual
     if given.get("weights") == "estimated":
         raise ValueError(
-            'weights: expected "proportional", "relative", "absolute" or a sigma to compare models of a modulus,'
-            " got 'estimated'"
+            'weights: expected "proportional", "relative", "absolute" or a sigma to compare models of a modulus or an'
+            " indentation, got 'estimated'"
         )
-    fit: Callable[..., Fit] = fit_relaxation if isinstance(data, RelaxationData) else fit_oscillation
     found = [fit(data, model, **own, **given) for model, own in each.items()]
     return tuple(sorted(found, key=lambda one: one.bic))
 

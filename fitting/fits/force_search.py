@@ -46,10 +46,14 @@ class ApproachCurve(NamedTuple):
     def of(cls, data: IndentationData) -> "ApproachCurve":
         """Return the approach of a curve; ValueError for fewer than 10 points."""
         some = data.segments == "approach"
-        if some.sum() < LEAST:  # not marked: up to the largest depth
+        marked = some.sum() >= LEAST
+        if not marked:  # up to the largest depth
             some = np.ones(data.t.size, dtype=bool)
         t, load, depth = data.t[some], data.load[some], data.depth[some]
-        inward, pushed = signs(load - baseline(load), depth)
+        force = load - baseline(load)
+        inward, pushed = signs(force, depth)
+        if marked:  # on a stiff sample the largest depth may be where the tip snaps in
+            pushed = -1 if force[-1] < 0 else 1
         zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST:
@@ -212,7 +216,8 @@ class ForceProblem(NamedTuple):
         best = sorted((i for i in lowest if np.isfinite(rss[i])), key=lambda i: rss[i])[:3]
         if not best:
             raise ValueError(
-                "data: expected a force that rises with depth, got none: no contact in the curve"
+                "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
+                " indent"
             )
         return [np.clip(found[i][1], *self.space.bounds) for i in best]
 

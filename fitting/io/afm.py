@@ -1,4 +1,5 @@
-"""Reader of force curves of atomic force microscopes by the library afmformats, which is imported on first use."""
+"""Reader of force curves of atomic force microscopes: of Bruker here, of others by the library afmformats, which is imported
+on first use."""
 
 import contextlib
 import functools
@@ -8,21 +9,24 @@ import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from fitting.data.contact import tip_depth
 from fitting.data.drag import UNTIMED
 from fitting.data.segments import label
+from fitting.io import bruker
+from fitting.io.nanoscope import is_nanoscope
+from fitting.io.places import Place, chosen
 
-SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5", ".spm")
+SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5")
 HEADS = ("Force-Distance Curve", "# afmformats")  # first lines of files of AFM Workshop and of afmformats
 
 
 def is_force_curve(path: str | os.PathLike) -> bool:
-    """Return whether the file name ends like that of a force curve."""
-    return os.fspath(path).lower().endswith(SUFFIXES)
+    """Return whether the file name ends like that of a force curve, or the file begins like one of Bruker."""
+    return os.fspath(path).lower().endswith(SUFFIXES) or is_nanoscope(os.fspath(path))
 
 
 def is_force_text(path: str | os.PathLike) -> bool:
@@ -46,7 +50,7 @@ def read(
     """Return the fields of an ``IndentationData``: depth from the tip position, or from height and load.
 
     Args:
-        path: a file of JPK, Igor or HDF5.
+        path: a file of JPK, Igor, HDF5 or Bruker.
         curve: position, from 0, of one of several curves.
         spring_constant: [N/m], where the file does not state it.
         sensitivity: of the deflection [m/V], likewise.
@@ -59,7 +63,10 @@ def read(
     name = os.fspath(path)
     if not Path(name).is_file():
         raise ValueError(f"{name}: cannot be read: expected a file")
-    data = _choose(name, _load(name, spring_constant, sensitivity), curve)
+    if is_nanoscope(name):
+        return bruker.read(name, curve, spring_constant, sensitivity)
+    curves = _load(name, spring_constant, sensitivity)
+    data = curves[chosen(name, len(curves), curve)]
     if "time" not in data and not untimed:
         raise ValueError(
             f"{name}: expected times, got {sorted(data.columns)}: take load and depth from afmformats "
@@ -84,17 +91,11 @@ def read(
     }
 
 
-class Place(NamedTuple):
-    """Place of a curve in its file: position from 0, and coordinates of the scanner [m], nan where the file has none."""
-
-    curve: int
-    x: float
-    y: float
-
-
 def places(path: str | os.PathLike) -> list[Place]:
     """Return the curves of a file with their places; one curve for a text file."""
     name = os.fspath(path)
+    if is_nanoscope(name):
+        return bruker.places(name)
     if not (is_force_curve(name) or is_force_text(name)):
         return [Place(0, math.nan, math.nan)]
     known = [one.metadata for one in _load(name, None, None)]
@@ -141,16 +142,6 @@ def _without_tracebacks() -> Iterator[None]:
         yield
     finally:
         speaker.disabled = silent
-
-
-def _choose(name: str, curves: Any, curve: int | str | None) -> Any:
-    if curve is None and len(curves) != 1:
-        raise ValueError(
-            f"{name}: expected one curve, got {len(curves)}: choose with curve= from 0 to {len(curves) - 1}"
-        )
-    if curve is not None and not (isinstance(curve, int) and 0 <= curve < len(curves)):
-        raise ValueError(f"{name}: curve: expected 0 to {len(curves) - 1}, got {curve!r}")
-    return curves[curve or 0]
 
 
 def _marks(data: Any, load: np.ndarray, depth: np.ndarray) -> np.ndarray | None:

@@ -48,6 +48,9 @@ FAST_COMPILE = {"xla_cpu_use_fusion_emitters": False}
 """Compiler options with which many programs compile in half the time and run equally fast; the march takes four times
 as long to compile with them."""
 
+UNOPTIMISED = FAST_COMPILE | {"xla_backend_optimization_level": 0}
+"""Compiler options with which every program, the march too, compiles in about half the time; a run takes twice as long."""
+
 _folder: Path | None = None
 
 
@@ -81,7 +84,8 @@ class Program:
     disk.
 
     Within jax's transformations, and outside ``kept_traces``, it is ``jax.jit`` of the function, ``compiled``; with the
-    compiler options of ``FAST_COMPILE`` if it is ``fast_compile`` and not called within a trace.
+    compiler options of ``FAST_COMPILE`` if it is ``fast_compile`` and not called within a trace, or of ``UNOPTIMISED`` if
+    it is not ``optimised`` either.
     """
 
     def __init__(
@@ -89,9 +93,11 @@ class Program:
         function: Callable[..., Any],
         static_argnames: tuple[str, ...] = (),
         fast_compile: bool = False,
+        optimised: bool = True,
     ):
         functools.update_wrapper(self, function)
         self.function, self.static_argnames, self.fast_compile = function, static_argnames, fast_compile
+        self.optimised = optimised
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self._loaded: dict[str, Callable[..., Any]] = {}
 
@@ -107,13 +113,16 @@ class Program:
     @functools.cached_property
     def _compiled_fast(self) -> Callable[..., Any]:
         return jax.jit(
-            self.function, static_argnames=self.static_argnames, compiler_options=fast_compile_options()
+            self.function, static_argnames=self.static_argnames, compiler_options=self._fast_options()
         )
+
+    def _fast_options(self) -> dict[str, Any]:
+        return fast_compile_options() if self.optimised else unoptimised_options()
 
     def _find(self, name: str, args: Any, static: dict[str, Any]) -> Callable[..., Any]:
         """Return the program of that name, loaded or traced."""
         result, text = _load_or_make(name, lambda: _traced(functools.partial(self.compiled, **static), args))
-        options = fast_compile_options() if self.fast_compile else None
+        options = self._fast_options() if self.fast_compile else None
         call = jax.jit(export.deserialize(bytearray(text)).call, compiler_options=options)
         structure = jax.tree.structure(result)
         return lambda *args: jax.tree.unflatten(structure, call(*jax.tree.leaves(args)))
@@ -184,11 +193,21 @@ def _is_outermost(args: Any) -> bool:
 @functools.cache
 def fast_compile_options() -> dict[str, Any]:
     """Return ``FAST_COMPILE``, or no options if this compiler does not accept them."""
+    return _accepted(FAST_COMPILE)
+
+
+@functools.cache
+def unoptimised_options() -> dict[str, Any]:
+    """Return ``UNOPTIMISED``, or no options if this compiler does not accept them."""
+    return _accepted(UNOPTIMISED)
+
+
+def _accepted(options: dict[str, Any]) -> dict[str, Any]:
     try:
-        jax.jit(lambda: 0, compiler_options=FAST_COMPILE)()
+        jax.jit(lambda: 0, compiler_options=options)()
     except jax.errors.JaxRuntimeError:
         return {}
-    return FAST_COMPILE
+    return options
 
 
 @functools.cache

@@ -25,19 +25,16 @@ import struct
 import sys
 import types
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NoReturn
 
 import jax
 import numpy as np
 
-from jaxcontact._support import sources
+from jaxcontact._support import code_reads, sources
 
 OWN = ("jaxcontact", "fitting")
 REMEDY = 'pass version="...", a text that identifies the version of f'
-LOADS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF", "LOAD_FROM_DICT_OR_DEREF")
-LOADS_OF_GLOBALS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
 READ_BY_TEXT = ("eval", "exec", "globals", "__import__")  # what they read is not known before they run
 SOURCE_ATTRIBUTES = ("__firstlineno__", "__static_attributes__")  # stored in a class body from Python 3.13 on
 WRAPPERS = (type(functools.lru_cache(len)), type(jax.jit(len)))  # identified by the function that they wrap
@@ -218,7 +215,7 @@ class _Identity:
         return _digest("part", self.labels[id(value)])
 
     def _function(self, f: types.FunctionType) -> bytes:
-        code, attributes = f.__code__, _names(f.__code__)
+        code, attributes = f.__code__, code_reads.names(f.__code__)
         pieces = [self._code(code)]
         for place, value in (("its defaults", f.__defaults__), ("its defaults", f.__kwdefaults__)):
             with self._at(place):
@@ -232,20 +229,20 @@ class _Identity:
 
     def _globals(self, f: types.FunctionType, attributes: frozenset[str]) -> Iterator[bytes]:
         # without __name__, which every class body reads
-        for name in sorted(_loaded(f.__code__, LOADS_OF_GLOBALS) - {"__name__"}):
+        for name in sorted(code_reads.globals_read(f.__code__) - {"__name__"}):
             if name in f.__globals__:
                 yield self._variable(f.__code__, name, f.__globals__[name], attributes)
             elif name in READ_BY_TEXT:
                 self._reject(f"a use of {name}, which may read anything", name)
             else:
                 yield _digest("builtin" if hasattr(builtins, name) else "missing", name)
-        for name in sorted(_imported(f.__code__, f.__globals__.get("__package__"))):
+        for name in sorted(code_reads.modules_imported(f.__code__, f.__globals__.get("__package__"))):
             package = _package(name)
             yield self._reference(package, name) if package else self.named(name, _module(name), attributes)
 
     def _variable(self, code: types.CodeType, name: str, value: Any, attributes: frozenset[str]) -> bytes:
         own = isinstance(value, types.ModuleType) and not _package(value.__name__)
-        if own and name in _whole(code):
+        if own and name in code_reads.used_whole(code):
             self._reject(f"the module {value.__name__}, used other than by an attribute", name)
         return self.named(name, value, attributes)
 
@@ -272,7 +269,7 @@ class _Identity:
     def _code(self, code: types.CodeType) -> bytes:
         """Return the digest of the operations of code, independent of its file, line numbers and name."""
         pieces: list[Any] = []
-        instructions = _instructions(code)
+        instructions = code_reads.instructions(code)
         for each, following in zip(instructions, [*instructions[1:], instructions[-1]], strict=True):
             if following.argval in SOURCE_ATTRIBUTES and following.opname.startswith("STORE"):
                 continue
@@ -395,49 +392,6 @@ def _version(top: str) -> str:
     except importlib.metadata.PackageNotFoundError:
         distributions = importlib.metadata.packages_distributions().get(top, [])
         return " ".join(importlib.metadata.version(each) for each in distributions)
-
-
-def _instructions(code: types.CodeType) -> list[dis.Instruction]:
-    """Return the instructions of code, each with its complete argument."""
-    return [each for each in dis.get_instructions(code) if each.opname != "EXTENDED_ARG"]
-
-
-def _nested(code: types.CodeType) -> Iterator[types.CodeType]:
-    yield code
-    for each in code.co_consts:
-        if isinstance(each, types.CodeType):
-            yield from _nested(each)
-
-
-def _names(code: types.CodeType) -> frozenset[str]:
-    """Return every name of a global variable or an attribute that code, and functions defined in it, may read."""
-    return frozenset(name for each in _nested(code) for name in each.co_names)
-
-
-def _loaded(code: types.CodeType, loads: tuple[str, ...]) -> set[str]:
-    return {one.argval for each in _nested(code) for one in _instructions(each) if one.opname in loads}
-
-
-def _whole(code: types.CodeType) -> set[str]:
-    """Return the names of variables that are used other than through an attribute."""
-    return {
-        one.argval
-        for each in _nested(code)
-        for one, following in pairwise(_instructions(each))
-        if one.opname in LOADS and following.opname not in ("LOAD_ATTR", "LOAD_METHOD")
-    }
-
-
-def _imported(code: types.CodeType, package: str | None) -> set[str]:
-    """Return the full names of the modules that code imports when it is called."""
-    found = set()
-    for each in _nested(code):
-        instructions = _instructions(each)
-        for index, one in enumerate(instructions):
-            if one.opname == "IMPORT_NAME":
-                level = instructions[index - 2].argval
-                found.add(importlib.util.resolve_name("." * level + one.argval, package))
-    return found
 
 
 def _module(name: str) -> types.ModuleType:

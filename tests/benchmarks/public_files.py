@@ -22,7 +22,7 @@ from scipy import optimize
 
 from jaxcontact.__main__ import main
 
-BALL, PYRAMID = ("--radius", 5e-6), ("--pyramid", 35.0)
+BALL, PYRAMID, SHARP = ("--radius", 5e-6), ("--pyramid", 35.0), ("--pyramid", 18.0)
 CURVES = [  # file, curve, tip
     ("fmt-jpk-fd_spot3-0192.jpk-force", 0, PYRAMID),
     ("fmt-hdf5-fd_version_0.13.3.h5", 0, BALL),
@@ -43,6 +43,12 @@ CURVES = [  # file, curve, tip
     ("fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force", 0, BALL),
     ("fmt-jpk-sr_cell1-0008.jpk-force", 0, BALL),
     ("AFM_contact_test.txt", 0, BALL),
+    ("AFM_relaxation.txt", 0, BALL),
+    ("20200904_Egel4-Z1.0_00025.spm", 0, SHARP),
+    *(("20200903_Egel2.0_00023.spm", k, SHARP) for k in (5, 100)),
+    *((f"cr00{number}.000", 0, SHARP) for number in ("028", "037", "041", "043", "082", "175")),
+    ("BrukerMultimode_20240527_test.000", 0, SHARP),
+    ("DPPC-DSPC_100times00154.021", 0, SHARP),
 ]
 
 

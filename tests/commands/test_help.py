@@ -24,7 +24,7 @@ def test_cite_and_cases_print(capfd):
     assert listed.count(".toml") == len(READY_MADE) + 1 == 10 and "film_map: A study" in listed
 
 
-@pytest.mark.parametrize("name", ["run", "new", "check", "sweep", "plot", "convert", "reproduce"])
+@pytest.mark.parametrize("name", ["run", "new", "check", "sweep", "plot", "convert", "play", "reproduce"])
 def test_help_ends_with_examples_that_are_commands(name, capsys):
     """Each is understood by the parser, but for what stands behind its #."""
     with pytest.raises(SystemExit):

@@ -438,7 +438,7 @@ def test_a_posterior_from_the_shell(tmp_path, capsys):
 
 
 def test_a_folder_of_holds_is_a_table(tmp_path, capsys):
-    """Steps of the load on two solids, each depth that of Hertz and Radok; one file is no curve."""
+    """Steps of the load on two solids, each depth that of Hertz and Radok; of the other files one has numbers."""
     folder, t = tmp_path / "holds", np.linspace(0.0, 10.0, 40)
     folder.mkdir()
     for name, G in (("a", 1e3), ("b", 2e3)):
@@ -446,10 +446,17 @@ def test_a_folder_of_holds_is_a_table(tmp_path, capsys):
         depth = (3 * 0.5 * 2e-9 * creep / (8 * np.sqrt(5e-6))) ** (2 / 3)
         depth = depth + 2e-10 * np.random.default_rng(len(name)).standard_normal(t.size)
         table(folder / f"{name}.csv", "t [s],load [N],depth [m]", t, np.full(t.size, 2e-9), depth)
-    (folder / "c.csv").write_text("nothing\n")
+    (folder / "c.csv").write_text("a,b\n1,2\n3,4\n")
+    (folder / "notes.txt").write_text("taken on 12 May at 20.5 degrees\n")
+    (folder / "fit.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0")
+    (folder / "summary.json").write_text('{"fits": [1, 2, 3]}\n')
     words = ["--of", "indentation", "--radius", "5e-6", "--nu", "0.5", "--model", "StandardLinearSolid"]
     assert main(["fit", "batch", str(folder), "-o", str(tmp_path / "out"), *words]) == 0
-    assert capsys.readouterr().out.count("accepted, describes the data") == 2
+    said = capsys.readouterr().out
+    assert said.count("accepted, describes the data") == 2
+    assert (
+        "3 of 6 files without rows of numbers, and images, left out: fit.png, notes.txt, summary.json" in said
+    )
     rows = list(csv.DictReader((tmp_path / "out" / "table.csv").read_text().splitlines()))
     assert [row["verdict"] for row in rows] == ["accepted", "accepted", "failed"]
     for row, G in zip(rows, (1e3, 2e3), strict=False):

@@ -11,6 +11,7 @@ import jaxcontact as jc
 from fitting.models.coordinates import Coordinates
 from fitting.models.halfspace import Curve, evaluate, linear, relaxation_modes
 from fitting.models.structure import Compliances
+from jaxcontact.__main__ import main
 from jaxcontact.reference import lee_radok, ting
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
@@ -427,3 +428,33 @@ def test_estimated_weights_are_those_of_creep_under_a_flat_punch():
     for name, value in creep.values.items():
         assert found.values[name] == pytest.approx(value, rel=1e-6), name
         assert found.intervals[name] == pytest.approx(creep.intervals[name], rel=2e-3), name
+
+
+def test_compared_models_of_an_indentation_rank_the_true_one_first(tmp_path, capsys):
+    data = hold(0.003, t=np.concatenate([KNOTS[:2], np.linspace(800.0, 40000.0, 50)]))
+    with pytest.raises(ValueError, match="an indentation, got 'estimated'"):
+        fitting.compare(data, indenter=RIGID, nu=NU, weights="estimated")
+    rows = "".join(f"{t},{P},{d}\n" for t, P, d in zip(data.t, data.load, data.depth, strict=True))
+    (tmp_path / "hold.csv").write_text("t [s],load [N],depth [m]\n" + rows)
+    flags = [
+        "--models",
+        "Maxwell,Burgers",
+        "--of",
+        "indentation",
+        "--radius",
+        str(R),
+        "--ball-modulus",
+        "210e9",
+    ]
+    out = tmp_path / "out"
+    assert main(["fit", "compare", str(tmp_path / "hold.csv"), *flags, "-o", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[1].startswith("Burgers")
+    best, other = json.loads((out / "summary.json").read_text())["models"]
+    low, high = best["intervals"]["G2_Pa"]
+    assert low < TRUTH["G2"] < high < 1.2 * low
+    alone = fitting.fit_indentation(
+        data, "Maxwell", indenter=BALL, nu=NU
+    )  # each fit is that of its model alone
+    assert other["model"] == "Maxwell" and other["bic"] == pytest.approx(alone.bic, rel=1e-6)
+    assert best["bic"] < other["bic"] - 10.0
+    assert fitting.compare(data, ["Maxwell"], indenter=BALL, nu=NU).fits[0].bic == pytest.approx(alone.bic)

@@ -16,7 +16,7 @@ KEYWORDS = (
 # a keyword with its value that no flag stands before, a call, a dictionary, a module
 PYTHON = re.compile(
     rf"(?<![-\w])(?:{KEYWORDS})=|\w\(\)|\{{'|\bjc\.|\bdata\.|\bNone\b|fit_prony|\bread_|contact_point|bulk_modulus"
-    r"|machine_compliance|spring_constant|in_contact|per_decade|IndentationData"
+    r"|machine_compliance|spring_constant|in_contact|per_decade|IndentationData|---"
 )
 
 

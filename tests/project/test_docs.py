@@ -115,10 +115,11 @@ def test_every_public_name_has_its_place_in_the_reference(module):
 
 @pytest.mark.slow
 def test_the_site_builds_without_warnings(tmp_path):
-    """By the command of the developers' page, but into another folder."""
+    """By the command of the developers' page, but into another folder, and with stored outputs of recipes, which have tests
+    of their own."""
     pytest.importorskip("furo", reason="the site is the extra jaxcontact[docs]")
     words = re.search(r"^python -m (sphinx .*?) site ", (DOCS / "developers.md").read_text(), re.MULTILINE)[1]
-    command = [sys.executable, "-m", *words.split(), "-d", tmp_path / "trees", tmp_path / "site"]
+    command = [sys.executable, "-m", *words.split(), "-tstored", "-d", tmp_path / "trees", tmp_path / "site"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     material = (tmp_path / "site" / "api" / "materials.html").read_text()

@@ -361,6 +361,14 @@ def test_a_fast_compiled_program_stands_beside_what_is_differentiated():
     np.testing.assert_allclose(slope, spread(BALL, X)["depth"], rtol=LAST_BITS)
 
 
+def test_an_unoptimised_program_returns_the_same(monkeypatch):
+    made = lambda: Program(unmet(spread), fast_compile=True, optimised=False)
+    np.testing.assert_allclose(made()(BALL, X)["depth"], spread(BALL, X)["depth"], rtol=LAST_BITS)
+    monkeypatch.setattr(kept_traces, "unoptimised_options", lambda: {"no such option": True})
+    with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
+        made()(BALL, X)
+
+
 def test_a_compiler_without_thefast_compile_options_optimises(monkeypatch):
     monkeypatch.setattr(kept_traces, "FAST_COMPILE", {"no such option": True})
     monkeypatch.setattr(kept_traces, "fast_compile_options", kept_traces.fast_compile_options.__wrapped__)

@@ -1,72 +1,253 @@
-"""The page to play with: what it presses is what its sliders say."""
+"""The page of ``jaxcontact play``: what its server computes is what its sliders say, and it works in a browser."""
 
-import importlib.util
+import html
+import http.client
+import json
 import re
+import shutil
+import signal
 import subprocess
 import sys
-from pathlib import Path
+import threading
+from contextlib import closing, contextmanager
 
 import numpy as np
 import pytest
 
-pytest.importorskip("marimo", reason="the page is the extra jaxcontact[play]")
+import jaxcontact as jc
+from jaxcontact.__main__ import main
+from jaxcontact.commands.playground.contacts import TIMES, contact, solve
+from jaxcontact.commands.playground.presets import PRESETS
+from jaxcontact.commands.playground.server import PageServer
 
-pytestmark = pytest.mark.slow  # .ci/run installs marimo for this file alone
-PAGE = Path(__file__).parents[2] / "notebooks" / "play.py"
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    spec = importlib.util.spec_from_file_location("play", PAGE)
-    module = importlib.util.module_from_spec(spec)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        spec.loader.exec_module(module)
-    return module
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+STEEL, GLASS = jc.Elastic.from_young(210e9, nu=0.3), jc.Elastic.from_young(70e9, nu=0.22)
+ZDDP, GEL, ROLLER = PRESETS
 
 
-def values_of(page, preset, **changed):
-    given = page.PRESETS[preset][4]
-    return {name: changed.get(name, 1.0) * value * page.UNITS[unit] for name, (value, unit) in given.items()}
+@contextmanager
+def served(solver):
+    """A server of the page with a solver."""
+    server = PageServer(0, solver)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield server
+    server.shutdown()
+    server.server_close()
 
 
-def test_the_film_is_what_the_sliders_say(page):
+def asked(server, method, path, body=None, **headers):
+    """The status and the text of an answer."""
+    with closing(http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=60)) as connection:
+        connection.request(method, path, body, headers)
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
+
+
+def request_of(preset, **changed):
+    return json.dumps({"preset": preset, "values": PRESETS[preset].values | changed})
+
+
+def test_a_page_that_waits_is_told_for_what():
+    started, go_on = threading.Event(), threading.Event()
+
+    def solver(name, values):
+        started.set()
+        go_on.wait(30.0)
+        return {"name": name, "values": values}
+
+    with served(solver) as server:
+        stage = lambda: json.loads(asked(server, "GET", "/stage")[1])["stage"]
+        answers = []
+        ask = lambda: answers.append(asked(server, "POST", "/run", request_of(GEL)))
+        waiting = threading.Thread(target=ask)
+        waiting.start()
+        assert started.wait(30.0) and stage() == "compiling"
+        go_on.set()
+        waiting.join()
+        assert json.loads(answers[0][1]) == {"name": GEL, "values": list(PRESETS[GEL].values.values())}
+        assert asked(server, "POST", "/run", request_of(ZDDP))[0] == 200 and stage() == "compiling"
+        assert asked(server, "POST", "/run", request_of(ZDDP, load=0.02))[0] == 200 and stage() == "computing"
+
+
+@pytest.mark.parametrize(
+    "body, line",
+    {
+        "not JSON": ("load=1", "request: expected JSON"),
+        "a list": ("[1]", "request: expected an object with preset and values"),
+        "another preset": (
+            json.dumps({"preset": "A\nB", "values": {}}),
+            "preset: expected one of ZDDP film on steel, Gel under a bead, Rubber roller, got 'A\\nB'",
+        ),
+        "no values": (json.dumps({"preset": GEL, "values": {}}), "values: expected an object with load, radius"),
+        "above": (request_of(ZDDP, load=0.2), "load: expected a number from 0.001 to 0.1, got 0.2"),
+        "below": (request_of(ZDDP, load=-1), "load: expected a number from 0.001 to 0.1, got -1"),
+        "no number": (request_of(GEL, softening=float("nan")), "softening: expected a number from 0.1 to 10, got nan"),
+        "a truth": (request_of(GEL, softening=True), "softening: expected a number from 0.1 to 10, got True"),
+        "long": (" " * 20_000, "Content-Length: expected at most 10000 bytes"),
+    }.values(),
+)  # fmt: skip
+def test_a_wrong_request_is_answered_with_one_line(body, line):
+    with served(lambda name, values: pytest.fail("it ran")) as server:
+        status, text = asked(server, "POST", "/run", body)
+    assert status == 400 and text.startswith(line) and text.count("\n") == 1
+
+
+def test_an_error_of_the_solver_is_shown():
+    with served(lambda name, values: 1 / 0) as server:
+        assert asked(server, "POST", "/run", request_of(GEL)) == (
+            500,
+            "ZeroDivisionError: division by zero\n",
+        )
+
+
+def test_only_pages_of_this_machine_are_answered():
+    """A page from elsewhere may send requests here, under a name of its own that leads to this machine."""
+    with served(lambda name, values: {}) as server:
+        assert asked(server, "GET", "/", Host="localhost:80")[0] == 200
+        assert asked(server, "GET", "/../__init__.py")[0] == 404
+        for host in ("example.org", "localhost.example.org", "", "[", "127.0.0.1@example.org"):
+            assert asked(server, "GET", "/", Host=host)[0] == 403
+        own, other = "http://127.0.0.1:80", "http://example.org"
+        assert asked(server, "POST", "/run", request_of(GEL), Origin=own) == (200, "{}")
+        assert asked(server, "POST", "/run", request_of(GEL), Origin=other)[0] == 403
+
+
+def test_a_port_in_use_is_an_error_of_one_line(capsys):
+    with served(solve) as server:
+        assert main(["play", "--no-browser", "--port", str(server.server_port)]) == 2
+    line = f"jaxcontact: error: --port: expected a free port, got {server.server_port}: .*\n"
+    assert re.fullmatch(line, capsys.readouterr().err)
+    with pytest.raises(SystemExit, match="2"):
+        main(["play", "--port", "70000"])
+    assert "expected a whole number from 0 to 65535, got '70000'" in capsys.readouterr().err
+
+
+def test_the_film_is_what_the_sliders_say():
     """J starts at 1/G1, gains softening/G1 in the delay, and as much as at first in the time it flows."""
-    film = page.film(2e9, 3.0, 10.0, 1e4, 0.3)
+    values = PRESETS[ZDDP].values | {"stiffness": 2e9, "softening": 3.0, "delay": 10.0, "flow": 1e4}
+    body, ball, load = contact(ZDDP, **values)
+    film = body.layers[0].material
     np.testing.assert_allclose(film.creep(0.0) * 2e9, 1.0, rtol=1e-12)
     np.testing.assert_allclose(film.creep(10.0) * 2e9, 1.0 + 3.0 * (1.0 - np.exp(-1.0)) + 1e-3, rtol=1e-12)
     np.testing.assert_allclose(film.creep(1e4) * 2e9, 1.0 + 3.0 + 1.0, rtol=1e-12)
+    assert (body.layers[0].thickness, ball.radius, load) == (150e-9, 1e-3, 10e-3)
 
 
-def drawn_lines(picture):
-    """The points (n, 2) of each line of a picture: pressure before and now, approach before and now, and the time."""
-    return [
-        np.array([pair.split(",") for pair in points.split()], dtype=float)
-        for points in re.findall(r'<polyline points="([^"]*)"', picture.text)
-    ]
+DIRECT = {  # preset: indenter, film and substrate for stiffness G, and the load, as a user would write them
+    ZDDP: (
+        jc.Sphere(1e-3, STEEL),
+        lambda G: jc.Layer(
+            jc.Burgers(G1=G, G2=G / 4.0, eta1=G * 7200.0, eta2=G / 4.0 * 100.0, nu=0.3), 150e-9
+        ),
+        STEEL,
+        10e-3,
+    ),
+    ROLLER: (
+        jc.Cylinder(50e-3, 1.0, STEEL),
+        lambda G: jc.Layer(jc.Burgers(G1=G, G2=G / 0.5, eta1=G * 3.6e5, eta2=G / 0.5 * 10.0, nu=0.49), 10e-3),
+        STEEL,
+        1e3,
+    ),
+}
 
 
-@pytest.mark.parametrize("preset", ["ZDDP film on steel", "gel under a bead", "rubber under a roller"])
-def test_the_ends_of_the_sliders_have_a_result_that_carries_the_load(page, preset):
-    first = None
-    for changed in ({}, {"load": 0.1, "radius": 0.1, "thickness": 10.0}, {"load": 10.0, "thickness": 0.3}):
-        values = values_of(page, preset, **changed)
-        history = page.pressed(preset, **values)
-        assert np.all(history.converged)
-        cell = float(np.prod(history.grid.spacing))
-        np.testing.assert_allclose(np.sum(history.pressure, (1, 2)) * cell, values["load"], rtol=1e-6)
-        first = history if first is None else first
-        lines = drawn_lines(page.drawn(preset, history, first, 100.0))
-        heights = [190.0 - line[:, 1] for line in lines]  # above the axes, which are 180 units high
-        assert all(np.all((height >= 0.0) & (height <= 180.0)) for height in heights)
-        at = page.TIMES.tolist().index(100.0)
-        peaks = [one.pressure[at].max() for one in (first, history)]
-        np.testing.assert_allclose(heights[0].max() / heights[1].max(), peaks[0] / peaks[1], rtol=5e-3)
-        deep = first.approach[-1] / history.approach[-1]
-        np.testing.assert_allclose(heights[2][-1] / heights[3][-1], deep, rtol=5e-3)
+@pytest.mark.slow  # compiles the solver for a ball and for a roller, twice
+@pytest.mark.parametrize("name", DIRECT)
+def test_the_numbers_are_those_of_a_call(name):
+    """On the page's grid: that around the contact with 48 cells across, or twice as fine across a roller."""
+    stiffness = 1.5 * PRESETS[name].values["stiffness"]
+    with served(solve) as server:
+        status, text = asked(server, "POST", "/run", request_of(name, stiffness=stiffness))
+    found = json.loads(text)
+    indenter, film, substrate, load = DIRECT[name]
+    body, control = jc.LayeredHalfSpace([film(stiffness)], substrate), jc.Load(load)
+    grid = jc.Grid.around(body, indenter, control, TIMES, n=48)
+    if name == ROLLER:
+        grid = jc.Grid((96, 1), (grid.width[0] / 96, 1.0), periodic=(False, True))
+    history = jc.indent(body, indenter, control, TIMES, grid=grid)
+    assert status == 200 and found["failure"] == "" and found["notes"] == list(map(str, history.notes))
+    middle = np.asarray(history.pressure)[:, :, grid.shape[1] // 2]
+    np.testing.assert_allclose(found["pressure"], middle, atol=1e-6 * middle.max())
+    np.testing.assert_allclose(found["approach"], history.approach, rtol=1e-6)
+    np.testing.assert_allclose(found["contact_radius"], history.contact_radius, rtol=1e-6)
+    np.testing.assert_allclose(found["strain"], np.max(history.film_strain), rtol=1e-6)
+    assert found["times"] == TIMES.tolist()
 
 
-def test_the_page_runs(tmp_path):
-    out = tmp_path / "play.html"
-    subprocess.run([sys.executable, "-m", "marimo", "export", "html", PAGE, "-o", out], check=True)
-    assert "of its thickness at most" in out.read_text()
+@pytest.mark.slow  # compiles the solver for a ball and for a roller
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_ends_of_the_sliders_have_a_result_that_carries_the_load(name):
+    """And the film of each example creeps within the times that are shown."""
+    for factors in ({}, {"load": 0.1, "radius": 0.1, "thickness": 10.0}, {"load": 10.0, "thickness": 0.3}):
+        values = {key: value * factors.get(key, 1.0) for key, value in PRESETS[name].values.items()}
+        found = solve(name, tuple(values.values()))
+        assert found["failure"] == ""
+        x, pressure = np.array(found["x"]), np.array(found["pressure"])
+        around = 1.0 if name == ROLLER else np.pi * np.abs(x)  # half a ring on either side
+        carried = np.sum(pressure * around, axis=1) * (x[1] - x[0])
+        np.testing.assert_allclose(carried, values["load"], rtol=1e-6 if name == ROLLER else 2e-2)
+        if not factors:
+            assert found["approach"][-1] > 1.25 * found["approach"][0] and not found["notes"]
+
+
+PROBE = """
+const wait = (found) => new Promise((go) => {
+  const look = () => (found() ? go() : setTimeout(look, 20));
+  look();
+});
+const points = (kind) => document.querySelector(kind)?.getAttribute("points");
+(async () => {
+  await wait(() => points(".curve"));
+  const first = points(".curve"), slider = document.getElementById("load");
+  slider.value = 0.3;
+  slider.dispatchEvent(new Event("input"));
+  await wait(() => points(".ghost"));
+  parent.postMessage(JSON.stringify({
+    moved: points(".curve") !== first, ghost: points(".ghost") === first,
+    labels: document.querySelectorAll("label").length, state: document.getElementById("state").textContent,
+    wide: document.documentElement.scrollWidth - innerWidth, inner: innerWidth,
+  }), "*");
+})();
+"""
+HOST = """<!doctype html><body><script src="host.js"></script><iframe src="/" width="{width}" height="900" frameborder="0">
+</iframe></body>"""
+RECEIVE = 'addEventListener("message", (event) => { document.body.dataset.found = event.data; });'
+
+
+@pytest.mark.slow  # starts a browser, and compiles the solver for a ball
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+@pytest.mark.parametrize("width", [1400, 400])
+def test_the_page_works_in_a_browser(width, tmp_path):
+    """A slider moves the curve, the former one stays in grey, and nothing is wider than the window."""
+    flags = "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-sync --dump-dom"
+    flags += " --virtual-time-budget=20000 --disable-background-networking --disable-component-update"
+    with served(solve) as server:
+        kind, page = server.files["/"]
+        server.files["/"] = kind, page.replace(b"</body>", b'<script src="probe.js"></script></body>')
+        server.files["/host"] = kind, HOST.format(width=width).encode()
+        server.files["/probe.js"] = server.files["/play.js"][0], PROBE.encode()
+        server.files["/host.js"] = server.files["/play.js"][0], RECEIVE.encode()
+        server.runs.answer(ZDDP, PRESETS[ZDDP].values)
+        address = f"http://127.0.0.1:{server.server_port}/host"  # a window of Chromium is not narrower than 500 pixels
+        done = subprocess.run(
+            [CHROMIUM, *flags.split(), f"--user-data-dir={tmp_path / 'data'}", "--window-size=1500,1000", address],
+            capture_output=True, text=True, timeout=120,
+        )  # fmt: skip
+    found = json.loads(html.unescape(re.search(r'data-found="([^"]*)"', done.stdout)[1]))
+    assert found.pop("inner") == width
+    assert found.pop("wide") <= 0
+    assert re.fullmatch(r"The film is compressed by \d+ % of its thickness at most", found.pop("state"))
+    assert found == {"moved": True, "ghost": True, "labels": 8}
+
+
+@pytest.mark.slow  # compiles the solver for a ball
+def test_the_command_serves_runs_until_it_is_ended(tmp_path):
+    command = [sys.executable, "-m", "jaxcontact", "play", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        port = int(re.search(r":(\d+)/", process.stdout.readline())[1])
+        with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=120)) as connection:
+            connection.request("POST", "/run", request_of(ZDDP))
+            assert json.load(connection.getresponse())["failure"] == ""
+        process.send_signal(signal.SIGTERM)
+        assert process.stderr.read() == "jaxcontact: error: interrupted by SIGTERM\n"
+    assert process.returncode == 143
