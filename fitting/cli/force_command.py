@@ -58,7 +58,7 @@ def add_sample(parser: Any) -> None:
     )
     parser.add_argument("--drag", metavar="B", help=drag)
     errors = "estimated, absolute, or a standard deviation in N"
-    flags.add_common(parser, "estimated", errors, "t, load, depth, height")
+    flags.add_common(parser, "estimated", errors, "t, load, depth, height, separation")
     flags.add_bounds(parser)
 
 

@@ -26,7 +26,9 @@ def add_indentation(parser: Any) -> None:
     flags.add_file(parser)
     flags.add_model(parser)
     errors = "absolute, estimated, proportional, relative, or a standard deviation in m (load control) or N"
-    flags.add_common(parser, "absolute", errors, "t, load, depth, height, sigma_depth, sigma_load")
+    flags.add_common(
+        parser, "absolute", errors, "t, load, depth, height, separation, sigma_depth, sigma_load"
+    )
     flags.add_resample(parser)
     flags.add_segment(parser, "approach, hold or retract; repeat to select several")
     parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")

@@ -35,6 +35,15 @@ def check_kind(data: object, kind: type) -> None:
         raise ValueError(f"data: expected {kind.__name__}, got {type(data).__name__}")
 
 
+def window_note(limits: tuple[float | None, float | None], unit: str, keep: np.ndarray) -> str:
+    """Return the note on the points keep (n,) bool that lie between limits, None for an open side."""
+    begin, end = (
+        word if one is None else f"{one:g} {unit}"
+        for one, word in zip(limits, ("the first", "the last"), strict=True)
+    )
+    return f"window from {begin} to {end} taken: {keep.sum()} of {keep.size} points"
+
+
 def deviations(name: str, value: object, like: np.ndarray) -> np.ndarray:
     """Return standard deviations (n,), > 0."""
     found = array(name, value, like)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting.data.contact import FirstTouch, find_contact
-from fitting.data.curves import array, deviations, times
+from fitting.data.curves import array, deviations, times, window_note
 from fitting.data.drag import find_drag, without
 from fitting.data.probe import probe_of
 from fitting.data.segments import SEGMENTS, infer
@@ -138,8 +138,7 @@ class IndentationData:
         if not low < high:
             raise ValueError(f"window: expected begin < end, got {begin!r} and {end!r}")
         keep = (self.t >= low) & (self.t <= high)
-        sides = [f"{word} {side:g} s" for word, side in (("from", begin), ("to", end)) if side is not None]
-        return self._take(keep, f"{' '.join(sides) or 'all'} taken: {keep.sum()} of {keep.size} points")
+        return self._take(keep, window_note((begin, end), "s", keep))
 
     def in_contact(
         self, depth: float | None = None, indenter: Any = None, film: bool = False

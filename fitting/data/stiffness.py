@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.curves import array, deviations
+from fitting.data.curves import array, deviations, window_note
 from fitting.views.in_words import described
 
 
@@ -73,8 +73,7 @@ class StiffnessData:
             raise ValueError(f"window: expected at least 5 points, got {keep.sum()} of {keep.size}")
         names = ("depth", "stiffness", "load", "sigma")
         some = {name: None if (y := getattr(self, name)) is None else y[keep] for name in names}
-        note = f"depths from {begin} to {end} m taken: {keep.sum()} of {keep.size} points"
-        return StiffnessData(**some, notes=(*self.notes, note))
+        return StiffnessData(**some, notes=(*self.notes, window_note((begin, end), "m", keep)))
 
 
 def _positive(name: str, unit: str, values: np.ndarray) -> np.ndarray:

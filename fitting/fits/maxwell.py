@@ -61,7 +61,7 @@ def fit_maxwell(
         tau: relaxation times (k,) [s]; None chooses times evenly spaced in their logarithm over the range of the data and
             half a decade beyond, in the number with the lowest BIC (at most three per decade), and records them in a note.
         weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("proportional" by default); or
-        sigma: the known standard deviation [Pa], a number or (n,), as in ``fit_oscillation``.
+        sigma: the known standard deviation [Pa], a number or (n,), or (2, n) as in ``fit_oscillation``.
         equilibrium: whether the equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows. With chosen times
             Ge includes whatever relaxes later than the data, and its interval does not allow for that.
         nu: Poisson's ratio that the returned material is given.

@@ -168,8 +168,8 @@ def fit_oscillation(
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "proportional" (the default: errors of both are a fraction of the fitted |G*|), "relative" (of the measured
             |G*|) or "absolute", as in ``fit_creep``.
-        sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number, or (n,) for data whose
-            frequencies ascend.
+        sigma: in place of weights, the known standard deviation of G' and G'' [Pa], a number, or for data whose
+            frequencies ascend (n,) of both or (2, n) of each.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
         nu: Poisson's ratio that the returned material is given.
@@ -221,7 +221,13 @@ def weighted_sample(
             "sigma: expected a number, or frequencies in ascending order, got values for points that were sorted by"
             " frequency"
         )
-    sigma = None if sigma is None else np.tile(np.broadcast_to(sigma, data.omega.shape), 2)
+    n = data.omega.size
+    if sigma is not None:
+        if np.shape(sigma) not in ((), (n,), (2, n)):
+            raise ValueError(
+                f"sigma: expected a number, {n} values, or those of G' and of G'' (2, {n}), got shape {np.shape(sigma)}"
+            )
+        sigma = np.broadcast_to(sigma, (2, n)).ravel()
     both = np.append(data.omega, data.omega)
     weight, label = choose_weights(both, np.tile(np.abs(data.shear), 2), weights, sigma)
     curve = ("G', G''", "Pa", both, np.append(data.shear.real, data.shear.imag))

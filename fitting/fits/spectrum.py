@@ -132,7 +132,7 @@ def fit_spectrum(
     Args:
         data: the modulus over time, or the moduli over frequency.
         weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("proportional" by default); or
-        sigma: the known standard deviation [Pa], a number or (n,).
+        sigma: the known standard deviation [Pa], a number or (n,), or (2, n) as in ``fit_oscillation``.
         equilibrium: whether an equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows.
         nu: Poisson's ratio that the returned material is given.
         level: confidence level of the intervals.

@@ -14,12 +14,13 @@ from fitting.data.indentation import ERRORS, LEAVE_OUT, IndentationData
 from fitting.data.segments import label, named
 from fitting.io import afm, mending
 from fitting.io.cells import is_data
-from fitting.io.columns import Wanted, has
+from fitting.io.columns import Series, Wanted, has
 from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once, stated_number
 from fitting.io.table import Table, read_table
 
 CLOCK = Wanted("t", ("time", "step time"))
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
+SEPARATION = Wanted("separation", ("separation",))
 AIR = 5  # number of points before contact below which no note is made
 SPRING_FACT = r"(?im)^(?:spring\s?constant|k \(N/m\))[\s:=,]*([0-9.eE+-]+)(?:\s*N/m)?\s*$"  # JPK, Optics11
 
@@ -32,14 +33,15 @@ def read_indentation(
     """Read time, load and depth of an indentation, or of a force curve.
 
     The curve is returned as measured; its method ``in_contact`` removes the points before contact.
-    The depth of a force curve without one follows from the height and the cantilever, depth = z - load/k, counted
-    from the first sample.
+    The depth of a force curve without one is the separation of tip and sample with the other sign, or else follows from
+    the height and the cantilever, depth = z - load/k, counted from the first sample.
 
     Args:
         path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
             microscope: of Bruker, or (JPK, Igor, HDF5) through the library afmformats.
-        columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", and "sigma_depth" and "sigma_load"
-            for columns of standard deviations, in the unit of depth or load if they have none of their own.
+        columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", "separation" (of tip and sample), and
+            "sigma_depth" and "sigma_load" for columns of standard deviations, in the unit of depth or load if they have
+            none of their own.
         units: {"load": "uN", "depth": "nm"}; they take precedence over the header.
         segment: the selected segments: "approach", "hold", "retract", or several of them.
         window: (begin, end) [s] of the file's clock, None for an open side.
@@ -141,18 +143,17 @@ def _indentation_text(
     untimed: whether a file without times is accepted; raised: whether a height is preferred to a depth.
     """
     table = read_table(path, decimal)
-    columns, units = checked_options(table, columns, units, ("t", "load", "depth", "height", *ERRORS))
+    columns, units = checked_options(
+        table, columns, units, ("t", "load", "depth", "height", "separation", *ERRORS)
+    )
     untimed = untimed and not any(has(block, CLOCK, columns) for block in table.blocks)
     if untimed and "t" not in columns:
         table, columns, units = _numbered(table, columns, units)
-    raised = raised or not any(has(block, DEPTH, columns) for block in table.blocks)
-    raised = "height" in columns or (raised and any(has(block, HEIGHT, columns) for block in table.blocks))
+    way = _way(table, columns, raised)
     errors = [
         Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
     ]
-    parts = curves_of(
-        table, (CLOCK, LOAD, HEIGHT if raised else DEPTH, *errors), columns, units, "read_indentation"
-    )
+    parts = curves_of(table, (CLOCK, LOAD, way, *errors), columns, units, "read_indentation")
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
@@ -160,16 +161,36 @@ def _indentation_text(
     taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
     taken = mending.ordered(mending.complete(table.path, taken))
     t, load = taken.values["t"], taken.values["load"]
-    if raised:
-        k = spring_constant or stated_number(SPRING_FACT, taken.before)
-        depth, note = tip_depth(table.path, t, load, taken.values["height"], k)
-        taken = taken.say(note)
-    else:
-        depth = taken.values["depth"]
+    depth, note = _depth(table.path, taken, way, spring_constant)
+    taken = taken.say(note) if note else taken
     marks = label(taken.marks, load, depth) if taken.marks else None
     notes = once((*taken.notes, UNTIMED) if untimed else taken.notes)
     known = {key: taken.values[key] for key in ERRORS if key in taken.values}
     return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
+
+
+def _way(table: Table, columns: dict, raised: bool) -> Wanted:
+    """Return the column that states the depth: its own, or the separation of tip and sample, or the height of the base.
+
+    raised: whether the last two are preferred to a depth.
+    """
+    held = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
+    if "height" in columns:
+        return HEIGHT
+    if held(DEPTH) and not raised and "separation" not in columns:
+        return DEPTH
+    return next((wanted for wanted in (SEPARATION, HEIGHT) if held(wanted)), DEPTH)
+
+
+def _depth(path: str, taken: Series, way: Wanted, spring_constant: float | None) -> tuple[np.ndarray, str]:
+    """Return the depth (n,) [m] from that column, and a note on its source, "" for a column of the depth."""
+    values = taken.values[way.key]
+    if way is SEPARATION:
+        return -values, f"depth from {taken.columns[way.key].label!r}, with the other sign"
+    if way is HEIGHT:
+        k = spring_constant or stated_number(SPRING_FACT, taken.before)
+        return tip_depth(path, taken.values["t"], taken.values["load"], values, k)
+    return values, ""
 
 
 def _numbered(table: Table, columns: dict, units: dict) -> tuple[Table, dict, dict]:

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.io.columns import Series, fail
+from fitting.data.curves import window_note
+from fitting.io.columns import SI, Series, fail
 
 LOSS = 0.1  # largest fraction of rows that may be left out
 LEAST = 5  # least number of rows of a run of increasing times, and of the overlap of two runs
@@ -92,13 +93,7 @@ def window(series: Series, limits: tuple[float | None, float | None] | None) -> 
             f"window: expected at least {LEAST} points from {np.nanmin(t):.4g} to {np.nanmax(t):.4g}, got {keep.sum()} of"
             f" {t.size}"
         )
-    return series.pick(keep).say(f"window {_between(limits)}: {keep.sum()} of {t.size} points taken")
-
-
-def _between(limits: tuple[float | None, float | None]) -> str:
-    """Return the limits in words."""
-    begin, end = (None if one is None else f"{one:g}" for one in limits)
-    return f"from {begin or 'the first'} to {end or 'the last'}"
+    return series.pick(keep).say(window_note(limits, SI[next(iter(series.values))], keep))
 
 
 def complete(path: str, series: Series, positive: tuple[str, ...] = ()) -> Series:

@@ -63,6 +63,7 @@ NAMES = {
     "height": "height(measured) measuredheight heightmeasured zsensor",
     "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
     "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
+    "separation": "tipsampleseparation verticaltipposition tipposition",  # falls as the tip moves inwards
     "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke"
     " schichtdicke filmdicke épaisseur épaisseurdufilm espesor grosor 膜厚 厚さ",
     "viscosity": "viscosity shearviscosity viskosität scherviskosität viscosité viscosidad 粘度",
@@ -77,7 +78,7 @@ KINDS = {
     "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
-    "thickness": "depth", "smoothed height": "depth", "commanded height": "depth",
+    "thickness": "depth", "smoothed height": "depth", "commanded height": "depth", "separation": "depth",
     "temperature": "temperature", "stiffness": "stiffness", "contact stiffness": "stiffness",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}

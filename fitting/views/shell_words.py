@@ -9,6 +9,7 @@ HEADS = {
         "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start",
         "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},
+    "columns, units, decimal": "--column, --unit, --decimal",
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
     "units": "--unit", "per_decade": "--resample", "times": "--times", "substrate": "--substrate-modulus",
 }  # fmt: skip

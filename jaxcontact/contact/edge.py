@@ -185,28 +185,27 @@ def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, boo
 
 
 def _laplacian(field: Array, periodic: tuple[bool, bool]) -> Array:
-    f = _surrounded(field, periodic)
-    return f[2:, 1:-1] + f[:-2, 1:-1] + f[1:-1, 2:] + f[1:-1, :-2] - 4.0 * field
+    return _beside(field, 0, periodic[0]) + _beside(field, 1, periodic[1]) - 4.0 * field
 
 
 def _box_sum(field: Array, periodic: tuple[bool, bool]) -> Array:
     """Return the sum over 3 x 3 cells around each."""
-    f = _surrounded(field, periodic)
-    rows = f[:-2] + f[1:-1] + f[2:]
-    return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+    rows = field + _beside(field, 0, periodic[0])
+    return rows + _beside(rows, 1, periodic[1])
 
 
-def _surrounded(field: Array, periodic: tuple[bool, bool]) -> Array:
-    """Return the field with one more cell at both ends of both axes."""
-    for axis, wraps in enumerate(periodic):
-        field = _padded(field, axis, wraps)
-    return field
+def _beside(field: Array, axis: int, wraps: bool) -> Array:
+    """Return the sum of both neighbours along an axis; beyond an end the periodic neighbour or the last cell itself.
 
-
-def _padded(field: Array, axis: int, wraps: bool) -> Array:
-    """Return the field with one more cell at both ends: the periodic neighbour or a copy of the last cell."""
-    widths = [(1, 1) if i == axis else (0, 0) for i in range(2)]
-    return jnp.pad(field, widths, mode="wrap" if wraps else "edge")
+    Shifts by padding are fused with other operations, in contrast to joined slices.
+    """
+    n, count = field.shape[axis], jnp.arange(field.shape[axis])
+    shifted = lambda k: jax.lax.pad(field, 0.0, [(k, -k, 0) if i == axis else (0, 0, 0) for i in range(2)])
+    inside = shifted(1) + shifted(-1)
+    if wraps:
+        return inside + shifted(1 - n) + shifted(n - 1)
+    ends = jnp.expand_dims((count == 0).astype(float) + (count == n - 1), 1 - axis)
+    return inside + ends * field
 
 
 def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Array, Array]:

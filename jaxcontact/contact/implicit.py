@@ -42,6 +42,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.ad_checkpoint import checkpoint_name
+from jax.flatten_util import ravel_pytree
 from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
@@ -130,10 +131,24 @@ def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iteratio
     return method(problem, start, tolerance, max_iterations)
 
 
+@jax.custom_jvp
+def known_contact(problem: Problem, solution: Solution) -> Solution:
+    """Return a solution that ``solve_contact`` has found for this problem, with its derivatives."""
+    return solution
+
+
+@known_contact.defjvp
+def _known_contact_jvp(primals, tangents):
+    return _moved_contact(primals[0], primals[1], tangents[0])
+
+
 @solve_contact.defjvp
 def _solve_contact_jvp(primals, tangents):
-    problem, change = primals[0], tangents[0]
-    solution = solve_contact(*primals)
+    return _moved_contact(primals[0], solve_contact(*primals), tangents[0])
+
+
+def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tuple[Solution, Solution]:
+    """Return a solution, which reverse mode keeps, and its change; linear in the change of the problem."""
     kept = solution.pressure, solution.displacement, solution.approach
     p, u, approach = (checkpoint_name(a, KEPT) for a in kept)
     law = problem.law
@@ -397,21 +412,24 @@ def implied(equations: Callable[[Any, Any], Any], given: Any, solution: Any) -> 
 @implied.defjvp
 def _implied_jvp(equations, primals, tangents):
     (given, solution), (change, _) = primals, tangents
-    forcing = jax.jvp(lambda given: equations(given, solution), (given,), (change,))[1]
-    slope = lambda change: jax.jvp(lambda z: equations(given, z), (solution,), (change,))[1]
+    flat, unflattened = ravel_pytree(solution)  # of one array: all of the right side depends on the change
+
+    def residual(given: Any, flat: Array) -> Array:
+        return ravel_pytree(equations(given, unflattened(flat)))[0]
+
+    forcing = jax.jvp(lambda given: residual(given, flat), (given,), (change,))[1]
+    slope = jax.linearize(lambda z: residual(given, z), flat)[1]
     moved = jax.lax.custom_linear_solve(slope, forcing, _gmres, transpose_solve=_gmres)
-    return solution, jax.tree.map(jnp.negative, moved)
+    return solution, unflattened(-moved)
 
 
-def _gmres(operator: Linear, b: Any) -> Any:
-    """Solve a linear system in any pytree; nan if it fails."""
+def _gmres(operator: Linear, b: Array) -> Array:
+    """Solve a linear system; nan if it fails."""
     x, _ = gmres(
         operator, b, tol=TANGENT_TOLERANCE, restart=DIRECTIONS, maxiter=RESTARTS, solve_method="incremental"
     )
-    squares = lambda a: sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(a))
-    left = jax.tree.map(jnp.subtract, b, operator(x))
-    met = squares(left) <= LEFT**2 * squares(b)
-    return jax.tree.map(lambda a: jnp.where(met, a, jnp.nan), x)
+    met = jnp.sum((b - operator(x)) ** 2) <= LEFT**2 * jnp.sum(b**2)
+    return jnp.where(met, x, jnp.nan)
 
 
 def linear_solution(operator: Linear, right: Array, solve: Callable[[Linear, Array], Array]) -> Array:

@@ -43,6 +43,7 @@ CURVES = [  # file, curve, tip
     ("fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force", 0, BALL),
     ("fmt-jpk-sr_cell1-0008.jpk-force", 0, BALL),
     ("AFM_contact_test.txt", 0, BALL),
+    ("AFM_relaxation.txt", 0, BALL),
     ("20200904_Egel4-Z1.0_00025.spm", 0, SHARP),
     *(("20200903_Egel2.0_00023.spm", k, SHARP) for k in (5, 100)),
     *((f"cr00{number}.000", 0, SHARP) for number in ("028", "037", "041", "043", "082", "175")),

@@ -165,6 +165,8 @@ def test_the_command_takes_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     ramp(tmp_path / "gel.001")
     assert main(["fit", "force", "gel.001", "--cone", "20"]) == 0
     assert "verdict: accepted" in capsys.readouterr().out
+    assert main(["fit", "force", "gel.001", "--column", "t=a", "-o", "other"]) != 0
+    assert "--column, --unit, --decimal: expected none for a force curve" in capsys.readouterr().err
     found = json.loads((tmp_path / "gel-fit" / "summary.json").read_text())
     assert found["youngs_modulus_Pa"]["value"] == pytest.approx(2e4, rel=5e-3)
 
@@ -174,3 +176,13 @@ def test_images_in_a_folder_are_left_out(tmp_path):
     ramp(tmp_path / "scan.002", changes=[("*Force file list", "*File list")])
     found, note = curves_in(str(tmp_path))
     assert found == [str(tmp_path / "gel.001")] and "1 of 2 files" in note and note.endswith(": scan.002")
+
+
+def test_the_names_of_older_versions_are_known(tmp_path):
+    """One number of samples for both parts, other names of sensitivities, and times from the frequency of the ramp."""
+    older = [("Sens. DeflSens", "Sens. Deflection"), ("Sens. Zsens:", "Sens. Zscan:")]
+    older += [("[Sens. Zsens]", "[Sens. Zscan]"), ("Forward vel.", "Way"), ("Reverse vel.", "Back")]
+    old = fitting.read_force(ramp(tmp_path / "old.000", back=600, stated="600", changes=older))
+    new = fitting.read_force(ramp(tmp_path / "new.000", back=600))
+    np.testing.assert_allclose([old.load, old.depth], [new.load, new.depth], rtol=1e-12)
+    assert old.t[600] == pytest.approx(1.0) and old.t[-1] == pytest.approx(2.0, rel=2e-3)

@@ -181,7 +181,7 @@ def test_what_was_taken_is_said_and_drawn():
     t, load, depth = curve()
     data = fitting.IndentationData(t=t, load=load, depth=depth)
     taken = data.in_contact().only("hold").window(None, 10.0)
-    assert [note.split(" ")[0] for note in taken.notes] == ["contact", "hold", "to"]
+    assert [note.split(" ")[0] for note in taken.notes] == ["contact", "hold", "window"]
     figure = taken.plot()
     lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
     assert set(lines) == {"left out", "hold"}

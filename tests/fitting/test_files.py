@@ -205,6 +205,7 @@ PRESSED = {
     "Hysitron": (hysitron(CLOCK, LOAD, DEPTH), {}),
     "Optics11": (optics11(CLOCK, LOAD, DEPTH, K), {}),
     "Agilent": (agilent(CLOCK, LOAD, DEPTH, MARKS), {}),
+    "JPK with the separation of tip and sample": (jpk(CLOCK, LOAD, HEIGHT, MARKS, "", -DEPTH), {}),
     "CSM": (
         table("CSM\nSample:\tfilm\n\nTime\tPd\tFn\n[s]\t[nm]\t[mN]", CLOCK, 1e9 * DEPTH, 1e3 * LOAD, sep="\t"), {}),
     "German": (
@@ -296,7 +297,7 @@ def test_what_was_chosen_and_what_was_left_is_said(tmp_path):
     for phrase in (
         "'Step time' taken, not 'Time'",
         "segment taken: Creep - 1",
-        "window from 1 to 1300",
+        "window from 1 s to 1300 s taken: 20 of 24 points",
         "1 other blocks",
     ):
         assert phrase in said

@@ -280,6 +280,23 @@ def test_standard_deviations_of_a_descending_sweep_are_refused_with_the_order_th
     assert fitting.fit_maxwell(ascending, [1.0], sigma=sigma[::-1]).weights == "sigma"
 
 
+def test_standard_deviations_of_each_part_of_a_modulus():
+    """A spring: the modulus is the mean of G' that these weigh, whatever the errors of G'' are (numpy.average)."""
+    sizes = np.geomspace(1.0, 30.0, OMEGA.size)
+    sigma = np.stack([1e3 * sizes, 3e4 / sizes])
+    storage, loss = [[1e6], [0.0]] + sigma * np.random.default_rng(3).standard_normal(sigma.shape)
+    data = fitting.OscillationData(OMEGA, storage, loss)
+    found = fitting.fit_oscillation(data, "Elastic", sigma=sigma)
+    assert found.values["G"] == pytest.approx(np.average(storage, weights=sigma[0] ** -2.0), rel=1e-8)
+    low, high = found.intervals["G"]
+    assert high - low == pytest.approx(2.0 * 1.96 * np.sum(sigma[0] ** -2.0) ** -0.5, rel=0.05)
+    for shape in ((3,), (OMEGA.size, 2)):
+        with pytest.raises(
+            ValueError, match=r"sigma: expected a number, .* values, or those of G' and of G''"
+        ):
+            fitting.fit_oscillation(data, "Elastic", sigma=np.ones(shape))
+
+
 def test_moduli_at_one_frequency_are_refused():
     with pytest.raises(ValueError, match="expected several frequencies, got 2 rad/s throughout"):
         fitting.OscillationData([2.0] * 6, [1.0] * 6, [1.0] * 6)

@@ -89,16 +89,20 @@ def agilent(t, load, depth, marks):
     return text + "".join(f"{name}\t{line}\n" for name, line in zip(shown, body, strict=True))
 
 
-def jpk(t, load, height, marks, constant):
-    """JPK text: each segment under remarks with names, units and the spring constant, blanks between numbers."""
+def jpk(t, load, height, marks, constant, separation=None):
+    """JPK text: each segment under remarks with names, units and the spring constant, blanks between numbers.
+
+    separation: of tip and sample (n,) [m], in place of the measured height, or None.
+    """
+    key, fancy, way = "measuredHeight", "Height (measured)", height
+    if separation is not None:
+        key, fancy, way = "tipSampleSeparation", "Tip-Sample Separation", separation
     text = "# TEXT EXPORT\n# index: 7\n# feedbackMode: contact\n#\n"
     for k, name in enumerate(("extend", "pause", "retract")):
         on = marks == k
         text += f"# segmentIndex: {k}\n# segment: {name}\n"
-        text += "# columns: height vDeflection measuredHeight seriesTime time\n"
-        text += (
-            '# fancyNames: "Height" "Vertical Deflection" "Height (measured)" "Series Time" "Segment Time"\n'
-        )
+        text += f"# columns: height vDeflection {key} seriesTime time\n"
+        text += f'# fancyNames: "Height" "Vertical Deflection" "{fancy}" "Series Time" "Segment Time"\n'
         text += f"{constant}# units: m N m s s\n#\n"
-        text += rows(0.7 * height[on], load[on], height[on], t[on], t[on] - t[on][0], sep=" ")
+        text += rows(0.7 * height[on], load[on], way[on], t[on], t[on] - t[on][0], sep=" ")
     return text

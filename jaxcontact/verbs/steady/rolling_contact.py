@@ -28,23 +28,26 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import friction, nonsymmetric
 from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
-from jaxcontact.contact.implicit import implied, solve_contact
+from jaxcontact.contact.implicit import implied, known_contact, solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.verbs.steady.rolled import RolledSurface
 
 STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
 SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
 FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
+COLD = -1  # steps of a state without a first guess of the pressure
 FARTHEST = 20  # grid lengths that are rolled
 
 
 class Rolled(NamedTuple):
-    """After some steps, (): the last contact, and the change of the tractions in it, in parts of them."""
+    """After some steps, (): the last contact; the change of the tractions in it, in parts of them; whether the pressure
+    under them is found as well."""
 
     pressed: Solution
     sheared: TangentialSolution
     change: Array
     steps: Array
+    ended: Array
 
     @property
     def steady(self) -> Array:
@@ -89,53 +92,81 @@ class RollingContact:
     def rolled(self) -> Rolled:
         """The steady state, with its derivatives: what sticks, slips and touches is held."""
         found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
-        held = _Held(self, found.sheared.stick, found.pressed.pressure)
+        held = _Held(self, found.sheared.stick, found.pressed)
         traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
         pressed = held.pressed(traction)
         slip = held.slip(traction, shift, pressed.pressure)
-        slip = jnp.where(held.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0) + found.sheared.slip
-        sheared = replace(found.sheared, traction=traction, shift=shift, slip=slip)
-        return found._replace(pressed=replace(pressed, iterations=found.pressed.iterations), sheared=sheared)
+        slip = (
+            jnp.where(found.pressed.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0)
+            + found.sheared.slip
+        )
+        return found._replace(
+            pressed=pressed, sheared=replace(found.sheared, traction=traction, shift=shift, slip=slip)
+        )
 
     def _rolled(self) -> Rolled:
-        """Step by step until nothing changes."""
-        nothing = jnp.zeros((2, *self.profile.shape))
-        problem = self.pressed(nothing)
-        start = nonsymmetric.cold_start(problem)
-        pressed = solve_contact(problem, start, self.tolerance, self.max_iterations)
-        first = self._further(pressed, nothing, jnp.zeros((), int))
-        going = lambda state: ~state.steady & (state.steps < FARTHEST * max(self.profile.shape))
-        return jax.lax.while_loop(going, self._again, first)
+        """Step by step until nothing changes.
 
-    def _again(self, state: Rolled) -> Rolled:
-        pressed, traction = state.pressed, state.sheared.traction
-        if self.coupled:
-            problem = self.pressed(traction)
-            pressed = solve_contact(problem, pressed.pressure, FINER * self.tolerance, self.max_iterations)
-        return self._further(pressed, traction, state.steps)
+        A symmetric normal problem needs no other operator for its first guess, and finds it in the loop: each search is
+        compiled for itself.
+        """
+        nothing, zero, none = (
+            jnp.zeros((2, *self.profile.shape)),
+            jnp.zeros_like(self.profile),
+            jnp.zeros((), int),
+        )
+        guess, steps = (zero, COLD) if self.surface.normal.symmetric else (self._cold_start(nothing), 0)
+        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
+        sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
+        before = Rolled(pressed, sheared, jnp.ones(()), none + steps, jnp.zeros((), bool))
+        return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
 
-    def _further(self, pressed: Solution, traction: Array, steps: Array) -> Rolled:
-        problem, displacement = self.sheared(traction, pressed.pressure)
+    def _cold_start(self, traction: Array) -> Array:
+        return nonsymmetric.cold_start(self.pressed(traction))
+
+    def _further(self, state: Rolled) -> Rolled:
+        """Find the pressure under the last traction, and then the traction of the next step, unless the state is steady.
+
+        Without coupling the first pressure stays.
+        """
+        cold, first = state.steps == COLD, state.steps == 0
+        ends = state.steady | (state.steps >= FARTHEST * max(self.profile.shape))
+        tolerance = jnp.where(first | ends, 1.0, FINER) * self.tolerance
+        tolerance = jnp.where(cold, nonsymmetric.COLD_TOLERANCE, tolerance)
+        limit = jnp.where(cold, nonsymmetric.COLD_ITERATIONS, self.max_iterations)
+        problem = self.pressed(state.sheared.traction)
+        press = lambda: solve_contact(problem, state.pressed.pressure, tolerance, limit)
+        pressed = press() if self.coupled else jax.lax.cond(state.steps <= 0, press, lambda: state.pressed)
+        iterations = jnp.where(ends, state.pressed.iterations, pressed.iterations)
+        state = state._replace(pressed=replace(pressed, iterations=iterations), ended=ends)
+        return jax.lax.cond(
+            ends | cold,
+            lambda: state._replace(steps=jnp.maximum(state.steps, 0)),
+            lambda: self._sheared(state),
+        )
+
+    def _sheared(self, state: Rolled) -> Rolled:
+        """Roll on by a step under the pressure."""
+        traction = state.sheared.traction
+        problem, displacement = self.sheared(traction, state.pressed.pressure)
         sheared = friction.solve(problem, traction, displacement, FINER * self.tolerance, self.max_iterations)
         size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
         change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
-        return Rolled(pressed, sheared, jnp.where(steps > 0, change, 1.0), steps + 1)
+        change = jnp.where(state.steps > 0, change, 1.0)
+        return state._replace(sheared=sheared, change=change, steps=state.steps + 1)
 
 
 @pytree
 class _Held:
-    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the pressure found, (nx, ny)."""
+    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the normal contact found."""
 
     contact: RollingContact
     stick: Array
-    pressure: Array
+    found: Solution
 
     def pressed(self, traction: Array) -> Solution:
-        """The normal contact under a traction."""
-        contact = self.contact
-        return solve_contact(
-            contact.pressed(traction), self.pressure, contact.tolerance, contact.max_iterations
-        )
+        """The normal contact found, with its derivatives by the traction under which it was found."""
+        return known_contact(self.contact.pressed(traction), self.found)
 
     def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
         """Return the slip in a step, (2, nx, ny), under this traction and pressure."""
