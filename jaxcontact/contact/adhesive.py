@@ -23,9 +23,13 @@ Under a given load the cells that are held move with the indenter, as one unknow
 the mean displacement is zero: under a given approach steps have zero mean, under a given load it is subtracted from
 displacement and approach in the end.
 
-The stopping error is the largest of the traction that is left over on cells that do not touch (and in the padding), over the
-largest traction; of the gaps of held cells over the displacement of a cell under it; and of what the load is missed by. To
-it is added by how much K on the padded grid is not that on the grid, where layers make it indefinite there.
+The stopping error is dimensionless, as that without adhesion (``contact.normal``):
+
+    max( largest displacement K r under the traction r that is left over, largest gap of held cells ) / depth,
+
+where r is p + s on cells that do not touch and p in the padding, and depth is the approach above the lowest point of the
+profile or, if that is larger, the mean displacement, in size; under a load also what the load is missed by over all
+tractions. To it is added by how much K on the padded grid is not that on the grid, where layers make it indefinite there.
 
 Under a tensile load without any cell in contact there is no stable state: the surfaces have separated.
 
@@ -44,11 +48,12 @@ from jax import Array
 
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import normal
-from jaxcontact.contact.adhesive_model import Model, Move, minimised
+from jaxcontact.contact.adhesive_model import Goal, Model, Move, minimised
 from jaxcontact.contact.adhesive_state import (
     SearchState,
     SearchTools,
     Start,
+    depth_of_state,
     energy_of,
     faces_of,
     first_state,
@@ -61,10 +66,11 @@ from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
 
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
-COARSEST = 0.1  # reduction of the residual by a minimisation
-ENOUGH = 0.1  # of the tolerance, below which a minimisation need not go
+COARSEST = 0.1  # reduction of the residual by a minimisation far from the end
+FORCING = 10.0  # times the error: the square of the reduction by a minimisation near the end
+ENOUGH = 0.5  # of the tolerance, below which a minimisation need not go
 BOUND_ITERATIONS = 100  # after which it is only taken if it has lowered the energy
-BOUND = 1e-6  # error of the contact without adhesion that bounds the energy, over that of the state it starts from
+BOUND = 1e-5  # error of the contact without adhesion that bounds the energy, over that of the state it starts from
 SHORTER, LEAST_PART = 0.3, 1e-6  # of a step
 SMALL_PART = 0.05  # below it the next model is the upper bound
 ROUNDING = 1e-14  # of the energies, up to which a rise is none
@@ -117,10 +123,9 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
         held = jnp.where(some, held, gap <= closest)
         rise = jnp.where(some, 0.0, closest)
         gap, approach = gap - rise, approach + rise
-    reduction = jnp.maximum(
-        jnp.minimum(COARSEST, jnp.sqrt(s.error)), jnp.minimum(COARSEST, ENOUGH * tolerance / s.error)
-    )
-    move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), reduction)
+    reduction = jnp.minimum(COARSEST, jnp.sqrt(FORCING * s.error))
+    goal = Goal(reduction, ENOUGH * tolerance * depth_of_state(problem, s), jnp.zeros(()))
+    move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), goal)
     part = _usable_part(problem, s, gap, move)
     new = SearchState(
         s.displacement + part * move.displacement,
@@ -132,11 +137,11 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
         s.bent | bent,
         s.iterations + count,
     )
-    return new._replace(error=stopping_error(problem, tools, seen_on_grid(problem, tools, new)))
+    return new._replace(error=stopping_error(problem, tools, new, seen_on_grid(problem, tools, new)))
 
 
 def _newton_move(
-    problem: Problem, tools: SearchTools, at: tuple[Array, Array, Array], reduction: Array
+    problem: Problem, tools: SearchTools, at: tuple[Array, Array, Array], goal: Goal
 ) -> tuple[Move, Array, Array]:
     """Return a step that penetrates nowhere and lowers the model, the directions that it took, and whether one was bent.
 
@@ -150,26 +155,26 @@ def _newton_move(
     reach = problem.law.law.work / problem.law.law.largest_traction
     at_wall = partial(_at_wall, problem, tools, gap)
 
-    def minimise(held: Array, move: Move) -> tuple[Move, Array, Array]:
+    def minimise(held: Array, move: Move, goal: Goal) -> tuple[Move, Array, Array, Goal]:
         model = Model(tools.inverse, problem.law, stiffness, faces_of(problem, held, pressure.shape))
         load = problem.target if problem.load_controlled else 0.0
         unbalanced = model.balanced(pressure, attraction, load) + model.tractions(*move)
-        return minimised(model, tools.operator, move, -unbalanced, reduction, reach)
+        return minimised(model, tools.operator, move, -unbalanced, goal, reach)
 
     def around(state: tuple[Any, ...]) -> tuple[Any, ...]:
-        held, move, _, rounds, count, bent = state
-        move, taken, bends = minimise(held, move)
+        held, move, _, rounds, count, bent, goal = state
+        move, taken, bends, goal = minimise(held, move, goal)
         crossing = (gap + move.displacement[:nx, :ny] - move.approach < -tiny) & ~held
         again = jnp.any(crossing)
         held = held | crossing
         move = jax.lax.cond(again, at_wall, lambda _, move: move, held, move)
-        return held, move, again, rounds + 1, count + taken, bent | bends
+        return held, move, again, rounds + 1, count + taken, bent | bends, goal
 
     zero = jnp.zeros_like(pressure)
     first = at_wall(held, Move(zero, zero, jnp.zeros(())))
     none = jnp.zeros((), int)
-    state = (held, first, jnp.asarray(True), none, none, jnp.asarray(False))
-    _, move, _, _, count, bent = jax.lax.while_loop(lambda s: s[2] & (s[3] < ROUNDS), around, state)
+    state = (held, first, jnp.asarray(True), none, none, jnp.asarray(False), goal)
+    _, move, _, _, count, bent, _ = jax.lax.while_loop(lambda s: s[2] & (s[3] < ROUNDS), around, state)
     return move, count, bent
 
 
@@ -235,7 +240,7 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     pressure = seen.pressure[:nx, :ny]
     strength = problem.law.law.largest_traction
     beside = jnp.max(jnp.abs(problem.operator(pressure) - displacement)) / (tools.cell * strength)
-    error = jnp.maximum(stopping_error(problem, tools, seen), jnp.where(beside > BESIDE, beside, 0.0))
+    error = jnp.maximum(stopping_error(problem, tools, s, seen), jnp.where(beside > BESIDE, beside, 0.0))
     separated = jnp.asarray(False)
     if load:
         separated = apart | (problem.target <= 0.0) & (s.lost >= LOST)

@@ -30,6 +30,15 @@ class Move(NamedTuple):
     approach: Array
 
 
+class Goal(NamedTuple):
+    """Where a minimisation ends: at a ``reduction`` of the first residual r in the norm <r, K r>, or at ``descent`` of it if
+    that is known already (not zero), and in any case where the displacement K r is nowhere more than ``enough``."""
+
+    reduction: Array
+    enough: Array
+    descent: Array
+
+
 @pytree
 class HeldCells:
     """The space in which displacements change while some cells are held at the wall.
@@ -115,17 +124,20 @@ class _Inner(NamedTuple):
 
 
 def minimised(
-    model: Model, preconditioner: Linear, start: Move, residual: Array, reduction: Array, reach: Array
-) -> tuple[Move, Array, Array]:
-    """Return the minimum of the model, the iterations taken and whether it has none, from a start that leaves
-    ``residual`` of the tractions.
+    model: Model, preconditioner: Linear, start: Move, residual: Array, goal: Goal, reach: Array
+) -> tuple[Move, Array, Array, Goal]:
+    """Return the minimum of the model, the iterations taken, whether it has none and the goal of a repetition with more
+    cells held, from a start that leaves ``residual`` of the tractions.
 
-    They end at a direction of negative curvature, which is followed as far as the attraction reaches.
+    They end at a direction of negative curvature, which is followed as far as the attraction reaches. What is left then
+    may be more than in the beginning, so that a repetition has a goal of its own.
     """
     faces = model.faces
     inverse = lambda r: faces(preconditioner(r))
     z = inverse(residual)
-    goal = reduction**2 * jnp.sum(residual * z)
+    descent = jnp.sum(residual * z)
+    least = jnp.where(goal.descent > 0.0, goal.descent, goal.reduction**2 * descent)
+    unmet = lambda z, descent: (descent > least) & (jnp.max(jnp.abs(z)) > goal.enough)
 
     def step(s: _Inner) -> _Inner:
         lifted = model.inverse(s.direction)
@@ -139,16 +151,17 @@ def minimised(
         z = inverse(left)
         new = jnp.sum(left * z)
         direction = z + (new / jnp.where(s.descent > 0.0, s.descent, 1.0)) * s.direction
-        going = ~bent & (new > goal) & (s.taken + 1 < MOST_DIRECTIONS)
+        going = ~bent & unmet(z, new) & (s.taken + 1 < MOST_DIRECTIONS)
         return _Inner(change, total, left, direction, new, s.taken + 1, bent, going)
 
     zero = jnp.zeros_like(z)
-    descent = jnp.sum(residual * z)
-    first = _Inner(zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), descent > 0.0)
+    first = _Inner(
+        zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), unmet(z, descent)
+    )
     found = jax.lax.while_loop(lambda s: s.going, step, first)
     move = Move(
         start.displacement + found.change,
         start.pressure + found.lifted,
         start.approach + faces.approach(found.change),
     )
-    return move, found.taken, found.bent
+    return move, found.taken, found.bent, goal._replace(descent=jnp.where(found.bent, 0.0, least))

@@ -23,7 +23,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import adhesive
-from jaxcontact.contact.adhesive_state import Start
+from jaxcontact.contact.adhesive_state import Start, depth_of
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.base import SplitOperator
 
@@ -59,7 +59,6 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     operator = problem.operator
     assert isinstance(operator, SplitOperator)
     odd = operator.odd()
-    yields = operator.even().cell_compliance() * problem.law.law.largest_traction
 
     def repeat(s: _Repeated) -> _Repeated:
         begun = s.repetitions > 0
@@ -68,7 +67,8 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
         found = adhesive.solve(frozen(problem, s.next), own, goal, max_iterations - s.iterations)
         change = found.pressure - s.next
-        error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / yields)
+        depth = depth_of(problem, found.pressure, found.displacement, found.approach)
+        error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / depth)
         assert found.unstable is not None and s.found.unstable is not None
         place = s.repetitions % DEPTH
         results, changes = s.results.at[place].set(found.pressure), s.changes.at[place].set(change)

@@ -89,21 +89,34 @@ def seen_on_grid(problem: Problem, tools: SearchTools, s: SearchState) -> StateO
     return StateOnGrid(gap, attraction, pressure, excess, touches(excess))
 
 
-def stopping_error(problem: Problem, tools: SearchTools, seen: StateOnGrid) -> Array:
-    """Return the stopping error of the module's docstring."""
+def stopping_error(problem: Problem, tools: SearchTools, s: SearchState, seen: StateOnGrid) -> Array:
+    """Return the stopping error of the module's docstring of ``contact.adhesive``."""
     nx, ny = problem.gap.shape
-    inside = seen.pressure[:nx, :ny]
-    strength = problem.law.law.largest_traction
-    largest = jnp.maximum(strength, jnp.max(jnp.abs(inside)))
-    outside = jnp.max(jnp.abs(seen.pressure.at[:nx, :ny].set(0.0)))
-    unbalanced = jnp.maximum(jnp.max(jnp.where(seen.contact, 0.0, jnp.abs(seen.excess))), outside)
-    open_gap = jnp.max(jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), 0.0)) / tools.cell
-    error = jnp.maximum(unbalanced, open_gap) / largest
+    left = seen.pressure.at[:nx, :ny].set(jnp.where(seen.contact, 0.0, seen.excess))
+    moved = jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), tools.operator(left)[:nx, :ny])
+    error = jnp.max(jnp.abs(moved)) / depth_of_state(problem, s)
     if problem.load_controlled:
         carried = jnp.sum(jnp.abs(seen.excess) + seen.attraction)
-        missed = jnp.abs(jnp.sum(inside) - problem.target) / carried
+        missed = jnp.abs(jnp.sum(seen.pressure[:nx, :ny]) - problem.target) / carried
         error = jnp.maximum(error, missed)
     return error
+
+
+def depth_of(problem: Problem, pressure: Array, displacement: Array, approach: Array) -> Array:
+    """Return the approach above the lowest point of the profile, or the mean displacement if that is larger, in size.
+
+    pressure, displacement: (nx, ny); the mean is weighted by the size of the pressure.
+    """
+    size = jnp.abs(pressure)
+    total = jnp.sum(size)
+    mean = jnp.sum(size * jnp.abs(displacement)) / jnp.where(total > 0.0, total, 1.0)
+    return jnp.maximum(jnp.maximum(jnp.abs(approach - problem.lowest), mean), jnp.finfo(float).tiny)
+
+
+def depth_of_state(problem: Problem, s: SearchState) -> Array:
+    """Return ``depth_of`` of a state of a search."""
+    nx, ny = problem.gap.shape
+    return depth_of(problem, s.pressure[:nx, :ny], s.displacement[:nx, :ny], s.approach)
 
 
 def energy_of(problem: Problem, s: SearchState) -> Array:
@@ -133,4 +146,4 @@ def first_state(problem: Problem, tools: SearchTools, start: Start) -> SearchSta
     s = SearchState(
         displacement, tools.inverse(displacement), approach, one, part, none, jnp.asarray(False), none
     )
-    return s._replace(error=stopping_error(problem, tools, seen_on_grid(problem, tools, s)))
+    return s._replace(error=stopping_error(problem, tools, s, seen_on_grid(problem, tools, s)))

@@ -58,9 +58,9 @@ class Attraction:
         """Return the cells in contact, (nx, ny) bool."""
         return contact_pressure > 0.0
 
-    def acting(self, pressure: Array, contact_pressure: Array) -> Array:
+    def acting(self, contact_pressure: Array, gap: Array) -> Array:
         """Return the cells that touch or attract each other by more than ``WEAK`` of the largest traction, (nx, ny) bool."""
-        attracted = contact_pressure - pressure > WEAK * self.law.largest_traction
+        attracted = self.traction(jnp.maximum(gap, 0.0)) > WEAK * self.law.largest_traction
         return self.touching(contact_pressure) | attracted
 
     def energy(self, gap: Array) -> Array:

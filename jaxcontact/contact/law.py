@@ -36,7 +36,7 @@ class ContactLaw(abc.ABC):
     def touching(self, pressure: Array) -> Array:
         """Return the cells in contact, (nx, ny) bool."""
 
-    def acting(self, pressure: Array, contact_pressure: Array) -> Array:
+    def acting(self, contact_pressure: Array, gap: Array) -> Array:
         """Return the cells in which the surfaces act on each other, (nx, ny) bool: those in contact."""
         return self.touching(contact_pressure)
 

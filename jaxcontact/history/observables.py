@@ -45,6 +45,8 @@ from jaxcontact.operators import spectral
 SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
 
+NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of the solver
+
 
 @pytree
 class Observer:
@@ -129,8 +131,12 @@ def energies(
 
 
 def clearance(pressure: Array, ratio: Array) -> Array:
-    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2)."""
-    rows, columns = jnp.any(pressure > 0.0, 1), jnp.any(pressure > 0.0, 0)
+    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2).
+
+    With adhesion the tractions of cells that do not touch are those of the attraction up to the solver's tolerance.
+    """
+    pressed = pressure > NOISE * jnp.max(jnp.abs(pressure))
+    rows, columns = jnp.any(pressed, 1), jnp.any(pressed, 0)
     free = lambda active: jnp.where(jnp.any(active), jnp.argmax(active), active.size)
     along_x = jnp.stack([free(rows), free(rows[::-1])])
     return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])

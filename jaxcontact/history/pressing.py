@@ -125,7 +125,8 @@ def status_of(
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
-    pressed, active = problem.target > 0.0, problem.law.acting(solution.pressure, solution.carried)
+    gap = problem.gap + solution.displacement - solution.approach
+    pressed, active = problem.target > 0.0, problem.law.acting(solution.carried, gap)
     first_and_last = lambda axis: jnp.any(jnp.take(active, jnp.array([0, -1]), axis=axis))
     edge = jnp.any(jnp.stack([jnp.asarray(there) & first_and_last(axis) for axis, there in enumerate(edges)]))
     p, touching = solution.pressure, problem.law.touching(solution.carried)

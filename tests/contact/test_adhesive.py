@@ -18,7 +18,7 @@ from jaxcontact.inputs.adhesion import RampedAttraction
 from jaxcontact.operators.kernels import on_grid
 from jaxcontact.response.influence.images import Images
 
-TOLERANCE, MOST = jnp.asarray(1e-11), jnp.asarray(4000)
+TOLERANCE, MOST = jnp.asarray(1e-12), jnp.asarray(4000)
 EXPONENTIAL = jc.ExponentialAdhesion(0.02, 0.15)
 DUGDALE = RampedAttraction(0.02, 0.1, 0.07)
 GRIDS = {"free": (False, False), "strip": (False, True), "periodic": (True, True)}
