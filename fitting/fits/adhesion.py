@@ -160,15 +160,17 @@ def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) ->
     return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
 
 
-def check_softer(body: Body, choices: AdhesiveChoices) -> None:
-    """Raise ValueError for a film that may be stiffer than its base: a softer one can have the same curve."""
+def check_side(body: Body, choices: AdhesiveChoices) -> None:
+    """Raise ValueError for a film that may be softer or stiffer than its base, where both can have the same curve."""
     if body.film is None or "G" in (choices.fixed or {}):
         return
-    most = ((choices.bounds or {}).get("G") or (None, None))[1]
-    if most is None or not most <= body.film.base:
+    low, high = (choices.bounds or {}).get("G") or (None, None)
+    softer, stiffer = high is not None and high <= body.film.base, low is not None and low >= body.film.base
+    if not (softer or stiffer):
         raise ValueError(
-            f"bounds: expected an upper bound of G up to that of the base, {body.film.base:.4g} Pa, with a fit of the work"
-            f" of adhesion on a film, got {most!r}: a film softer and one stiffer than the base can have the same curve"
+            f"bounds: expected an upper bound of G up to that of the base, {body.film.base:.4g} Pa, for a softer film, or a"
+            f" lower bound from it on for a stiffer one, with a fit of the work of adhesion, got {(low, high)!r}: a film"
+            " softer and one stiffer than the base can have the same curve"
         )
 
 

@@ -16,7 +16,7 @@ from fitting.fits.adhesion import (
     body_of,
     check_fitted,
     check_none,
-    check_softer,
+    check_side,
     fit_adhesive,
     is_fitted,
     is_law,
@@ -168,7 +168,7 @@ def fit_indentation(
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
             for an attraction of short range, also on an elastic film (``layer=`` a thickness, ``substrate=`` an
-            ``Elastic``; ``fitting/models/adhesive_film.py``) that is softer than its base, as ``bounds`` must say.
+            ``Elastic``; ``fitting/models/adhesive_film.py``); ``bounds`` of G must say whether it is softer or stiffer.
             A law of adhesion (``jc.ExponentialAdhesion(work, range)`` or ``jc.DugdaleAdhesion``): material and work of a
             film that creeps on an elastic base, with the range or strength of the law held and its work as the start, for
             approach, dwell and retraction by the contact solver (``fitting/search/creeping_film_search.py``), in minutes;
@@ -217,7 +217,7 @@ def fit_indentation(
             )
         check_fitted(adhesion, model, film, control)
         body = body_of(indenter, nu, layer, substrate)
-        check_softer(body, choices)
+        check_side(body, choices)
         return fit_adhesive(data, adhesion, body, choices)
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)

@@ -11,8 +11,8 @@ triangle between the centres of the cells, with three corrections for what v is 
 of the edge vanish to first order in the size of the cells:
 
 - Where a side of a triangle crosses the edge at the fraction t from the corner that is alone on its side of the edge, with
-  v linear along the side, the crossing is moved by t (1 - t) [+-(BEND + QUARTIC y^2) + SKEW y], y = 1 - 2 t, the sign +
-  where this corner is pressed.
+  v linear along the side, the crossing is moved by t (1 - t) [+-(a + b y^2) + c y + d y^3], y = 1 - 2 t, the sign +
+  where this corner is pressed, with a, b, c, d as in LEG or, for the long side of a triangle, HYPOTENUSE.
 - The level set lies OUTSIDE beyond the edge of the continuous contact, in parts of a cell. Its perimeter, measured on the
   same triangles, times OUTSIDE is subtracted. The correction thus follows the patches of contact, however many, and
   vanishes where there is no edge.
@@ -44,10 +44,19 @@ from jax import Array
 from jaxcontact._support.reductions import total
 
 # Coefficients of polynomials of ``_aligned``, which is 1 for edges along an axis of the grid and 0 for those at 45 degrees.
-BEND = 0.5135, 0.1671
-SKEW = 0.0164, 0.2213
-QUARTIC = 0.0489
-OUTSIDE = 0.1336, 0.0576, -0.0165
+LEG = (
+    (0.5572, 0.3881, -0.4618),
+    (-0.0769, 0.8159, -0.3368),
+    (0.0656, 0.3053, 0.0388),
+    (-0.0445, 0.4327, -0.2323),
+)
+HYPOTENUSE = (
+    (0.7935, 0.0100, 0.1459),
+    (-0.0141, 0.5362, -0.7026),
+    (0.2859, -0.2697, -0.0977),
+    (-0.0753, 0.7192, -0.6206),
+)
+OUTSIDE = 0.1554, 0.0918, -0.0689
 ROUND = 0.5
 ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
 
@@ -211,15 +220,18 @@ def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Ar
     at_right, at_one = ((sign > 0.5) != most for sign in signs[:2])
     lone = jnp.where(at_right, right, jnp.where(at_one, one, other))
     aligned = _aligned(one - right, other - right)
-    sign, bend, skew = jnp.where(most, -1.0, 1.0), _polynomial(BEND, aligned), _polynomial(SKEW, aligned)
+    sign = jnp.where(most, -1.0, 1.0)
+    leg, hypotenuse = ([_polynomial(row, aligned) for row in side] for side in (LEG, HYPOTENUSE))
+    either = [jnp.where(at_right, *pair) for pair in zip(leg, hypotenuse, strict=True)]
 
-    def crossing(value: Array) -> Array:
+    def crossing(value: Array, moved: list[Array]) -> Array:
+        bend, quartic, skew, cubic = moved
         t = lone / jnp.where(cut, lone - value, 1.0)
         y = 1.0 - 2.0 * t
-        return t + t * (1.0 - t) * (sign * (bend + QUARTIC * y**2) + skew * y)
+        return t + t * (1.0 - t) * (sign * (bend + quartic * y**2) + (skew + cubic * y**2) * y)
 
-    first = crossing(jnp.where(at_right, one, right))  # along a leg
-    second = crossing(jnp.where(at_right | at_one, other, one))  # along a leg, or the hypotenuse
+    first = crossing(jnp.where(at_right, one, right), leg)
+    second = crossing(jnp.where(at_right | at_one, other, one), either)
     share = first * second
     area = jnp.where(cut, jnp.where(most, 1.0 - share, share), jnp.where(most, 1.0, 0.0))
     square = jnp.where(at_right, first**2 + second**2, (first - second) ** 2 + second**2)

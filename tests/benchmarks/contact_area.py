@@ -1,6 +1,6 @@
 """Errors of ``smooth_area`` and of its slope for Hertz contacts at random places on the grid.
 
-A paraboloid on an elastic half-space, with contacts of 3 to 40 cells across within a tenth. A row has the root mean square
+A paraboloid on an elastic half-space, with contacts of 3 to 80 cells across within a tenth. A row has the root mean square
 and mean error of the radius in cells, the largest and the root mean square error of the area, and those of dA/d log W.
 
     python -m tests.benchmarks.contact_area
@@ -20,6 +20,7 @@ CASES = (
     (10, 24, 24),
     (20, 40, 16),
     (40, 72, 12),
+    (80, 128, 10),
 )  # cells across, of the grid, number
 
 

@@ -118,16 +118,16 @@ HELD = 0.86001  # displacement of a cell of 1 under unit pressure for E* = 1, it
 
 @pytest.mark.parametrize(("a", "b"), [(0, 1), (1, 1), (1, 2), (1, 3), (2, 3)])
 def test_the_edge_of_a_line_contact_in_any_direction(a, b):
-    """Solved row by row, for eight places of the edge among the cells: the half-width to 0.004 of a cell, in the mean to
-    0.002, and its slope to 4 %. Before, with constants for Hertz contacts alone, they were 0.03, 0.025 and 23 %."""
+    """Solved row by row, for eight places of the edge among the cells: the half-width to 0.0025 of a cell, in the mean to
+    0.002, and its slope to 1 %."""
     length, period, places = np.hypot(a, b), int(60 * np.hypot(a, b)), 8
     kernel, widths = rows(a, b, period), 25.0 + np.arange(places) / (np.hypot(a, b) * places)
     fields = [[on_grid(f, a, b) for f in line_contact(width, kernel, length, period)] for width in widths]
     area = jax.jit(lambda p, g: contact_cells(p, g, jnp.asarray(HELD), PERIODIC))
     errors = np.array([float(area(*f)) for f in fields]) / (2.0 * period * length) - widths
     slopes = np.diff(np.append(errors, errors[0])) / (widths[1] - widths[0])
-    assert abs(np.mean(errors)) < 0.002 and np.max(np.abs(errors)) < 0.004
-    assert np.max(np.abs(slopes)) < 0.04
+    assert abs(np.mean(errors)) < 0.002 and np.max(np.abs(errors)) < 0.0025
+    assert np.max(np.abs(slopes)) < 0.01
 
 
 # Hertz -----------------------------------------------------------------------------------------------------
@@ -173,10 +173,10 @@ def test_hertz_at_random_places_on_the_grid(n, radius, cells):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "radius", "mean", "spread"), [
-    (12, 2.5, 0.04, 0.1), (24, 5.0, 0.015, 0.03), (48, 10.0, 0.008, 0.016), (96, 20.0, 0.004, 0.008),
+    (12, 2.5, 0.04, 0.1), (24, 5.0, 0.015, 0.025), (48, 10.0, 0.004, 0.008), (96, 20.0, 0.001, 0.0025),
 ])  # fmt: skip
 def test_the_slope_of_hertz_at_random_places_on_the_grid(n, radius, mean, spread):
-    """dA/d log W = 2/3 A: the mean and root-mean-square error of the slope halve with the cell, and a step of 2 % in
+    """dA/d log W = 2/3 A: the mean and root-mean-square error of the slope fall to a third with half the cell, and a step of 2 % in
     the load, over which cells enter, gives the same mean."""
     slope, area = jax.jit(jax.value_and_grad(solver(n))), jax.jit(solver(n))
     errors, steps = [], []

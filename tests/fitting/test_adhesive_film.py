@@ -73,17 +73,23 @@ def curve_on(ratio, thickness, noise, seed):
 def fitted(data, ratio, thickness, adhesion="JKR", **keywords):
     film = {"layer": thickness * UNITS.radius, "substrate": jc.Elastic(G / ratio, 0.3)} | keywords
     given = {"indenter": jc.Sphere(RADIUS), "nu": NU, "control": "depth", "contact_point": "fit"}
-    given["bounds"] = {"G": (None, G / ratio)}
+    given["bounds"] = {"G": (None, G / ratio) if ratio < 1.0 else (G / ratio, None)}
     return fitting.fit_indentation(data, "Elastic", adhesion=adhesion, **given, **film)
 
 
-def test_a_curve_on_a_film_gives_back_modulus_work_and_contact_point():
-    fit = fitted(curve_on(0.1, 0.5, 0.01, 0), 0.1, 0.5)
+@pytest.mark.parametrize(
+    "ratio, thickness, accuracy",
+    [
+        (0.1, 0.5, 0.02),
+        pytest.param(10.0, 1.0, 0.05, marks=pytest.mark.slow),
+    ],  # many layered contacts for the series
+)
+def test_a_curve_on_a_film_gives_back_modulus_work_and_contact_point(ratio, thickness, accuracy):
+    fit = fitted(curve_on(ratio, thickness, 0.01, 0), ratio, thickness)
     assert fit.verdict == "accepted" and fit.identified == {"G": True, "work": True}
-    assert fit.values["G"] == pytest.approx(G, rel=0.02) and fit.values["work"] == pytest.approx(
-        WORK, rel=0.03
-    )
-    assert fit.film == film_of(0.1, 0.5) and "a film of" in fit.summary()
+    assert fit.values["G"] == pytest.approx(G, rel=accuracy)
+    assert fit.values["work"] == pytest.approx(WORK, rel=0.03)
+    assert fit.film == film_of(ratio, thickness) and "a film of" in fit.summary()
     assert fit.nuisances["contact_point"][0] == pytest.approx(SHIFT, abs=0.01 * UNITS.approach)
 
 
@@ -107,10 +113,13 @@ def test_what_a_fit_on_a_film_does_not_take_is_refused():
         fitted(data, 0.1, 0.5, substrate=None)
     with pytest.raises(ValueError, match="layer: expected a thickness > 0 m with a fit of the work"):
         fitted(data, 0.1, 0.5, layer=-1e-6)
-    with pytest.raises(ValueError, match="bounds: expected an upper bound of G up to that of the base"):
-        fitting.fit_indentation(
-            data, "Elastic", adhesion="JKR", indenter=jc.Sphere(RADIUS), nu=NU, control="depth", layer=1e-6,
-            substrate=jc.Elastic(10 * G, 0.3),
-        )  # fmt: skip
+    for bounds in (None, {"G": (G, 20.0 * G)}):
+        with pytest.raises(
+            ValueError, match=r"bounds: expected an upper bound of G up to that of the base.* lower"
+        ):
+            fitting.fit_indentation(
+                data, "Elastic", adhesion="JKR", indenter=jc.Sphere(RADIUS), nu=NU, control="depth", layer=1e-6,
+                substrate=jc.Elastic(10 * G, 0.3), bounds=bounds,
+            )  # fmt: skip
     with pytest.raises(ValueError, match="grid: expected none with a fit of the work of adhesion"):
         fitted(data, 0.1, 0.5, grid=64)
