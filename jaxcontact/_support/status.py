@@ -105,4 +105,5 @@ def passed_on(status: Array) -> Array:
 
 def to_next_row(earlier: Array) -> Array:
     """Return the status that the next row inherits: ``INHERITED`` after any failure."""
-    return jnp.where(earlier == Status.FINE, int(Status.FINE), int(Status.INHERITED))
+    fine = jnp.zeros_like(earlier)  # of the type of a status, so that a step is traced once
+    return jnp.where(earlier == Status.FINE, fine, int(Status.INHERITED))

@@ -100,7 +100,10 @@ class Coupled(TractionOperator):
     def tangential_from_normal(self, p: Array) -> Array:
         if self.tangential.coupling is None:
             return jnp.zeros((2, *p.shape))
-        return self.tangential.inverse(1j * self.tangential.coupling * self.tangential.transform(p), p.shape)
+        coupling, pressed = self.tangential.coupling, self.tangential.transform(p)
+        return self.tangential.inverse(
+            jax.lax.complex(-coupling * pressed.imag, coupling * pressed.real), p.shape
+        )
 
     def normal_from_tangential(self, q: Array) -> Array:
         if self.tangential.coupling is None:
@@ -121,13 +124,16 @@ class Coupled(TractionOperator):
 
     def _tangential_from_tangential(self, spectra: Array) -> Array:
         """``tangential_from_tangential`` of spectra of a traction, (2, ...)."""
-        (xx, yy, xy), (x, y) = self.tangential.plane, spectra
-        return jnp.stack([xx * x + xy * y, xy * x + yy * y])
+        xx, yy, xy = self.tangential.plane
+        # real and imaginary parts apart: the real spectra of the kernels are not made complex
+        moved = lambda x, y: jnp.stack([xx * x + xy * y, xy * x + yy * y])
+        return jax.lax.complex(moved(*spectra.real), moved(*spectra.imag))
 
     def _normal_from_tangential(self, spectra: Array) -> Array:
         """``normal_from_tangential`` of spectra of a traction, (...)."""
         assert self.tangential.coupling is not None
-        return jnp.sum(-1j * self.tangential.coupling * spectra, 0)
+        moved = lambda part: jnp.sum(self.tangential.coupling * part, 0)
+        return jax.lax.complex(moved(spectra.imag), -moved(spectra.real))
 
     def preconditioner(self, added: Array) -> Linear:
         """The inverse of the circulant plus a constant, whose small and negative eigenvalues are raised."""

@@ -176,8 +176,8 @@ def test_hertz_at_random_places_on_the_grid(n, radius, cells):
     (12, 2.5, 0.04, 0.1), (24, 5.0, 0.015, 0.025), (48, 10.0, 0.004, 0.008), (96, 20.0, 0.001, 0.0025),
 ])  # fmt: skip
 def test_the_slope_of_hertz_at_random_places_on_the_grid(n, radius, mean, spread):
-    """dA/d log W = 2/3 A: the mean and root-mean-square error of the slope fall to a third with half the cell, and a step of 2 % in
-    the load, over which cells enter, gives the same mean."""
+    """dA/d log W = 2/3 A: the mean and root-mean-square error of the slope fall to a third with half the cell, and a step
+    of 2 % in the load, over which cells enter, gives the same mean."""
     slope, area = jax.jit(jax.value_and_grad(solver(n))), jax.jit(solver(n))
     errors, steps = [], []
     for a, centre in shifted(n, radius):

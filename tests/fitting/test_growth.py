@@ -380,6 +380,7 @@ def test_a_fit_in_a_contact_repeats_the_notes_of_the_solver():
 
 
 @pytest.mark.long
+@pytest.mark.filterwarnings("ignore:.*cells across")  # six, and the fit has the same
 def test_a_film_that_changes_its_pressure_is_fitted_in_its_contact():
     """Curves of ``rub`` with finer steps than those of the fit, where relief and softness of the film change the pressure:
     the truth is found, which the fit at Hertz's pressure on the bare base misses."""
