@@ -1,12 +1,13 @@
 """Adhesive contacts against closed forms and published theories.
 
-python -m tests.benchmarks.adhesion [speeds] [fast] [layers] [iterations] [zone]
+python -m tests.benchmarks.adhesion [speeds] [fast] [layers] [iterations] [resolved] [zone]
 
 speeds: pull-off load over five decades of retraction speed after a long dwell on a standard linear solid with E0/Einf = 3.
     Published theories: see ``tests.support.peeling``.
 fast: the limit of high speeds for E0/Einf = 10.
 layers: pull-off load on films against the theory of Johnson, Kendall and Roberts on layers, at three Tabor numbers.
-iterations: iterations of a step with adhesion over those of the same step without.
+iterations: iterations of a step with adhesion over those of the same step without; resolved: on a grid with three cells
+    across the zone of attraction at a Tabor number of 5.
 zone: pull-off load of an elastic half-space at a Tabor number of 5 over the cells across the zone of attraction.
 """
 
@@ -111,10 +112,16 @@ def layers(tabors=(1.5, 3.0, 5.0), n=128):
             sys.stdout.flush()
 
 
-def iterations(n=128):
-    print(f"iterations of 40 steps from an approach of 2 to -0.3 units, {n} cells: median, largest; seconds")
-    path = np.linspace(2.0, -0.3, 41)
-    grid = jc.Grid.square(n=n, width=5.0 * UNITS.radius)
+def resolved():
+    iterations(384, 2.9, 0.35, 12)
+
+
+def iterations(n=128, width=5.0, top=2.0, steps=40):
+    print(
+        f"iterations of {steps} steps from an approach of {top:g} to -0.3 units, {n} cells: median, largest; seconds"
+    )
+    path = np.linspace(top, -0.3, steps + 1)
+    grid = jc.Grid.square(n=n, width=width * UNITS.radius)
     for name, law in [("none", None)] + [
         (f"Tabor number {t:g}", jc.ExponentialAdhesion(WORK, REACH / t)) for t in (0.3, 1.0, 3.0, 5.0)
     ]:
@@ -150,5 +157,5 @@ def zone(tabor=5.0):
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or ("speeds", "fast", "layers", "iterations", "zone"):
+    for name in sys.argv[1:] or ("speeds", "fast", "layers", "iterations", "resolved", "zone"):
         globals()[name]()
