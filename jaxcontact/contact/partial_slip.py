@@ -243,7 +243,7 @@ def _next(s: _RoundSearch) -> Array:
     unit = change / jnp.where(used, size, 1.0)[:, None]
     weight = jnp.where(used, size[0] / jnp.where(used, size, 1.0), 0.0)
     gram = unit @ unit.T + jnp.diag(jnp.where(used, PARALLEL, 1.0))
-    mixture = weight * jax.scipy.linalg.solve(gram, weight, assume_a="pos")
+    mixture = weight * jnp.linalg.solve(gram, weight)
     total = jnp.sum(mixture)
     newest = jnp.zeros(KEPT).at[0].set(1.0)
     mixture = jnp.where(total > 0.0, mixture / jnp.where(total > 0.0, total, 1.0), newest)
