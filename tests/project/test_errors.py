@@ -138,6 +138,16 @@ ELSEWHERE = {  # reached by no row, and why
     "case_file.py: _indenter": "a word of the schema",
     "contact.py: peak_pressure": "an AttributeError: test_summaries.py",
     "status.py: __getattr__": "an AttributeError: test_exports.py",
+    **{
+        place: "a request or an option of the page: test_play_page.py"
+        for place in (
+            "play.py: _opened",
+            "options.py: port_number",
+            "presets.py: checked",
+            "presets.py: _within",
+            "server.py: _request",
+        )
+    },
     "contact.py: largest_over_time": "an AttributeError: test_rubbed_films.py",
 }
 
