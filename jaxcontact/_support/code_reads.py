@@ -1,4 +1,5 @@
-"""What a code object reads: names of globals and attributes, modules that it imports when it is called."""
+"""The names that the code of a Python function reads, from its instructions: of global variables, of attributes, and of
+modules that it imports when it is called."""
 
 import dis
 import importlib.util

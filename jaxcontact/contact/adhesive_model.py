@@ -31,8 +31,11 @@ class Move(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """Where a minimisation ends: at a ``reduction`` of the first residual r in the norm <r, K r>, or at ``descent`` of it if
-    that is known already (not zero), and in any case where the displacement K r is nowhere more than ``enough``."""
+    """When a minimisation stops; r is the residual of the tractions, and K r the displacement that it causes.
+
+    reduction: of the norm sqrt(<r, K r>), relative to the first r; descent: the value of <r, K r> to reach instead, if it
+    is not zero; enough: the largest displacement K r at which the minimisation stops in any case.
+    """
 
     reduction: Array
     enough: Array

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact.contact import normal
 from jaxcontact.contact.adhesive_model import HeldCells
 from jaxcontact.contact.normal import Problem, masked_mean
 from jaxcontact.operators.base import InvertibleOperator, Linear
@@ -90,7 +91,7 @@ def seen_on_grid(problem: Problem, tools: SearchTools, s: SearchState) -> StateO
 
 
 def stopping_error(problem: Problem, tools: SearchTools, s: SearchState, seen: StateOnGrid) -> Array:
-    """Return the stopping error of the module's docstring of ``contact.adhesive``."""
+    """Return the stopping error of the docstring of ``contact.adhesive``."""
     nx, ny = problem.gap.shape
     left = seen.pressure.at[:nx, :ny].set(jnp.where(seen.contact, 0.0, seen.excess))
     moved = jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), tools.operator(left)[:nx, :ny])
@@ -108,9 +109,8 @@ def depth_of(problem: Problem, pressure: Array, displacement: Array, approach: A
     pressure, displacement: (nx, ny); the mean is weighted by the size of the pressure.
     """
     size = jnp.abs(pressure)
-    total = jnp.sum(size)
-    mean = jnp.sum(size * jnp.abs(displacement)) / jnp.where(total > 0.0, total, 1.0)
-    return jnp.maximum(jnp.maximum(jnp.abs(approach - problem.lowest), mean), jnp.finfo(float).tiny)
+    depth = normal.depth(problem, approach, jnp.sum(size * jnp.abs(displacement)), jnp.sum(size))
+    return jnp.maximum(depth, jnp.finfo(float).tiny)
 
 
 def depth_of_state(problem: Problem, s: SearchState) -> Array:

@@ -137,10 +137,10 @@ def over_depth(
 ) -> Array:
     """A gap in parts of the depth of the module's formula."""
     size, energy = totals(pressure, pressure * displacement)
-    return worst / _positive(_depth(problem, approach, energy, size))
+    return worst / _positive(depth(problem, approach, energy, size))
 
 
-def _depth(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
+def depth(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
     """Return the depth of the module's formula from the sums of p u and of p.
 
     It is zero only for a contact that just touches, where there is no gap either.
@@ -157,7 +157,7 @@ def stopping_error(
     sums = pressure * violation, pressure, pressure * displacement
     violated, size, energy = totals(*sums)
     worst = jnp.maximum(violated / _positive(size), largest(outside))
-    return worst / _positive(_depth(problem, approach, energy, size))
+    return worst / _positive(depth(problem, approach, energy, size))
 
 
 def _quarter_level(gap: Array) -> Array:
@@ -269,7 +269,7 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     working = law.searching(p, residual)
     violated, number, remaining = totals(p * violation, working, working * residual)
     worst = jnp.maximum(violated / _positive(size), largest(violation * ~law.touching(p)))
-    error = worst / _positive(_depth(problem, approach, energy, size))
+    error = worst / _positive(depth(problem, approach, energy, size))
     return s._replace(residual=residual, approach=approach, error=error, working=(number, remaining))
 
 

@@ -1,5 +1,6 @@
 """The contacts of the page and the limits of its sliders, in SI units."""
 
+import math
 from dataclasses import dataclass
 
 SPAN = 10.0
@@ -10,11 +11,12 @@ HOUR = 3600.0
 
 @dataclass(frozen=True)
 class Preset:
-    """What is pressed, the film under it with its Poisson's ratio, the substrate, and the defaults of the sliders.
+    """An example of the page: a body that is pressed onto a film on a substrate.
 
-    stiffness: shear modulus at first [Pa]; softening: growth of the compliance within the delay [s], as a share of the
-    first; flow: time [s] in which it flows as much as its first strain; thickness and radius [m]; load [N], or [N/m] on a
-    roller.
+    indenter, film, substrate: their names on the page; nu: Poisson's ratio of the film; values: the default of each
+    slider, by name. Of these stiffness is the shear modulus at first [Pa]; softening the growth of the compliance within
+    the delay [s], as a share of the first; flow the time [s] in which it flows as much as its first strain; thickness
+    and radius are in m; load in N, or N/m on a roller.
     """
 
     indenter: str
@@ -58,7 +60,7 @@ def checked(request: object) -> tuple[str, dict[str, float]]:
 
 def _within(key: str, value: object, default: float) -> float:
     low, high = default / SPAN, default * SPAN
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not (is_number and low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)):  # type: ignore[operator]
-        raise ValueError(f"{key}: expected a number from {low:g} to {high:g}, got {str(value)[:40]}")
-    return float(value)  # type: ignore[arg-type]
+    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+    if low * (1.0 - 1e-9) <= number <= high * (1.0 + 1e-9):
+        return float(number)
+    raise ValueError(f"{key}: expected a number from {low:g} to {high:g}, got {str(value)[:40]}")
