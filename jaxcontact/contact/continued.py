@@ -28,7 +28,9 @@ from jaxcontact.operators.base import Linear
 
 BLOCK, LEVELS = 3, 3
 
-OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside the contact, and its cells (nx, ny)
+OnContact = Callable[
+    [Array, Array], Array
+]  # of a field that is zero outside the contact, and its cells (nx, ny)
 
 
 def continuing(inverse: Linear) -> OnContact:
