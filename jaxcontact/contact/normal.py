@@ -3,7 +3,8 @@
     u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
-L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner; the Polak-Ribiere
+L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner, on the whole grid of
+residuals continued beyond the contact (``operators.continued``); the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
 convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
@@ -27,10 +28,9 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
-from jaxcontact.contact.continued import OnContact, continuing
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
-from jaxcontact.operators.base import Operator
+from jaxcontact.operators.base import OnContact, Operator
 
 PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
 LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned residual
@@ -366,7 +366,7 @@ def solve_on_grid(
 ) -> tuple[Array, Array]:
     """Return the pressure and the iterations taken, without a search in a window first, from any start."""
     start = usable_start(problem, start)
-    precondition = continuing(problem.operator.preconditioner())
+    precondition = problem.operator.preconditioner_on_contact()
     found = _search(problem, precondition, start, problem.operator(start), tolerance, max_iterations)
     return found.pressure, found.iterations
 
@@ -403,6 +403,6 @@ def _solution(
     problem: Problem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
 ) -> Solution:
     """Return the solution found on the whole grid from a usable start and the displacement under it."""
-    precondition = continuing(problem.operator.preconditioner())
+    precondition = problem.operator.preconditioner_on_contact()
     s = _search(problem, precondition, start, displacement, tolerance, max_iterations)
     return Solution(s.pressure, s.displacement, s.approach, s.error, s.iterations)

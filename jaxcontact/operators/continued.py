@@ -24,13 +24,13 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact.operators import distributed
-from jaxcontact.operators.base import Linear
 
 BLOCK, LEVELS = 3, 3
 
+Linear = Callable[[Array], Array]
 OnContact = Callable[
     [Array, Array], Array
-]  # of a field that is zero outside the contact, and its cells (nx, ny)
+]  # of a field that is zero outside given cells, and these, (nx, ny) each
 
 
 def continuing(inverse: Linear) -> OnContact:
