@@ -1,4 +1,4 @@
-"""Fields on the contact, continued beyond it, so that an inverse on the whole grid serves as one on the contact.
+"""Fields on the contact, continued beyond it, so that an inverse on the whole grid serves on the contact as well.
 
 With K_cc the operator between the cells in contact,
 
@@ -13,8 +13,8 @@ over blocks of 3^l cells,
     E_l = r_l + (1 - c_l) U E_(l+1),    r_(l+1) = D r_l,    c_(l+1) = D c_l,    U = 9 D^T,
 
 D an average over a block and then over the blocks around it. Far from small spots the averages, and with them E r, fall to
-zero, as the field of least energy does. Such sums over levels are the explicit extensions of S. V. Nepomnyaschikh, Sov. J.
-Numer. Anal. Math. Modelling 6 (1991) 151.
+zero, as the field of least energy does. Explicit extensions by levels are due to S. V. Nepomnyaschikh,
+Sov. J. Numer. Anal. Math. Modelling 6 (1991) 151.
 """
 
 from collections.abc import Callable
@@ -28,9 +28,7 @@ from jaxcontact.operators import distributed
 BLOCK, LEVELS = 3, 3
 
 Linear = Callable[[Array], Array]
-OnContact = Callable[
-    [Array, Array], Array
-]  # of a field that is zero outside given cells, and these, (nx, ny) each
+OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside some cells, and these cells
 
 
 def continuing(inverse: Linear) -> OnContact:
