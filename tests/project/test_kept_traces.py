@@ -373,3 +373,8 @@ def test_a_compiler_without_thefast_compile_options_optimises(monkeypatch):
     monkeypatch.setattr(kept_traces, "FAST_COMPILE", {"no such option": True})
     monkeypatch.setattr(kept_traces, "fast_compile_options", kept_traces.fast_compile_options.__wrapped__)
     np.testing.assert_array_equal(Program(unmet(tenfold))(X), 10.0 * X)
+
+
+def test_a_compiler_option_that_the_user_sets_is_kept(monkeypatch):
+    monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=0")
+    assert kept_traces.fast_compile_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}
