@@ -18,8 +18,7 @@ from jaxcontact._support.npz import read_npz, write_npz, write_whole
 from jaxcontact.files.case_schema import results
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import ContactHistory
-from jaxcontact.results.friction import SteadyRolling
+from jaxcontact.results.contact import ContactHistory, SteadyContact
 from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.labels import (
     arrays_of,
@@ -30,9 +29,8 @@ from jaxcontact.results.labels import (
     stored_fields,
 )
 from jaxcontact.results.notes import Diagnostics
-from jaxcontact.results.sliding import SteadySliding
 
-Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
+Result = ContactHistory | SteadyContact | InteriorFields
 KINDS: dict[str, type] = {cls.__name__: cls for cls in (*results(), InteriorFields)}
 TIMELESS = tuple(cls for cls in KINDS.values() if "times" not in stored_fields(cls))
 KIND = "kind"  # the class name of a stored result
