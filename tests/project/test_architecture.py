@@ -8,6 +8,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from structure import report
 
 import fitting
 import jaxcontact as jc
@@ -98,6 +99,12 @@ def test_the_root_of_a_package_has_at_most_a_dozen_names(name):
     names = {path.stem for path in (ROOT / name).iterdir() if path.suffix in ("", ".py")}
     own = {one for one in names if not one.startswith("_")}
     assert len(own) <= 12, own
+
+
+def test_one_module_knows_the_verbs_and_one_declares_fields():
+    found = report(ROOT, "jaxcontact")
+    assert found["know a verb"] == ["jaxcontact.files.case_schema"]
+    assert found["declare a field"] == ["jaxcontact._support.fields"]
 
 
 def test_the_oracles_share_no_code_with_the_package():
