@@ -15,7 +15,9 @@ CLOSE = (
     1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
 )
 FAINT = 1e-6  # of the displacement of a cell under the largest attraction: a displacement that matters
-RESOLVED = 1e-8  # of the approach: a displacement that gaps resolve to within the usual tolerance, as differences
+RESOLVED = (
+    1e-8  # of the approach: a displacement that gaps resolve to within the usual tolerance, as differences
+)
 
 
 class Start(NamedTuple):
@@ -95,7 +97,7 @@ def stopping_error(problem: Problem, tools: SearchTools, s: SearchState, seen: S
     """Return the stopping error of the docstring of ``contact.adhesive``."""
     nx, ny = problem.gap.shape
     left = seen.pressure.at[:nx, :ny].set(jnp.where(seen.contact, 0.0, seen.excess))
-    unbalanced = jnp.max(jnp.abs(jnp.where(seen.contact, 0.0, tools.operator(left)[:nx, :ny])))
+    unbalanced = jnp.max(jnp.abs(tools.operator(left)[:nx, :ny]))
     opened = jnp.max(jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), 0.0))
     moved = moved_by(problem, tools.cell, s.pressure[:nx, :ny], s.displacement[:nx, :ny])
     rounded = RESOLVED * jnp.abs(s.approach - problem.lowest)

@@ -28,9 +28,9 @@ def quietly(*arguments, **keywords):
         return jc.indent(*arguments, **keywords)
 
 
-def along(approaches, law, body=GEL, n=64, width=5.0, **keywords):
+def along(approaches, law, body=GEL, n=64, width=5.0, times=None, **keywords):
     """Loads and radii along approaches, all in units of the closed forms."""
-    times = np.arange(len(approaches), dtype=float)
+    times = np.arange(len(approaches), dtype=float) if times is None else np.asarray(times)
     grid = jc.Grid.square(n=n, width=width * UNITS.radius)
     control = jc.Approach(np.asarray(approaches) * UNITS.approach)
     return quietly(body, BALL, control, times, grid=grid, adhesion=law, save="last", **keywords)
@@ -288,6 +288,13 @@ def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_
             grid.cell_area
         )
         assert float(history.load[0]) / exact == pytest.approx(np.exp(-1.0 / (3.0 * cells**2)), rel=0.02)
+
+
+def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_extrapolation():
+    """The solid is relaxed after 1e3 retardation times as after 1e6; its pressure fell by 9 units in the first of them."""
+    found = along([1.0, 1.0, 1.0], exponential(1.0), solid(10.0), n=16, width=8.0, times=[0.0, 1e3, 1e6])
+    load = np.asarray(found.load) / UNITS.load
+    assert np.all(found.converged) and load[0] > 8.0 and load[2] == pytest.approx(load[1], abs=0.02)
 
 
 @pytest.mark.parametrize("modulus", [1e10, 1e12, 1e14])
