@@ -135,13 +135,18 @@ def first_state(problem: Problem, tools: SearchTools, start: Start) -> SearchSta
     nx, ny = problem.gap.shape
     zero = jnp.zeros(tools.shape)
     displacement = tools.operator(zero.at[:nx, :ny].set(start.pressure))
+    of_zero_mean = all(problem.operator.periodic) and not problem.load_controlled
+    if of_zero_mean:
+        displacement = displacement - jnp.mean(displacement)
     surface = displacement[:nx, :ny] + problem.gap
     if problem.load_controlled:
         approach = jnp.where(jnp.any(start.contact), masked_mean(surface, start.contact), jnp.min(surface))
     else:
         approach = problem.target
     gap = jnp.where(start.contact, 0.0, jnp.maximum(surface - approach, 0.0))
-    if all(problem.operator.periodic) and not problem.load_controlled:
+    if of_zero_mean:
+        free = (~start.contact | jnp.all(start.contact)).astype(gap.dtype)
+        gap = jnp.where(jnp.any(gap > 0.0), gap, free)  # an extrapolated pressure may close all gaps
         gap = gap * (jnp.mean(problem.gap) - approach) / jnp.mean(gap)
     displacement = displacement.at[:nx, :ny].set(gap + approach - problem.gap)
     one, none = jnp.ones(()), jnp.zeros((), int)

@@ -297,6 +297,24 @@ def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_ex
     assert np.all(found.converged) and load[0] > 8.0 and load[2] == pytest.approx(load[1], abs=0.02)
 
 
+@pytest.mark.parametrize("periodic", [(False, False), (True, True)], ids=["free", "periodic"])
+def test_a_step_starts_from_the_last_solution(periodic):
+    """A step that changes nothing takes no iteration, also where the mean displacement is taken away."""
+    grid = jc.Grid((24, 24), (UNITS.radius / 6,) * 2, periodic)
+    rough = UNITS.approach * np.random.RandomState(0).rand(24, 24)
+    rough += (
+        6.0
+        * UNITS.approach
+        * sum(np.linspace(-1.0, 1.0, 24).reshape(side) ** 2 for side in ((24, 1), (1, 24)))
+    )
+    control = jc.Approach(np.full(2, 0.85 * float(rough.mean())))
+    found = quietly(
+        GEL, jc.HeightField(rough - rough.min()), control, [0.0, 1.0], grid=grid, adhesion=exponential(1.0)
+    )
+    assert np.all(found.error < 1e-8) and found.iterations[0] > 10 and found.iterations[1] == 0
+    assert float(found.load[1]) == pytest.approx(float(found.load[0]), rel=1e-7)
+
+
 @pytest.mark.parametrize("modulus", [1e10, 1e12, 1e14])
 def test_the_attraction_of_stiff_bodies_is_met_although_displacements_are_small_beside_the_approach(modulus):
     """Without contact, at a tolerance of 1e-4: the load is that of the undeformed gap."""
