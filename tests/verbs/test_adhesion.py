@@ -12,6 +12,7 @@ from peeling import peeled, peeled_at_once, retracted, solid  # isort: skip
 from scipy.optimize import brentq, minimize_scalar
 
 import jaxcontact as jc
+from jaxcontact.contact.attraction import Attraction
 from jaxcontact.reference import abel, maugis
 
 GEL = jc.LayeredHalfSpace([], jc.Elastic(G, NU))
@@ -287,3 +288,15 @@ def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_
             grid.cell_area
         )
         assert float(history.load[0]) / exact == pytest.approx(np.exp(-1.0 / (3.0 * cells**2)), rel=0.02)
+
+
+@pytest.mark.parametrize("modulus", [1e10, 1e12, 1e14])
+def test_the_attraction_of_stiff_bodies_is_met_although_displacements_are_small_beside_the_approach(modulus):
+    """Without contact, at a tolerance of 1e-4: the load is that of the undeformed gap."""
+    grid, law = jc.Grid.square(n=16, width=16 * 1.5e-6), jc.ExponentialAdhesion(work=1e-3, range=20e-9)
+    body, control = jc.LayeredHalfSpace([], jc.Elastic(modulus, 0.3)), jc.Approach([-6e-8])
+    found = quietly(body, jc.Sphere(1e-3), control, [0.0], grid=grid, adhesion=law, tolerance=1e-4)
+    x, y = (np.asarray(each) for each in grid.coordinates())
+    rigid = np.asarray(Attraction(law, (False, False)).traction((x**2 + y**2) / 2e-3 + 6e-8))
+    assert found.status[0] == 0
+    assert float(found.load[0]) == pytest.approx(-np.sum(rigid) * float(grid.cell_area), rel=2e-4)
