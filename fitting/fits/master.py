@@ -37,8 +37,8 @@ class MasterFit(Fit):
     """Result of time-temperature superposition; the attributes common to all fits are documented in ``Fit``.
 
     ``material`` is the law of the shift factor, a ``jc.WLFShift`` or ``jc.ArrheniusShift``, and the parameters are "c1"
-    and "c2" [K], or "activation_energy" [J]. ``curve`` and ``fitted`` are natural logarithms: ln G, or
-    -ln J, and of moduli over frequency ln |G*| followed by the phase [rad].
+    and "c2" [K], or "activation_energy" [J]. ``curve`` and ``fitted`` are natural logarithms: ln G or -ln J,
+    and for moduli over frequency ln |G*| followed by the phase [rad].
 
     Attributes:
         temperatures: (m,) [K], increasing.

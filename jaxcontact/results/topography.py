@@ -45,7 +45,7 @@ class SurfaceStatistics(InWords):
 
 
 def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
-    """Compute the statistics of heights on a grid, such as those of a ``HeightField``; the module defines them.
+    """Compute the statistics of heights on a grid, such as those of a ``HeightField`` (formulas in ``results.topography``).
 
     Args:
         heights: (nx, ny) [m], with known values (not inside jit).
