@@ -27,10 +27,11 @@ The stopping error is dimensionless:
 
     max( largest displacement K r under the traction r that is left over, largest gap of held cells ) / u_m,
 
-where r is p + s on cells that do not touch and p in the padding, and u_m is the mean |u|, weighted by |p|. Unlike without
-adhesion (``contact.normal``) it is not related to the approach, which on stiff bodies, or apart, may be larger than all
-displacements, so that tractions of any size would pass. Under a load the error is also what the load is missed by, over the
-sum of |p|. To it is added by how much K on the padded grid is not that on the grid, where layers make it indefinite there.
+where r is p + s on cells that do not touch and p in the padding, and u_m is the mean of |u|, weighted by |p|. The approach,
+which measures displacements without adhesion (``contact.normal``), is not suitable: on a stiff body, or between separated
+surfaces, it may exceed all displacements, and tractions of any size would be accepted. Under a load, the difference between
+the load and the sum of p, over the sum of |p|, is an error as well. Where layers make K on the padded grid indefinite, the
+amount by which it differs from K on the grid is added to the error.
 
 Under a tensile load without any cell in contact there is no stable state: the surfaces have separated.
 

@@ -15,9 +15,7 @@ CLOSE = (
     1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
 )
 FAINT = 1e-6  # of the displacement of a cell under the largest attraction: a displacement that matters
-RESOLVED = (
-    1e-8  # of the approach: a displacement that gaps resolve to within the usual tolerance, as differences
-)
+RESOLVED = 1e-8  # of the approach: the accuracy of gaps at the usual tolerance, since they are differences
 
 
 class Start(NamedTuple):
