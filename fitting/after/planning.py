@@ -40,11 +40,11 @@ class CreepTest(NamedTuple):
 
 
 class Design(NamedTuple):
-    """Creep tests that reach a target accuracy; the text is a table.
+    """Creep tests that reach a target accuracy of the parameters; ``print`` shows them as a table.
 
     Attributes:
         target, noise, weights, points: as requested.
-        experiments: shortest first; those that cannot reach the target, last.
+        experiments: the planned tests, the shortest first, and at the end those that cannot reach the target.
     """
 
     target: float

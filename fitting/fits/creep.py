@@ -101,7 +101,8 @@ def fit_creep(
 ) -> CreepFit:
     """Fit a material to a creep curve; the search is deterministic and needs no initial guess.
 
-    On real data the choice of weights can change the moduli by factors; the summary states the weights that were used.
+    On real data the choice of weights can change the moduli by a factor of two or more; the summary states the weights
+    that were used.
 
     Args:
         data: the curve, n points.

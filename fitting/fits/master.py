@@ -37,7 +37,8 @@ class MasterFit(Fit):
     """Result of time-temperature superposition; the attributes common to all fits are documented in ``Fit``.
 
     ``material`` is the law of the shift factor, a ``jc.WLFShift`` or ``jc.ArrheniusShift``, and the parameters are "c1"
-    and "c2" [K], or "activation_energy" [J]. ``curve`` and ``fitted`` are in logarithms and radians.
+    and "c2" [K], or "activation_energy" [J]. ``curve`` and ``fitted`` are natural logarithms: ln G or -ln J,
+    and for moduli over frequency ln |G*| followed by the phase [rad].
 
     Attributes:
         temperatures: (m,) [K], increasing.
@@ -45,7 +46,7 @@ class MasterFit(Fit):
         vertical: (m,) vertical factor b_T of each curve, 1 where none is fitted.
         reference: temperature [K] at which a_T = 1.
         deviation: rms deviation of the factors from the law, as a temperature [K].
-        shifting: the search whose optimum ``theta`` is.
+        shifting, theta: the search, and the coordinates of its optimum.
     """
 
     temperatures: np.ndarray

@@ -63,7 +63,7 @@ def fit_maxwell(
         weights: as in ``fit_relaxation`` ("estimated" by default) or ``fit_oscillation`` ("proportional" by default); or
         sigma: the known standard deviation [Pa], a number or (n,), or (2, n) as in ``fit_oscillation``.
         equilibrium: whether the equilibrium modulus Ge is fitted; otherwise it is 0 and the body flows. With chosen times
-            Ge includes whatever relaxes later than the data, and its interval does not allow for that.
+            Ge includes all parts that relax after the time range of the data, and its interval does not allow for that.
         nu: Poisson's ratio that the returned material is given.
         level: confidence level of the intervals.
 

@@ -26,15 +26,16 @@ SHIFTED = 0.5  # distance [decades] from a time to the centre of what the data s
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class SpectrumFit(Evidence):
-    """A continuous relaxation spectrum with what the data resolve of it, and the ``Evidence`` of its residuals.
+    """A continuous relaxation spectrum H(tau), the times at which the data determine it, and the ``Evidence`` of its
+    residuals.
 
     Attributes:
-        tau (m,): relaxation times [s]; H, low, high (m,): spectrum and the ends of its intervals [Pa].
+        tau (m,): relaxation times [s]; H (m,): the spectrum, and low, high (m,): the ends of its intervals [Pa].
         resolved (m,): bool, the times at which the data determine log H to a standard deviation of log 2.
-        width (m,): width [decades] of a line in the true spectrum as the estimate shows it, nan where not resolved.
-        equilibrium: Ge [Pa], 0 where it was not fitted. It includes whatever relaxes later than the data.
+        width (m,): width [decades] at which the estimate shows a sharp line of the true spectrum, nan where not resolved.
+        equilibrium: Ge [Pa], 0 where it was not fitted. It includes all parts that relax after the time range of the data.
         material: the equivalent ``jc.Prony``.
-        smoothness: weight of the curvature of log H, of highest evidence.
+        smoothness: the weight of the curvature of log H, that of the highest Bayesian evidence.
         data, weights, level, notes, curve: as in ``Fit``.
     """
 

@@ -21,13 +21,15 @@ class Field:
     """The declaration of a field.
 
     dimensions: their names; a field with fewer of them lacks the first ones; unit: in SI, for a ratio as "N/N"; shown:
-    whether summaries and tables of cases include it, for vectors by component.
+    whether summaries and tables of cases include it, for vectors by component; from_maps: whether it follows from the maps
+    of each time, so that a run which writes maps of some times only has to store it for all of them.
     """
 
     dimensions: Dimensions
     unit: str
     meaning: str
     shown: bool = False
+    from_maps: bool = False
 
     @property
     def symbol(self) -> str:
@@ -57,20 +59,20 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "displacement": Field(MAP, "m", "sum of the displacements of both surfaces, each into its own body"),
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),
     "in_contact": Field(MAP, "1", "whether a cell is in contact"),
-    "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0"),
-    "displacement_line": Field(LINE, "m", "displacement of both surfaces at that row"),
-    "thickness_line": Field(LINE, "m", "thickness of the film at that row"),
-    "temperature_line": Field(LINE, "K", "temperature of the surface at that row"),
+    "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0", from_maps=True),
+    "displacement_line": Field(LINE, "m", "displacement of both surfaces at that row", from_maps=True),
+    "thickness_line": Field(LINE, "m", "thickness of the film at that row", from_maps=True),
+    "temperature_line": Field(LINE, "K", "temperature of the surface at that row", from_maps=True),
     "approach": Field(TIME, "m", "approach of the indenter from first touch", shown=True),
     "load": Field(TIME, "N", "normal load", shown=True),
-    "peak_pressure": Field(TIME, "Pa", "largest pressure", shown=True),
+    "peak_pressure": Field(TIME, "Pa", "largest pressure", shown=True, from_maps=True),
     "contact_radius": Field(
         TIME, "m", "radius of a circle with the smooth area, in plane strain half the width", shown=True
     ),
     "contact_area": Field(TIME, "m2", "contact area, that of the cells in contact", shown=True),
     "smooth_area": Field(TIME, "m2", "contact area within an edge resolved below the cell size"),
-    "peak_thickness": Field(TIME, "m", "largest thickness of the film", shown=True),
-    "peak_temperature": Field(TIME, "K", "largest temperature of the surface", shown=True),
+    "peak_thickness": Field(TIME, "m", "largest thickness of the film", shown=True, from_maps=True),
+    "peak_temperature": Field(TIME, "K", "largest temperature of the surface", shown=True, from_maps=True),
     "film_strain": Field(TIME, "m/m", "shortening of the film over its thickness", shown=True),
     "tangential_force": Field(
         TIME, "N", "force against the motion, hysteresis and Coulomb friction", shown=True
@@ -88,7 +90,9 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
         "rigid-body slip velocity of the indenter over the body, over the speed",
         shown=True,
     ),
-    "sticking_share": Field(TIME, "m2/m2", "sticking cells over cells in contact", shown=True),
+    "sticking_share": Field(
+        TIME, "m2/m2", "sticking cells over cells in contact", shown=True, from_maps=True
+    ),
     "power": Field(TIME, "W", "power dissipated by hysteresis and friction", shown=True),
     "hysteresis_power": Field(TIME, "W", "power dissipated in the body", shown=True),
     "friction_power": Field(TIME, "W", "power dissipated by friction", shown=True),
@@ -143,6 +147,15 @@ INSIDE: dict[str, Field] = {  # fields below the surface
 def fields_of(names: Collection[str]) -> dict[str, Field]:
     """Return the fields of a result with these names: those below the surface if depths are among them."""
     return INSIDE if "depths" in names else FIELDS
+
+
+def following_from_maps(kind: type, names: Collection[str]) -> tuple[str, ...]:
+    """Return the fields of a kind of result, with stored fields of these names, that follow from the maps of each time."""
+    return tuple(
+        name
+        for name, field in FIELDS.items()
+        if field.from_maps and (name.removesuffix("_line") in names or hasattr(kind, name))
+    )
 
 
 def shown() -> dict[str, Field]:

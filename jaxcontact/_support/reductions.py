@@ -1,15 +1,19 @@
 """Sums and largest values over a grid at a fraction of the usual time on a CPU.
 
-XLA reduces a field on a CPU in windows of 32 x 32 cells, element by element. Two forms escape this: a product with a vector
-of ones, into which the computation of the summands is fused, and a reduction of two fields together (measured at 192 x 192
-in a program on one core: 29 us for a usual sum, besides its summands; 8 us for a product with ones).
+XLA reduces a field on a CPU in windows of 32 x 32 cells, element by element. Two forms escape this: a sum as a product with
+a vector of ones, into which the computation of the summands is fused, and the largest value of parts of the field that are
+first compared with each other, many elements at a time (measured at 192 x 192 in a program on one core: 29 us for a usual
+sum, besides its summands, and 8 us for a product with ones; 66 us for a usual maximum, and less than 5 us by parts).
 """
+
+from functools import reduce
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 NARROW = 32  # cells: on narrower fields the usual sum takes no longer
+PARTS = 16  # of a field, of which the largest value of each element is found first
 
 
 def total(field: Array) -> Array:
@@ -24,8 +28,14 @@ def totals(*fields: Array) -> tuple[Array, ...]:
 
 
 def largest(field: Array) -> Array:
-    """Return the largest value of a field of numbers, (); without derivative."""
+    """Return the largest value of a field of numbers, (); without derivative. The parts of an uneven one overlap."""
     field = jax.lax.stop_gradient(field)
-    limit, axes = jnp.asarray(-jnp.inf), tuple(range(field.ndim))
-    extremes = lambda one, other: (jnp.maximum(one[0], other[0]), jnp.minimum(one[1], other[1]))
-    return jax.lax.reduce((field, -field), (limit, -limit), extremes, axes)[0]
+    count = len(field)
+    height = -(-count // PARTS)
+    starts = sorted({min(k * height, count - height) for k in range(PARTS)})
+    return jnp.max(reduce(jnp.maximum, (field[start : start + height] for start in starts)))
+
+
+def smallest(field: Array) -> Array:
+    """Return the smallest value of a field of numbers, (); without derivative."""
+    return -largest(-field)

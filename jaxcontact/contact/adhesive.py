@@ -23,13 +23,15 @@ Under a given load the cells that are held move with the indenter, as one unknow
 the mean displacement is zero: under a given approach steps have zero mean, under a given load it is subtracted from
 displacement and approach in the end.
 
-The stopping error is dimensionless, as that without adhesion (``contact.normal``):
+The stopping error is dimensionless:
 
-    max( largest displacement K r under the traction r that is left over, largest gap of held cells ) / depth,
+    max( largest displacement K r under the traction r that is left over, largest gap of held cells ) / u_m,
 
-where r is p + s on cells that do not touch and p in the padding, and depth is the approach above the lowest point of the
-profile or, if that is larger, the mean displacement, in size; under a load also what the load is missed by over all
-tractions. To it is added by how much K on the padded grid is not that on the grid, where layers make it indefinite there.
+where r is p + s on cells that do not touch and p in the padding, and u_m is the mean of |u|, weighted by |p|. The approach,
+which measures displacements without adhesion (``contact.normal``), is not suitable: on a stiff body, or between separated
+surfaces, it may exceed all displacements, and tractions of any size would be accepted. Under a load, the difference between
+the load and the sum of p, over the sum of |p|, is an error as well. Where layers make K on the padded grid indefinite, the
+amount by which it differs from K on the grid is added to the error.
 
 Under a tensile load without any cell in contact there is no stable state: the surfaces have separated.
 
@@ -53,10 +55,10 @@ from jaxcontact.contact.adhesive_state import (
     SearchState,
     SearchTools,
     Start,
-    depth_of_state,
     energy_of,
     faces_of,
     first_state,
+    moved_by,
     pasted,
     seen_on_grid,
     stopping_error,
@@ -124,7 +126,9 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
         rise = jnp.where(some, 0.0, closest)
         gap, approach = gap - rise, approach + rise
     reduction = jnp.minimum(COARSEST, jnp.sqrt(FORCING * s.error))
-    goal = Goal(reduction, ENOUGH * tolerance * depth_of_state(problem, s), jnp.zeros(()))
+    nx, ny = gap.shape
+    moved = moved_by(problem, tools.cell, s.pressure[:nx, :ny], s.displacement[:nx, :ny])
+    goal = Goal(reduction, ENOUGH * tolerance * moved, jnp.zeros(()))
     move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), goal)
     part = _usable_part(problem, s, gap, move)
     new = SearchState(
@@ -135,7 +139,7 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
         part,
         lost,
         s.bent | bent,
-        s.iterations + count,
+        s.iterations + jnp.maximum(count, 1),
     )
     return new._replace(error=stopping_error(problem, tools, new, seen_on_grid(problem, tools, new)))
 

@@ -158,9 +158,8 @@ def minimised(
         return _Inner(change, total, left, direction, new, s.taken + 1, bent, going)
 
     zero = jnp.zeros_like(z)
-    first = _Inner(
-        zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), unmet(z, descent)
-    )
+    # one direction at least, since what is left over may be small, but not the rest of the stopping error
+    first = _Inner(zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), descent > 0.0)
     found = jax.lax.while_loop(lambda s: s.going, step, first)
     move = Move(
         start.displacement + found.change,

@@ -23,7 +23,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import adhesive
-from jaxcontact.contact.adhesive_state import Start, depth_of
+from jaxcontact.contact.adhesive_state import Start, moved_by
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.base import SplitOperator
 
@@ -58,7 +58,7 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     """Solve from a start; the displacement of the solution is that of the even part of the operator."""
     operator = problem.operator
     assert isinstance(operator, SplitOperator)
-    odd = operator.odd()
+    odd, cell = operator.odd(), operator.even().cell_compliance()
 
     def repeat(s: _Repeated) -> _Repeated:
         begun = s.repetitions > 0
@@ -67,8 +67,8 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
         found = adhesive.solve(frozen(problem, s.next), own, goal, max_iterations - s.iterations)
         change = found.pressure - s.next
-        depth = depth_of(problem, found.pressure, found.displacement, found.approach)
-        error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / depth)
+        moved = moved_by(problem, cell, found.pressure, found.displacement)
+        error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / moved)
         assert found.unstable is not None and s.found.unstable is not None
         place = s.repetitions % DEPTH
         results, changes = s.results.at[place].set(found.pressure), s.changes.at[place].set(change)

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact.contact import normal
 from jaxcontact.contact.adhesive_model import HeldCells
 from jaxcontact.contact.normal import Problem, masked_mean
 from jaxcontact.operators.base import InvertibleOperator, Linear
@@ -15,6 +14,8 @@ from jaxcontact.operators.base import InvertibleOperator, Linear
 CLOSE = (
     1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
 )
+FAINT = 1e-6  # of the displacement of a cell under the largest attraction: a displacement that matters
+RESOLVED = 1e-8  # of the approach: the accuracy of gaps at the usual tolerance, since they are differences
 
 
 class Start(NamedTuple):
@@ -94,29 +95,29 @@ def stopping_error(problem: Problem, tools: SearchTools, s: SearchState, seen: S
     """Return the stopping error of the docstring of ``contact.adhesive``."""
     nx, ny = problem.gap.shape
     left = seen.pressure.at[:nx, :ny].set(jnp.where(seen.contact, 0.0, seen.excess))
-    moved = jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), tools.operator(left)[:nx, :ny])
-    error = jnp.max(jnp.abs(moved)) / depth_of_state(problem, s)
+    unbalanced = jnp.max(jnp.abs(tools.operator(left)[:nx, :ny]))
+    opened = jnp.max(jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), 0.0))
+    moved = moved_by(problem, tools.cell, s.pressure[:nx, :ny], s.displacement[:nx, :ny])
+    rounded = RESOLVED * jnp.abs(s.approach - problem.lowest)
+    error = jnp.maximum(unbalanced / moved, opened / jnp.maximum(moved, rounded))
     if problem.load_controlled:
-        carried = jnp.sum(jnp.abs(seen.excess) + seen.attraction)
-        missed = jnp.abs(jnp.sum(seen.pressure[:nx, :ny]) - problem.target) / carried
+        inside = seen.pressure[:nx, :ny]
+        size = jnp.maximum(jnp.sum(jnp.abs(inside)), jnp.finfo(float).tiny)
+        missed = jnp.abs(jnp.sum(inside) - problem.target) / size
         error = jnp.maximum(error, missed)
     return error
 
 
-def depth_of(problem: Problem, pressure: Array, displacement: Array, approach: Array) -> Array:
-    """Return the approach above the lowest point of the profile, or the mean displacement if that is larger, in size.
+def moved_by(problem: Problem, cell: Array, pressure: Array, displacement: Array) -> Array:
+    """Return the mean displacement, weighted by the size of the pressure, or if it is larger ``FAINT`` of that of a cell
+    under the largest attraction, ().
 
-    pressure, displacement: (nx, ny); the mean is weighted by the size of the pressure.
+    pressure, displacement: (nx, ny); cell: the compliance of a cell.
     """
     size = jnp.abs(pressure)
-    depth = normal.depth(problem, approach, jnp.sum(size * jnp.abs(displacement)), jnp.sum(size))
-    return jnp.maximum(depth, jnp.finfo(float).tiny)
-
-
-def depth_of_state(problem: Problem, s: SearchState) -> Array:
-    """Return ``depth_of`` of a state of a search."""
-    nx, ny = problem.gap.shape
-    return depth_of(problem, s.pressure[:nx, :ny], s.displacement[:nx, :ny], s.approach)
+    total = jnp.sum(size)
+    mean = jnp.sum(size * jnp.abs(displacement)) / jnp.where(total > 0.0, total, 1.0)
+    return jnp.maximum(mean, FAINT * cell * problem.law.law.largest_traction)
 
 
 def energy_of(problem: Problem, s: SearchState) -> Array:
@@ -132,13 +133,18 @@ def first_state(problem: Problem, tools: SearchTools, start: Start) -> SearchSta
     nx, ny = problem.gap.shape
     zero = jnp.zeros(tools.shape)
     displacement = tools.operator(zero.at[:nx, :ny].set(start.pressure))
+    of_zero_mean = all(problem.operator.periodic) and not problem.load_controlled
+    if of_zero_mean:
+        displacement = displacement - jnp.mean(displacement)
     surface = displacement[:nx, :ny] + problem.gap
     if problem.load_controlled:
         approach = jnp.where(jnp.any(start.contact), masked_mean(surface, start.contact), jnp.min(surface))
     else:
         approach = problem.target
     gap = jnp.where(start.contact, 0.0, jnp.maximum(surface - approach, 0.0))
-    if all(problem.operator.periodic) and not problem.load_controlled:
+    if of_zero_mean:
+        free = (~start.contact | jnp.all(start.contact)).astype(gap.dtype)
+        gap = jnp.where(jnp.any(gap > 0.0), gap, free)  # an extrapolated pressure may close all gaps
         gap = gap * (jnp.mean(problem.gap) - approach) / jnp.mean(gap)
     displacement = displacement.at[:nx, :ny].set(gap + approach - problem.gap)
     one, none = jnp.ones(()), jnp.zeros((), int)

@@ -35,7 +35,7 @@ Differences of gradients over steps in which many cells enter see the edge.
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -43,85 +43,44 @@ import numpy as np
 from jax import Array
 from jax.ad_checkpoint import checkpoint_name
 from jax.flatten_util import ravel_pytree
-from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import adhesive, adhesive_sliding, nonsymmetric, partial_slip
-from jaxcontact.contact.adhesive_model import Model
 from jaxcontact.contact.adhesive_state import Start
 from jaxcontact.contact.adhesive_tangent import AdhesiveTangent
-from jaxcontact.contact.friction import FreeDirections, TangentialSolution, free_directions, preconditioner
-from jaxcontact.contact.linear import conjugate_gradients
-from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
+from jaxcontact.contact.friction import TangentialSolution, free_directions
+from jaxcontact.contact.normal import Problem, Solution, solve
 from jaxcontact.contact.partial_slip import Round, SlipProblem
-from jaxcontact.contact.window import cut, paste, place
-from jaxcontact.operators.base import Linear, Operator, TractionOperator
+from jaxcontact.contact.slip_tangent import (
+    Displacements,
+    SlipSpace,
+    given_changes,
+    multipliers,
+    prescribed_shifts,
+)
+from jaxcontact.contact.tangent_solves import (
+    Subspace,
+    bicgstab,
+    conjugate_gradients_in_window,
+    gmres_solution,
+    positive_definite_solution,
+)
+from jaxcontact.operators.base import Linear
 
-TANGENT_TOLERANCE = 1e-10
-TANGENT_ITERATIONS = 400
-DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for what neither conjugate gradients nor BiCGSTAB solves,
-LEFT = 1e-7  # and what may be left of its right side (measured: 3e-9, where the system itself holds a solve)
-ROUNDING = 1e-12
 KEPT = "pressure"  # what reverse mode keeps of a step, as far as it is needed, so that no contact is solved again: the
 # pressure, from which the linear solve follows, displacement and approach; with friction the whole solution
 
 
-class _Subspace(NamedTuple):
-    """Subspace of the linear solves: fields on the cells of the mask and, under a load, of zero mean."""
-
-    mask: Array
-    load_controlled: bool
-
-    def __call__(self, values: Array) -> Array:
-        return projected(values, self.mask, self.load_controlled)
-
-
 def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
     """x with P K P x = P right, P the projection onto cells of the mask (and zero mean under a load)."""
-    operator, inside = problem.operator, _Subspace(mask, problem.load_controlled)
+    operator, inside = problem.operator, Subspace(mask, problem.load_controlled)
     on_mask = lambda x: inside(operator(inside(x)))
     if operator.symmetric:
         # closes over nothing whose derivative it does not want: jax 0.10 fails on what is left of such a one
-        search = lambda _, b: _conjugate_gradients(operator, inside, b)
+        search = lambda _, b: conjugate_gradients_in_window(operator, inside, b)
         return jax.lax.custom_linear_solve(on_mask, right, search, symmetric=True)
-    there, back = (partial(_bicgstab, inside, k) for k in (operator, operator.transpose()))
+    there, back = (partial(bicgstab, inside, k) for k in (operator, operator.transpose()))
     return jax.lax.custom_linear_solve(on_mask, right, there, transpose_solve=back)
-
-
-def _conjugate_gradients(operator: Operator, inside: _Subspace, right: Array) -> Array:
-    """Solve in the window if it contains the mask, otherwise on the whole grid; the other search takes no step."""
-    shape = operator.window_shape(right.shape)
-    if shape is None:
-        return _on_grid(operator, inside, right, TANGENT_ITERATIONS)
-    corner, fits = place(inside.mask, shape)
-    b = inside(right)
-    limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
-    within = inside._replace(mask=cut(inside.mask, corner, shape))
-    part = _on_grid(operator.restricted(corner), within, cut(b, corner, shape), limits[0])
-    whole = lambda: _on_grid(operator, inside, b, limits[1])
-    return jax.lax.cond(fits, lambda: paste(part, corner, right.shape), whole)
-
-
-def _on_grid(operator: Operator, inside: _Subspace, right: Array, limit: Array | int) -> Array:
-    """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations; nan if they fail.
-
-    From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
-    where cells have entered contact, saves no iteration, and costs a convolution.
-    """
-    inverse = operator.preconditioner()
-    there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r))
-    x, _, met = conjugate_gradients(there, back, inside(right), TANGENT_TOLERANCE, limit)
-    return jnp.where(met | (limit == 0), x, jnp.nan)
-
-
-def _bicgstab(inside: _Subspace, preconditioned: Operator, operator: Linear, right: Array) -> Array:
-    """For an operator that is not symmetric; nan if it fails."""
-    inverse = preconditioned.preconditioner()
-    b = inside(right)
-    x, _, met = nonsymmetric.bicgstab(
-        operator, lambda x: inside(inverse(x)), b, TANGENT_TOLERANCE, TANGENT_ITERATIONS
-    )
-    return jnp.where(met, x, jnp.nan)
 
 
 @jax.custom_jvp
@@ -229,7 +188,7 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
     start = tangent.moved(jnp.where(held, given - forcing, 0.0), given)
     right = tangent.unbalanced(start, forcing, explicit, change.target)
     right = jnp.where(found.separated, 0.0, right)
-    search = lambda _, b: _stable(tangent.model, tangent.operator, b)
+    search = lambda _, b: positive_definite_solution(tangent.model, tangent.operator, b)
     rest = jax.lax.custom_linear_solve(tangent.model, -right, search, symmetric=True)
     dp, du, d_approach, attraction = tangent.result(tangent.added(start, rest), forcing, explicit)
     apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
@@ -266,79 +225,8 @@ def _solve_adhesive_sliding_jvp(primals, tangents):
     still = jax.tree.map(jnp.zeros_like, alone)
     left = lambda dp: dp - _moved_solution(held, found, replace(still, gap=odd(dp))).pressure
     right = moved(alone.gap).pressure
-    dp = linear_solution(left, right, _gmres)
+    dp = linear_solution(left, right, gmres_solution)
     return found, moved(alone.gap + odd(dp))
-
-
-def _stable(model: Model, operator: Linear, right: Array) -> Array:
-    """Return the solution of a system of the tangent by conjugate gradients; nan if it is not positive, or they fail."""
-    inverse = lambda r: model.faces(operator(r))
-    x, _, met = conjugate_gradients(model, inverse, model.faces(right), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
-    return jnp.where(met, x, jnp.nan)
-
-
-class _Displacements(NamedTuple):
-    """Products K_tt q and K_tz p (2, nx, ny), K_zt q and K_zz p (nx, ny); those of coupling are zero without it."""
-
-    along: Array
-    tangential_shift: Array
-    normal_shift: Array
-    normal: Array
-
-    @classmethod
-    def under(cls, operator: TractionOperator, q: Array, p: Array) -> "_Displacements":
-        """Return those of a traction and a pressure."""
-        along, normal_shift = operator.displaced(q)
-        return cls(along, operator.tangential_from_normal(p), normal_shift, operator.normal(p))
-
-    def total(self) -> Array:
-        """Displacements in three directions, (3, nx, ny)."""
-        return jnp.concatenate([self.along + self.tangential_shift, (self.normal_shift + self.normal)[None]])
-
-
-class _SlipSpace(NamedTuple):
-    """Space of the changes (dq, dp), (3, nx, ny), of a contact with friction, and their effect on the traction."""
-
-    problem: SlipProblem
-    active: _Subspace
-    free: FreeDirections
-
-    def __call__(self, change: Array) -> Array:
-        return jnp.concatenate([self.free(change[:2]), self.active(change[2])[None]])
-
-    def traction(self, free: Array, bound: Array) -> Array:
-        """Change of the traction: a free part, and what the change of the bound makes of those that slip; of no sum
-        where that is given."""
-        dq = bound * self.free.normal
-        if self.problem.tangential_load_controlled:
-            dq = dq - self.free.uniform(jnp.sum(dq, (1, 2)))
-        return free + dq
-
-    def lifted(self, dq: Array, dp: Array) -> Array:
-        """Displacements (3, nx, ny) under changes of traction and pressure."""
-        return _Displacements.under(self.problem.operator, dq, dp).total()
-
-    def turned(self, dq: Array) -> Array:
-        """Return the change due to the rotation of tractions on the rim of the friction disc, (3, nx, ny)."""
-        return jnp.concatenate([self.free.curvature * self.free.along(dq), jnp.zeros((1, *dq.shape[1:]))])
-
-    def matrix(self, change: Array) -> Array:
-        """Return the linearised residual of both laws due to a change."""
-        change = self(change)
-        dq = self.traction(change[:2], self.problem.coefficient * change[2])
-        return self(self.lifted(dq, change[2]) + self.turned(dq))
-
-    def solve(self, operator: Linear, right: Array) -> Array:
-        """Solve by BiCGSTAB with the preconditioners of the separate problems; nan if it fails."""
-        tangential = preconditioner(self.problem.operator, self.free)
-        normal = self.problem.operator.normal.preconditioner()
-        inverse = lambda r: self(jnp.concatenate([tangential(r[:2]), normal(self.active(r[2]))[None]]))
-        b = self(right)
-        x, _, met = nonsymmetric.bicgstab(operator, inverse, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)
-        nothing = jnp.sum(b**2) <= ROUNDING**2 * jnp.sum(
-            right**2
-        )  # what projection leaves of what it takes out
-        return jnp.where(nothing, 0.0, jnp.where(met, x, jnp.nan))
 
 
 @solve_partial_slip.defjvp
@@ -347,17 +235,19 @@ def _solve_partial_slip_jvp(primals, tangents):
     found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
     free = free_directions(problem.sheared(p, found.tangential_shift), q, found.tangential.slip)
-    space = _SlipSpace(problem, _Subspace(p > 0.0, problem.load_controlled), free)
-    by_operator = _Displacements.under(change.operator, q, p)
+    space = SlipSpace(problem, Subspace(p > 0.0, problem.load_controlled), free)
+    by_operator = Displacements.under(change.operator, q, p)
     forcing = by_operator.total() + jnp.concatenate([change.drift, change.gap[None]])
-    dq, dp = _given(space, change, p)
-    right = -(forcing + space.lifted(dq, dp) + space.turned(dq)) + _wanted(change)
+    dq, dp = given_changes(space, change, p)
+    right = -(forcing + space.lifted(dq, dp) + space.turned(dq)) + prescribed_shifts(change)
     rest = jax.lax.custom_linear_solve(space.matrix, space(right), space.solve, transpose_solve=space.solve)
     rest = space(rest)
     dp, dq = dp + rest[2], dq + space.traction(rest[:2], problem.coefficient * rest[2])
-    lifted = _Displacements.under(problem.operator, dq, dp)
+    lifted = Displacements.under(problem.operator, dq, dp)
     moved = forcing + lifted.total()
-    d_shift, d_approach = _multipliers(space, change, p, moved + space.turned(dq))
+    d_shift, d_approach = multipliers(
+        space, change, p, moved + space.turned(dq), _first_touch(problem, change)
+    )
     along, tangential_shift, normal_shift, normal = jax.tree.map(jnp.add, by_operator, lifted)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     pressed, sheared = found.normal, found.tangential
@@ -368,36 +258,6 @@ def _solve_partial_slip_jvp(primals, tangents):
     )
     counts = no(found.taken), no(found.rounds), no(found.settled)
     return found, Round(d_normal, d_tangential, tangential_shift, normal_shift, *counts)
-
-
-def _given(space: _SlipSpace, change: SlipProblem, p: Array) -> tuple[Array, Array]:
-    """Changes (dq, dp) that come with those of load, coefficient of friction and tangential load at once."""
-    problem, total = space.problem, jnp.sum(p)
-    dp = jnp.zeros_like(p)
-    if problem.load_controlled:
-        dp = p * jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
-    dq = space.traction(jnp.zeros((2, *p.shape)), problem.coefficient * dp + change.coefficient * p)
-    if problem.tangential_load_controlled:
-        dq = dq + space.free.uniform(change.tangential_target)
-    return dq, dp
-
-
-def _wanted(change: SlipProblem) -> Array:
-    """Changes of shift and approach where they are given, (3, 1, 1)."""
-    shift = 0.0 * change.tangential_target if change.tangential_load_controlled else change.tangential_target
-    approach = 0.0 * change.target if change.load_controlled else change.target
-    return jnp.append(shift, approach)[:, None, None]
-
-
-def _multipliers(space: _SlipSpace, change: SlipProblem, p: Array, moved: Array) -> tuple[Array, Array]:
-    """Changes of shift and approach, given or from how cells that stick and cells in contact move."""
-    shift, approach = change.tangential_target, change.target
-    if space.problem.tangential_load_controlled:
-        shift = space.free.push(jnp.sum(space.free.along(moved[:2]), (1, 2)))
-    if space.problem.load_controlled:
-        first_touch = _first_touch(space.problem, change)
-        approach = jnp.where(jnp.any(p > 0.0), masked_mean(moved[2], p > 0.0), first_touch)
-    return shift, approach
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -419,17 +279,8 @@ def _implied_jvp(equations, primals, tangents):
 
     forcing = jax.jvp(lambda given: residual(given, flat), (given,), (change,))[1]
     slope = jax.linearize(lambda z: residual(given, z), flat)[1]
-    moved = jax.lax.custom_linear_solve(slope, forcing, _gmres, transpose_solve=_gmres)
+    moved = jax.lax.custom_linear_solve(slope, forcing, gmres_solution, transpose_solve=gmres_solution)
     return solution, unflattened(-moved)
-
-
-def _gmres(operator: Linear, b: Array) -> Array:
-    """Solve a linear system; nan if it fails."""
-    x, _ = gmres(
-        operator, b, tol=TANGENT_TOLERANCE, restart=DIRECTIONS, maxiter=RESTARTS, solve_method="incremental"
-    )
-    met = jnp.sum((b - operator(x)) ** 2) <= LEFT**2 * jnp.sum(b**2)
-    return jnp.where(met, x, jnp.nan)
 
 
 def linear_solution(operator: Linear, right: Array, solve: Callable[[Linear, Array], Array]) -> Array:

@@ -94,7 +94,7 @@ class Unilateral(ContactLaw):
 
     def longest(self, pressure: Array, step: Array) -> Array:
         falls = step < 0.0
-        return jnp.min(jnp.where(falls, pressure / jnp.where(falls, -step, 1.0), jnp.inf))
+        return reductions.smallest(jnp.where(falls, pressure / jnp.where(falls, -step, 1.0), jnp.inf))
 
     def violation(self, pressure: Array, gap: Array) -> Array:
         return jnp.where(pressure > 0.0, jnp.abs(gap), jnp.maximum(-gap, 0.0))

@@ -28,7 +28,8 @@ class Accept:
 class Key:
     """A key of a table: the values it accepts, its meaning, whether it is required, and its default.
 
-    file: whether the name of a .npy file may stand for the value.
+    file: whether the name of a .npy file may stand for the value; example: the value of a required key in a template whose
+    ready-made case does not have it.
     """
 
     accept: Accept
@@ -36,6 +37,7 @@ class Key:
     required: bool = False
     default: Any = None
     file: bool = False
+    example: Any = None
 
     @property
     def unit(self) -> str | None:

@@ -281,8 +281,15 @@ KINDS: dict[str, Kind] = {
         tangential=("creepage", ("creepage", "tangential_load")),
     ),
 }
+
+
+def results() -> list[type]:
+    """Return the classes of the results of all experiments."""
+    return [cls for kind in KINDS.values() for cls in (kind.result, kind.adhesive) if cls is not None]
+
+
 KIND = Key(
-    choice(*KINDS),
+    Accept(KINDS.__contains__, choice(*KINDS).words),
     "the kind of experiment, whose parameters are keys of the same table",
     default="indentation",
 )

@@ -20,7 +20,7 @@ import jax
 import numpy as np
 
 from jaxcontact._support import sources
-from jaxcontact._support.fields import FIELDS, TIME
+from jaxcontact._support.fields import FIELDS, TIME, following_from_maps
 from jaxcontact._support.npz import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.storage import arrays_of, stored_fields
@@ -30,16 +30,6 @@ from jaxcontact.results.labels import numbers_of
 from jaxcontact.verbs.simulation import FinishedBlock
 
 CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks
-FROM_MAPS = (
-    "pressure_line",
-    "displacement_line",
-    "thickness_line",
-    "temperature_line",
-    "peak_pressure",
-    "peak_thickness",
-    "peak_temperature",
-    "sticking_share",
-)  # of all times, whatever is kept
 SLIP = "slip"  # the map that is a sum over the time since the map before
 
 
@@ -59,8 +49,7 @@ class StoredFields:
         whole = tuple(name for name in names if TIME[0] not in FIELDS[name].dimensions)
         maps = tuple(name for name in names if name not in whole and FIELDS[name].is_map)
         series = tuple(name for name in names if name not in (*maps, *whole))
-        lines = tuple(n for n in FROM_MAPS if n.removesuffix("_line") in names or hasattr(kind, n))
-        return cls(maps, whole, series, lines)
+        return cls(maps, whole, series, following_from_maps(kind, names))
 
     def among(self, names: Collection[str]) -> "StoredFields":
         """Return those of some names: fields that may be None are not stored where they are."""
@@ -268,10 +257,11 @@ def _salvaged(damaged: list[Path], resume_point: ResumePoint) -> str:
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
     """Return the lines of a block, see ``FinishedRun``."""
     middle = history.grid.shape[1] // 2
-    maps = {name: name.removesuffix("_line") for name in FROM_MAPS if name.endswith("_line")}
+    names = following_from_maps(type(history), stored_fields(type(history)))
+    maps = {name: name.removesuffix("_line") for name in names if FIELDS[name].is_map}
     maps = {line: name for line, name in maps.items() if getattr(history, name, None) is not None}
     lines = {line: np.asarray(getattr(history, name))[:, :, middle] for line, name in maps.items()}
-    return lines | {name: values for name, values in numbers_of(history).items() if name in FROM_MAPS}
+    return lines | {name: values for name, values in numbers_of(history).items() if name in names}
 
 
 def _joined(blocks: list[Path], names: tuple[str, ...]) -> dict[str, np.ndarray]:

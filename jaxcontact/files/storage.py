@@ -15,10 +15,10 @@ import numpy as np
 
 from jaxcontact._support.fields import fields_of
 from jaxcontact._support.npz import read_npz, write_npz, write_whole
+from jaxcontact.files.case_schema import results
 from jaxcontact.files.paraview import write_collection
 from jaxcontact.inputs.grid import Grid
-from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
-from jaxcontact.results.friction import ShearHistory, SteadyRolling
+from jaxcontact.results.contact import ContactHistory, SteadyContact
 from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.labels import (
     arrays_of,
@@ -29,20 +29,10 @@ from jaxcontact.results.labels import (
     stored_fields,
 )
 from jaxcontact.results.notes import Diagnostics
-from jaxcontact.results.rubbing import RubbingHistory
-from jaxcontact.results.sliding import AdhesiveSlidingHistory, SlidingHistory, SteadySliding
 
-Result = ContactHistory | SteadySliding | SteadyRolling | InteriorFields
-TIMELESS = (SteadySliding, SteadyRolling, InteriorFields)
-OVER_TIME = (
-    ContactHistory,
-    AdhesiveHistory,
-    RubbingHistory,
-    ShearHistory,
-    SlidingHistory,
-    AdhesiveSlidingHistory,
-)
-KINDS: dict[str, type] = {cls.__name__: cls for cls in (*OVER_TIME, *TIMELESS)}
+Result = ContactHistory | SteadyContact | InteriorFields
+KINDS: dict[str, type] = {cls.__name__: cls for cls in (*results(), InteriorFields)}
+TIMELESS = tuple(cls for cls in KINDS.values() if "times" not in stored_fields(cls))
 KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
 NOTES = "notes"  # one line each; the notes of a loaded result are formed from the diagnostics

@@ -24,6 +24,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import replace
+from jaxcontact._support.reductions import largest
 from jaxcontact.contact.adhesive_sliding import frozen
 from jaxcontact.contact.adhesive_state import Start
 from jaxcontact.contact.attraction import Attraction
@@ -72,8 +73,10 @@ def solve_step(
     assert isinstance(even, InvertibleOperator)
     law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance()))
     problem = replace(problem, law=law)
-    apart = ~jnp.any(before.contact)  # what is extrapolated from a contact that has gone is none
-    guess = jnp.where(apart, before.pressure, guess)
+    # what is extrapolated from a contact that has gone, or over a much longer step, is none
+    apart = ~jnp.any(before.contact)
+    far = largest(jnp.abs(guess - before.pressure)) > largest(jnp.abs(before.pressure))
+    guess = jnp.where(apart | far, before.pressure, guess)
     start = Start(guess, before.contact, before.none)
     method = solve_adhesive if problem.operator.symmetric else solve_adhesive_sliding
     solution = method(problem, start, tolerance, max_iterations)

@@ -134,7 +134,9 @@ def status_of(
     some, met = touched > 0.0, solved(solution.error, tolerance, solution.approach, moved)
     if problem.load_controlled:
         some = some | pressed
-        met = met & (jnp.abs(load - problem.target) <= LOAD_MET * size)
+        # without adhesion each pressure is brought to the load; with it the load is met with the tolerance
+        least = LOAD_MET if solution.separated is None else jnp.maximum(LOAD_MET, tolerance)
+        met = met & (jnp.abs(load - problem.target) <= least * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     finite = jnp.isfinite(problem.operator.confined_compliance())
     separated = jnp.asarray(False) if solution.separated is None else solution.separated

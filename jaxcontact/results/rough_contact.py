@@ -39,9 +39,9 @@ class ContactStatistics(InWords):
 
     mean_pressure [Pa]: load over nominal area; area_fraction: cells in contact over all cells; corrected_fraction: area
     fraction with a correction for the cells on the contact boundary, defined in ``results.rough_contact`` (in plane strain
-    the error vanishes to first order, and it equals ``area_fraction``); perimeter [m]: length of the contact boundary,
-    estimated as pi/4 of the length of the cell sides along it, which is correct on average over all directions; mean_gap
-    [m]: mean over the nominal area, including the contact.
+    no correction is needed, and it equals ``area_fraction``); perimeter [m]: length of the contact boundary, estimated as
+    pi/4 of the length of the cell sides along it, which is correct on average over all directions; mean_gap [m]: mean over
+    the nominal area, including the contact.
     """
 
     mean_pressure: Array

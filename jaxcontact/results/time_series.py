@@ -7,6 +7,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.prefixes import prefixed
 from jaxcontact.results.picture_style import COLOURS, scale_of, styled, time_axis
 
@@ -15,7 +16,20 @@ CONSTANT = (
 )
 
 
+DRAWN = {  # the fields that figures show over time, and their labels
+    "approach": "approach",
+    "load": "load",
+    "contact_radius": "contact radius",
+    "peak_pressure": "peak pressure",
+    "tangential_force": "force against the motion",
+    "tangential_load": "tangential load",
+    "dissipated": "dissipated by friction",
+}
+
+
 class TimeSeries(NamedTuple):
+    """A quantity over time with the name and the unit that a figure shows."""
+
     name: str
     values: Any
     unit: str
@@ -36,21 +50,18 @@ def time_series(history: Any) -> tuple[list[TimeSeries], str]:
     any series varies, only those that vary are returned.
     """
     series = [
-        TimeSeries("approach", history.approach, "m"),
-        TimeSeries("load", history.load, "N"),
-        TimeSeries("contact radius", history.contact_radius, "m"),
+        TimeSeries(label, _values(history, name), FIELDS[name].unit)
+        for name, label in DRAWN.items()
+        if hasattr(history, name)
     ]
-    if hasattr(history, "peak_pressure"):
-        series.append(TimeSeries("peak pressure", history.peak_pressure, "Pa"))
-    if hasattr(history, "tangential_force"):
-        series.append(TimeSeries("force against the motion", history.tangential_force, "N"))
-    if hasattr(history, "dissipated"):
-        series.append(TimeSeries("tangential load", along_the_largest(history)[1], "N"))
-        series.append(TimeSeries("dissipated by friction", history.dissipated, "J"))
-    series = [one._replace(values=np.asarray(one.values)) for one in series]
     if not any(one.varies for one in series):
         return series, ""
     return [one for one in series if one.varies], ", ".join(str(one) for one in series if not one.varies)
+
+
+def _values(history: Any, name: str) -> np.ndarray:
+    """Return a field over time, (nt,); of a tangential load, its component along its largest value."""
+    return along_the_largest(history)[1] if name == "tangential_load" else np.asarray(getattr(history, name))
 
 
 def along_the_largest(history: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -32,9 +32,9 @@ STEP = 4.0  # of the differences between neighbours: a step where a periodic axi
 class SurfaceStatistics(InWords):
     """Statistics of a rough surface.
 
-    rms_height [m] with respect to the mean height; rms_slope, sqrt(mean |grad h|^2); rms_curvature [1/m] of the mean
-    curvature (h_xx + h_yy)/2: (). wavenumber [rad/m] and spectrum [m^4], (n,): the power spectral density C, averaged over
-    rings in the plane of wavevectors, whose width is the smallest |k| of the grid, at the mean |k| of each ring.
+    rms_height () [m] with respect to the mean height; rms_slope (), sqrt(mean |grad h|^2); rms_curvature () [1/m], that of
+    the mean curvature (h_xx + h_yy)/2; spectrum (n,) [m^4]: the power spectral density C, averaged over rings in the plane
+    of wavevectors, which are as wide as the smallest |k| of the grid; wavenumber (n,) [rad/m]: the mean |k| of each ring.
     """
 
     rms_height: np.ndarray
@@ -45,7 +45,7 @@ class SurfaceStatistics(InWords):
 
 
 def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
-    """Compute the statistics of heights on a grid, such as those of a ``HeightField``; the module defines them.
+    """Compute the statistics of heights on a grid, such as those of a ``HeightField`` (formulas in ``results.topography``).
 
     Args:
         heights: (nx, ny) [m], with known values (not inside jit).

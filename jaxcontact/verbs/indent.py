@@ -92,8 +92,8 @@ def indent(
         adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None for surfaces without attraction. With adhesion the
             control may be negative, the pressure is the contact pressure minus the attraction, and a cell is in contact if
             its gap is zero. The solution follows the branch of equilibria of the previous step, and jumps where this branch
-            ends (``contact.adhesive``). The stopping error is then the largest unbalanced traction over the largest
-            traction.
+            ends (``contact.adhesive``). The stopping error is then the largest displacement under the traction that is
+            not balanced, over the mean displacement.
 
     Returns:
         A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failures are reported in ``status`` and ``converged``,

@@ -8,6 +8,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from structure import report
 
 import fitting
 import jaxcontact as jc
@@ -31,7 +32,6 @@ LAYERS = [
     "files",
     "",  # the package itself, with its public names
     "paper",
-    "fitting",  # another name of the package above this one
     "commands",
     "__main__",
 ]
@@ -95,10 +95,16 @@ def test_folders_import_only_from_those_below(name, layers):
 
 @pytest.mark.parametrize("name", ["jaxcontact", "fitting"])
 def test_the_root_of_a_package_has_at_most_a_dozen_names(name):
-    """Folders and modules of its own; ``jaxcontact.fitting`` is another name of the package beside it."""
-    names = {folder(name_of(path, ROOT / name)) for path in (ROOT / name).rglob("*.py")}
-    own = {one for one in names if one and not one.startswith("_")} - {"fitting"}
+    """Modules and packages; ``cases`` is a folder of data."""
+    code = (path for path in (ROOT / name).iterdir() if path.suffix == ".py" or list(path.rglob("*.py")))
+    own = {path.stem for path in code if not path.stem.startswith("_")}
     assert len(own) <= 12, own
+
+
+def test_one_module_knows_the_verbs_and_one_declares_fields():
+    found = report(ROOT, "jaxcontact")
+    assert found["know a verb"] == ["jaxcontact.files.case_schema"]
+    assert found["declare a field"] == ["jaxcontact._support.fields"]
 
 
 def test_the_oracles_share_no_code_with_the_package():

@@ -72,7 +72,12 @@ def test_the_wheel_runs_a_case_where_there_is_no_source(built, tmp_path):
         names = set(file.namelist())
         (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
         assert "License-Expression: MIT" in file.read(metadata).decode().splitlines()
-    ours = ("py.typed", "style.mplstyle", "cases/tribofilm_creep.toml", "commands/playground/page/play.html")
+    ours = (
+        "py.typed",
+        "style.mplstyle",
+        "cases/tribofilm_creep.toml",
+        "commands/playground/page/play.html",
+    )
     wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]
     assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)
 

@@ -12,6 +12,7 @@ from peeling import peeled, peeled_at_once, retracted, solid  # isort: skip
 from scipy.optimize import brentq, minimize_scalar
 
 import jaxcontact as jc
+from jaxcontact.contact.attraction import Attraction
 from jaxcontact.reference import abel, maugis
 
 GEL = jc.LayeredHalfSpace([], jc.Elastic(G, NU))
@@ -27,9 +28,9 @@ def quietly(*arguments, **keywords):
         return jc.indent(*arguments, **keywords)
 
 
-def along(approaches, law, body=GEL, n=64, width=5.0, **keywords):
+def along(approaches, law, body=GEL, n=64, width=5.0, times=None, **keywords):
     """Loads and radii along approaches, all in units of the closed forms."""
-    times = np.arange(len(approaches), dtype=float)
+    times = np.arange(len(approaches), dtype=float) if times is None else np.asarray(times)
     grid = jc.Grid.square(n=n, width=width * UNITS.radius)
     control = jc.Approach(np.asarray(approaches) * UNITS.approach)
     return quietly(body, BALL, control, times, grid=grid, adhesion=law, save="last", **keywords)
@@ -287,3 +288,40 @@ def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_
             grid.cell_area
         )
         assert float(history.load[0]) / exact == pytest.approx(np.exp(-1.0 / (3.0 * cells**2)), rel=0.02)
+
+
+def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_extrapolation():
+    """The solid is relaxed after 1e3 retardation times as after 1e6; its pressure fell by 9 units in the first of them."""
+    found = along([1.0, 1.0, 1.0], exponential(1.0), solid(10.0), n=16, width=8.0, times=[0.0, 1e3, 1e6])
+    load = np.asarray(found.load) / UNITS.load
+    assert np.all(found.converged) and load[0] > 8.0 and load[2] == pytest.approx(load[1], abs=0.02)
+
+
+@pytest.mark.parametrize("periodic", [(False, False), (True, True)], ids=["free", "periodic"])
+def test_a_step_starts_from_the_last_solution(periodic):
+    """A step that changes nothing takes no iteration, also where the mean displacement is taken away."""
+    grid = jc.Grid((24, 24), (UNITS.radius / 6,) * 2, periodic)
+    rough = UNITS.approach * np.random.RandomState(0).rand(24, 24)
+    rough += (
+        6.0
+        * UNITS.approach
+        * sum(np.linspace(-1.0, 1.0, 24).reshape(side) ** 2 for side in ((24, 1), (1, 24)))
+    )
+    control = jc.Approach(np.full(2, 0.85 * float(rough.mean())))
+    found = quietly(
+        GEL, jc.HeightField(rough - rough.min()), control, [0.0, 1.0], grid=grid, adhesion=exponential(1.0)
+    )
+    assert np.all(found.error < 1e-8) and found.iterations[0] > 10 and found.iterations[1] == 0
+    assert float(found.load[1]) == pytest.approx(float(found.load[0]), rel=1e-7)
+
+
+@pytest.mark.parametrize("modulus", [1e10, 1e12, 1e14])
+def test_the_attraction_of_stiff_bodies_is_met_although_displacements_are_small_beside_the_approach(modulus):
+    """Without contact, at a tolerance of 1e-4: the load is that of the undeformed gap."""
+    grid, law = jc.Grid.square(n=16, width=16 * 1.5e-6), jc.ExponentialAdhesion(work=1e-3, range=20e-9)
+    body, control = jc.LayeredHalfSpace([], jc.Elastic(modulus, 0.3)), jc.Approach([-6e-8])
+    found = quietly(body, jc.Sphere(1e-3), control, [0.0], grid=grid, adhesion=law, tolerance=1e-4)
+    x, y = (np.asarray(each) for each in grid.coordinates())
+    rigid = np.asarray(Attraction(law, (False, False)).traction((x**2 + y**2) / 2e-3 + 6e-8))
+    assert found.status[0] == 0
+    assert float(found.load[0]) == pytest.approx(-np.sum(rigid) * float(grid.cell_area), rel=2e-4)

@@ -1,7 +1,8 @@
 """The package ``fitting`` under the name ``jaxcontact.fitting``, for environments with another package ``fitting``.
 
-Both names refer to the same module objects, submodules included: ``jaxcontact.fitting.creep is fitting.fits.creep``. No
-other module of jaxcontact imports ``fitting``, a higher layer, when it is itself imported.
+Both names refer to the same module objects, submodules included: ``jaxcontact.fitting.creep is fitting.fits.creep``. The
+import system finds the second name by an importer, so that ``fitting``, which is built on jaxcontact, is imported only by
+those who ask for it.
 """
 
 import importlib
@@ -11,18 +12,18 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-import fitting
-
 PREFIX = "jaxcontact."
+ALIAS = f"{PREFIX}fitting"
 
 
 class _SameModules(MetaPathFinder, Loader):
-    """An importer that finds ``jaxcontact.fitting.NAME`` as ``fitting.NAME``, which keeps its own specification."""
+    """An importer that finds ``jaxcontact.fitting`` and ``jaxcontact.fitting.NAME`` as ``fitting`` and ``fitting.NAME``,
+    which keep their own specifications."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        return ModuleSpec(name, self) if name.startswith(f"{__name__}.") else None
+        return ModuleSpec(name, self) if name == ALIAS or name.startswith(f"{ALIAS}.") else None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         module = importlib.import_module(spec.name.removeprefix(PREFIX))
@@ -34,5 +35,6 @@ class _SameModules(MetaPathFinder, Loader):
         module.__spec__ = module.__spec__.loader_state
 
 
-sys.meta_path.insert(0, _SameModules())
-sys.modules[__name__] = fitting
+def install() -> None:
+    """Make ``import jaxcontact.fitting`` work."""
+    sys.meta_path.insert(0, _SameModules())
