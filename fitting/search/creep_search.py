@@ -4,7 +4,6 @@ Variable projection (``varpro.py``) finds the optimum to the resolution of its g
 exact Jacobians in the logarithms of the compliances remove the remaining error.
 """
 
-import functools
 from typing import NamedTuple
 
 import jax
@@ -19,8 +18,6 @@ from fitting.search import padding, varpro
 from jaxcontact._compile.kept_traces import Program
 
 STEPS = 3  # number of Gauss-Newton steps
-
-_program = functools.partial(Program, fast_compile=True)
 
 
 class Scaled(NamedTuple):
@@ -62,7 +59,7 @@ class Optimum(NamedTuple):
     cost: Array
 
 
-@_program
+@Program
 def minimise(problem: varpro.TauSearch) -> Optimum:
     """Return the least-squares solution: variable projection, then Gauss-Newton in log parameters."""
     _, x, tau, cost = varpro.solve(problem)
@@ -92,13 +89,13 @@ def _residual(problem: varpro.TauSearch, parts: Array, tau: Array) -> Array:
     return varpro.weighted_columns(problem, _tau(parts, tau)) @ parts[:3] - problem.weights * problem.data
 
 
-@_program
+@Program
 def jacobian(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     """Return the exact derivative of the weighted model with respect to parts, (n, 4); at j2 = 0 tau is held."""
     return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
 
 
-@_program
+@Program
 def residuals(problem: varpro.TauSearch, optimum: Optimum) -> Array:
     """Return the weighted residuals (n,) of a problem at the optimum of another."""
     return _residual(problem, optimum.parts, optimum.tau)
@@ -139,7 +136,7 @@ def _polish(problem: varpro.TauSearch, start: Array, tau: Array, active: Array) 
     return jnp.where(active, jnp.exp(u), start)
 
 
-@_program
+@Program
 def profile(problem: varpro.TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
     """Return profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level, () or
     (m,).

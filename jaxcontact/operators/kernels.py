@@ -231,8 +231,8 @@ def compiled_build(
     return _assembled(body, indenter, grid, compiled_expansion(body, nodes=nodes), nodes=nodes)
 
 
-compiled_expansion = Program(expansion, ("nodes",), fast_compile=True)
-_assembled = Program(assembled, ("nodes",), fast_compile=True)
+compiled_expansion = Program(expansion, ("nodes",))
+_assembled = Program(assembled, ("nodes",))
 
 
 def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:

@@ -135,7 +135,7 @@ def assembled(
     return VaryingKernels(body, uniform, series, spectra, circulant, window, strains, slopes, error)
 
 
-_assembled = Program(assembled, ("nodes", "terms"), fast_compile=True)
+_assembled = Program(assembled, ("nodes", "terms"))
 
 
 def _terms_for(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> int:
@@ -154,7 +154,7 @@ def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thic
     return jnp.stack([error(n) for n in FEWER])
 
 
-_series_errors = Program(series_errors, fast_compile=True)
+_series_errors = Program(series_errors)
 
 
 def cell_of(grid: Grid) -> Array:

@@ -75,8 +75,8 @@ def compiled_traction(
     return _assembled(normal, _expansion(body), indenter, grid, coupled=coupled)
 
 
-_expansion = Program(tangential_expansion, fast_compile=True)
-_assembled = Program(assembled_traction, ("coupled",), fast_compile=True)
+_expansion = Program(tangential_expansion)
+_assembled = Program(assembled_traction, ("coupled",))
 
 
 def scaled_coefficients(

@@ -272,7 +272,7 @@ def test_transformations_go_through(tmp_path):
 
 
 def test_within_what_is_traced_nothing_is_kept_of_known_arrays_either(tmp_path):
-    program = Program(unmet(spread), fast_compile=True)
+    program = Program(unmet(spread))
     with kept_traces.kept_traces(tmp_path):
         found = jax.jit(lambda x: program(BALL, X)["depth"] + 0.0 * x)(X)
     np.testing.assert_allclose(found, spread(BALL, X)["depth"], rtol=LAST_BITS)
@@ -311,7 +311,7 @@ def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, com
     """And the same where nothing can be kept."""
     t = np.geomspace(0.1, 100.0, 20)
     J = 5e-6 + t / 5e6 + 1e-5 * (1.0 - np.exp(-t / 4.0)) * (1.0 + 0.01 * np.cos(9.0 * t))
-    ready = (Path(jc.__file__).parent / "files" / "cases" / "polymer_coating.toml").read_text()
+    ready = (Path(jc.__file__).parent / "cases" / "polymer_coating.toml").read_text()
     few = ready.replace("n = 128", "n = 32").replace("steps = 60", "steps = 6")
     (tmp_path / "case.toml").write_text(few)
     np.savetxt(tmp_path / "creep.csv", np.column_stack([t, J]), header="t [s], J [1/Pa]", delimiter=",")
@@ -340,7 +340,7 @@ def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, com
 
 
 def test_a_fast_compiled_program_is_optimised_inside_what_is_traced(monkeypatch):
-    program, expected = Program(unmet(spread), fast_compile=True), spread(BALL, X)["depth"]
+    program, expected = Program(unmet(spread)), spread(BALL, X)["depth"]
     monkeypatch.setattr(kept_traces, "fast_compile_options", lambda: {"no such option": True})
     with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
         program(BALL, X)
@@ -356,13 +356,13 @@ def test_a_fast_compiled_program_is_optimised_inside_what_is_traced(monkeypatch)
 
 
 def test_a_fast_compiled_program_stands_beside_what_is_differentiated():
-    program = Program(unmet(spread), fast_compile=True)
+    program = Program(unmet(spread))
     slope = jax.grad(lambda x: jnp.sum(x * program(BALL, X)["depth"]))(X)
     np.testing.assert_allclose(slope, spread(BALL, X)["depth"], rtol=LAST_BITS)
 
 
 def test_an_unoptimised_program_returns_the_same(monkeypatch):
-    made = lambda: Program(unmet(spread), fast_compile=True, optimised=False)
+    made = lambda: Program(unmet(spread), optimised=False)
     np.testing.assert_allclose(made()(BALL, X)["depth"], spread(BALL, X)["depth"], rtol=LAST_BITS)
     monkeypatch.setattr(kept_traces, "unoptimised_options", lambda: {"no such option": True})
     with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
@@ -372,4 +372,9 @@ def test_an_unoptimised_program_returns_the_same(monkeypatch):
 def test_a_compiler_without_thefast_compile_options_optimises(monkeypatch):
     monkeypatch.setattr(kept_traces, "FAST_COMPILE", {"no such option": True})
     monkeypatch.setattr(kept_traces, "fast_compile_options", kept_traces.fast_compile_options.__wrapped__)
-    np.testing.assert_array_equal(Program(unmet(tenfold), fast_compile=True)(X), 10.0 * X)
+    np.testing.assert_array_equal(Program(unmet(tenfold))(X), 10.0 * X)
+
+
+def test_a_compiler_option_that_the_user_sets_is_kept(monkeypatch):
+    monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=0")
+    assert kept_traces.fast_compile_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}

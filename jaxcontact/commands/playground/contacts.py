@@ -69,7 +69,7 @@ def _indent(body: jc.LayeredHalfSpace, indenter: Any, load: Any, grid: jc.Grid) 
 
 
 # The first figure waits for the compiler; on grids as small as these a run takes a tenth of a second all the same.
-_indented = Program(_indent, fast_compile=True, optimised=False)
+_indented = Program(_indent, optimised=False)
 
 
 def _finite(values: Any) -> Any:
