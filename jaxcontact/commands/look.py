@@ -13,7 +13,7 @@ from jaxcontact.files.case_file import read_case
 from jaxcontact.files.chosen_times import COURSE
 from jaxcontact.files.template import template
 
-CASES = Path(__file__).parents[1] / "files" / "cases"
+CASES = Path(__file__).parents[1] / "cases"
 
 
 def case_path(text: str) -> Path:

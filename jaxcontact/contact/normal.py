@@ -3,7 +3,8 @@
     u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
-L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner; the Polak-Ribiere
+L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner, on the whole grid of
+residuals continued beyond the contact (``operators.continued``); the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
 convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
@@ -29,7 +30,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
-from jaxcontact.operators.base import Linear, Operator
+from jaxcontact.operators.base import OnContact, Operator
 
 PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
 LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned residual
@@ -273,7 +274,7 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     return s._replace(residual=residual, approach=approach, error=error, working=(number, remaining))
 
 
-def _direction(problem: Problem, precondition: Linear, s: _Search) -> tuple[Array, Array]:
+def _direction(problem: Problem, precondition: OnContact, s: _Search) -> tuple[Array, Array]:
     """Return the direction of Polak and Ribiere on the cells that may change, and <z, r>.
 
     Where directions have zero mean, that of the preconditioned residual z is subtracted in the sums as well.
@@ -281,7 +282,7 @@ def _direction(problem: Problem, precondition: Linear, s: _Search) -> tuple[Arra
     r, (number, remaining) = s.residual, s.working
     inside = problem.law.searching(s.pressure, r).astype(float)
     over_number = jnp.where(_of_zero_mean(problem), 1.0, 0.0) / jnp.maximum(number, 1.0)
-    z = inside * precondition(inside * (r - remaining * over_number))
+    z = inside * precondition(inside * (r - remaining * over_number), inside)
     products = z, z * r, z * s.before, inside * s.before, inside * s.direction
     mean, descent, kept, before, along = totals(*products)
     mean = mean * over_number
@@ -290,7 +291,7 @@ def _direction(problem: Problem, precondition: Linear, s: _Search) -> tuple[Arra
     return inside * (z - (mean + beta * along * over_number) + beta * s.direction), descent
 
 
-def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
+def _iterate(problem: Problem, precondition: OnContact, s: _Search) -> _Search:
     p, law = s.pressure, problem.law
     t, descent = _direction(problem, precondition, s)
     free = p - s.length * t
@@ -322,7 +323,12 @@ def _iterate(problem: Problem, precondition: Linear, s: _Search) -> _Search:
 
 
 def _search(
-    problem: Problem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
+    problem: Problem,
+    precondition: OnContact,
+    start: Array,
+    displacement: Array,
+    tolerance: Array,
+    max_iterations: Array,
 ) -> _Search:
     """Iterate from a usable start and the displacement under it."""
     zero, nothing = jnp.zeros_like(start), jnp.zeros(())
@@ -334,7 +340,6 @@ def _search(
     if problem.load_controlled:
         first = first._replace(error=jnp.where(problem.target > 0.0, first.error, 0.0))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
-    precondition = problem.operator.preconditioner()
     return jax.lax.while_loop(going, lambda s: _iterate(problem, precondition, s), first)
 
 
@@ -350,7 +355,9 @@ def _search_in_window(
     corner, fits = place(problem.law.touching(start), shape)
     limit = jnp.where(fits, max_iterations, 0)
     problem, part = in_window(problem, corner, shape), cut(start, corner, shape)
-    found = _search(problem, part, problem.operator(part), tolerance, limit)
+    inverse = problem.operator.preconditioner()  # not continued: the contact is large there, and gains little
+    precondition = lambda field, cells: inverse(field)
+    found = _search(problem, precondition, part, problem.operator(part), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 
@@ -359,7 +366,8 @@ def solve_on_grid(
 ) -> tuple[Array, Array]:
     """Return the pressure and the iterations taken, without a search in a window first, from any start."""
     start = usable_start(problem, start)
-    found = _search(problem, start, problem.operator(start), tolerance, max_iterations)
+    precondition = problem.operator.preconditioner_on_contact()
+    found = _search(problem, precondition, start, problem.operator(start), tolerance, max_iterations)
     return found.pressure, found.iterations
 
 
@@ -395,5 +403,6 @@ def _solution(
     problem: Problem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
 ) -> Solution:
     """Return the solution found on the whole grid from a usable start and the displacement under it."""
-    s = _search(problem, start, displacement, tolerance, max_iterations)
+    precondition = problem.operator.preconditioner_on_contact()
+    s = _search(problem, precondition, start, displacement, tolerance, max_iterations)
     return Solution(s.pressure, s.displacement, s.approach, s.error, s.iterations)

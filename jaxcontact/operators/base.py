@@ -8,12 +8,14 @@ the grid are its own affair.
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from jax import Array
 
-Linear = Callable[[Array], Array]
+from jaxcontact.operators.continued import Linear as Linear
+from jaxcontact.operators.continued import OnContact, continuing
+
 Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 
 
@@ -38,6 +40,10 @@ class Operator(abc.ABC):
     @abc.abstractmethod
     def preconditioner(self) -> Linear:
         """A cheap approximate inverse, made once for many uses; symmetric and positive where K is."""
+
+    def preconditioner_on_contact(self) -> OnContact:
+        """The same for fields that are zero outside given cells, of contacts of any shape; it costs more."""
+        return continuing(self.preconditioner())
 
     @abc.abstractmethod
     def confined_compliance(self) -> Array:

@@ -119,7 +119,8 @@ def report(root: Path, package: str) -> dict[str, object]:
     trees = modules(root / package)
     own = [one for tree in trees.values() for one in functions(tree)]
     sizes = {name: tree_lines(root, name) for name, tree in trees.items()}
-    inside = [path.stem for path in (root / package).iterdir() if path.suffix in ("", ".py")]
+    code = (path for path in (root / package).iterdir() if path.suffix == ".py" or list(path.rglob("*.py")))
+    inside = [path.stem for path in code]
     listed = words(trees[package])
     long = max(own, key=length)
     private = [one for one in own if one.name not in listed]

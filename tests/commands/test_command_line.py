@@ -186,7 +186,7 @@ def test_an_editor_may_mark_the_file_as_utf_8(case):
     assert read_case(case).tables == plain.tables
 
 
-READY_MADE = sorted((Path(jc.__file__).parent / "files" / "cases").glob("*.toml"))
+READY_MADE = sorted((Path(jc.__file__).parent / "cases").glob("*.toml"))
 TRACED = {"fretting_coating", "rolling_wheel", "sliding_film"}  # their check traces a function, for seconds
 
 

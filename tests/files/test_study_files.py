@@ -177,7 +177,7 @@ def test_a_study_on_a_cluster_of_which_a_worker_dies_is_the_same(study, tmp_path
 
 
 def test_the_study_that_comes_with_the_package_is_read():
-    path = Path(jc.__file__).parent / "files" / "cases" / "studies" / "film_map.toml"
+    path = Path(jc.__file__).parent / "cases" / "studies" / "film_map.toml"
     study = read_study(path)
     assert len(study.cases) == 36 and study.cases[-1] == {"control.load": 60.0, "layer.thickness": 1.6e-6}
 

@@ -311,7 +311,7 @@ def test_a_command_run_twice_traces_once_and_writes_the_same_bytes(tmp_path, com
     """And the same where nothing can be kept."""
     t = np.geomspace(0.1, 100.0, 20)
     J = 5e-6 + t / 5e6 + 1e-5 * (1.0 - np.exp(-t / 4.0)) * (1.0 + 0.01 * np.cos(9.0 * t))
-    ready = (Path(jc.__file__).parent / "files" / "cases" / "polymer_coating.toml").read_text()
+    ready = (Path(jc.__file__).parent / "cases" / "polymer_coating.toml").read_text()
     few = ready.replace("n = 128", "n = 32").replace("steps = 60", "steps = 6")
     (tmp_path / "case.toml").write_text(few)
     np.savetxt(tmp_path / "creep.csv", np.column_stack([t, J]), header="t [s], J [1/Pa]", delimiter=",")

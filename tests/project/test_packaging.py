@@ -62,7 +62,7 @@ def test_the_sdist_has_every_file_of_the_repository(built):
         pytest.skip("the list of files is that of git")
     with tarfile.open(sdist) as file:
         found = {name.partition("/")[2] for name in file.getnames()}
-    assert not set(files) - found and "jaxcontact/files/cases/tribofilm_creep.toml" in found
+    assert not set(files) - found and "jaxcontact/cases/tribofilm_creep.toml" in found
 
 
 @pytest.mark.slow
@@ -75,7 +75,7 @@ def test_the_wheel_runs_a_case_where_there_is_no_source(built, tmp_path):
     ours = (
         "py.typed",
         "style.mplstyle",
-        "files/cases/tribofilm_creep.toml",
+        "cases/tribofilm_creep.toml",
         "commands/playground/page/play.html",
     )
     wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]

@@ -64,7 +64,7 @@ def test_commands_of_the_page_on_the_shell_run(capsys, tmp_path, monkeypatch):
     """With the case files as from the root of a checkout but few cells and cases; the paper's figures stand aside."""
     cases = tmp_path / "jaxcontact" / "cases"
     (cases / "studies").mkdir(parents=True)
-    packaged = Path(jc.__file__).parent / "files" / "cases"
+    packaged = Path(jc.__file__).parent / "cases"
     for path in packaged.rglob("*.toml"):
         few = path.read_text().replace("n = 256", "n = 32").replace("count = 6", "count = 2")
         (cases / path.relative_to(packaged)).write_text(few)

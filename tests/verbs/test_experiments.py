@@ -211,7 +211,7 @@ def test_a_run_leaves_its_result_a_summary_and_pictures(kind, written, instead, 
 
 def test_under_each_picture_stands_what_was_computed(written):
     """In a case's own words and prefixed units, in lines that are no longer than the picture is wide."""
-    polymer = Path(str(files("jaxcontact"))) / "files" / "cases" / "polymer_coating.toml"
+    polymer = Path(str(files("jaxcontact"))) / "cases" / "polymer_coating.toml"
     words = "sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"
     assert caption_of(read_case(polymer)) == words
     figure = Figure(figsize=(2.0, 2.0))
