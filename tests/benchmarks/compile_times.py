@@ -94,7 +94,9 @@ def counts(name: str) -> dict[str, int]:
     """Return the number of kernels and of operations in all compiled programs of a case."""
     with tempfile.TemporaryDirectory() as folder:
         in_process(name, f"--xla_dump_to={folder} --xla_dump_hlo_as_text")
-        kernels = sum(path.read_text().count("\ndefine ptr @") for path in Path(folder).glob("*.ir-no-opt.ll"))
+        kernels = sum(
+            path.read_text().count("\ndefine ptr @") for path in Path(folder).glob("*.ir-no-opt.ll")
+        )
         texts = [path.read_text() for path in Path(folder).glob("*cpu_after_optimizations.txt")]
     found = (OPERATION.match(line) for text in texts for line in text.splitlines())
     return {"kernels": kernels, "operations": sum(1 for each in found if each and each[1] not in NO_CODE)}
