@@ -26,6 +26,12 @@ from fitting.views import adhesion_picture, report
 
 Interval = tuple[float, float, float]
 
+TENSION = 0.02  # of the tension on a film, by which a curve of the solver at a Tabor number of 3 exceeded JKR
+FILM_NOTE = (
+    f"on a film the attraction is taken to have no range; the intervals allow for {100 * TENSION:g} % of the tension, as a"
+    " Tabor number of 3 may change it, and with a longer range the work is too large by more"
+)
+
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class AdhesiveFit(Fit):
@@ -226,7 +232,12 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     other = (lambda: _with_range(test, solved.weights, choices)) if ranged else None
     found = deviation(test, problem, solved, other)
     left = found.left + (off if test.zero > 0.0 else 0.0)
-    solved = solved._replace(left=left, against=found.against, notes=(*solved.notes, *found.notes))
+    notes = found.notes
+    if test.body.film is not None:
+        tension = TENSION * np.minimum(test.data.load, 0.0)
+        left = left + np.abs(moved(best, objective.free, solved.weights * tension))
+        notes = (*notes, FILM_NOTE)
+    solved = solved._replace(left=left, against=found.against, notes=(*solved.notes, *notes))
     return _Searched(problem, solved, conclude(problem, solved))
 
 
