@@ -28,12 +28,15 @@ def totals(*fields: Array) -> tuple[Array, ...]:
 
 
 def largest(field: Array) -> Array:
-    """Return the largest value of a field of numbers, (); without derivative. The parts of an uneven one overlap."""
+    """Return the largest value of a field of numbers, (); without derivative. The parts of an uneven one overlap.
+
+    The parts are columns: rows may be divided among devices, which would exchange them.
+    """
     field = jax.lax.stop_gradient(field)
-    count = len(field)
-    height = -(-count // PARTS)
-    starts = sorted({min(k * height, count - height) for k in range(PARTS)})
-    return jnp.max(reduce(jnp.maximum, (field[start : start + height] for start in starts)))
+    count = field.shape[-1]
+    width = -(-count // PARTS)
+    starts = sorted({min(k * width, count - width) for k in range(PARTS)})
+    return jnp.max(reduce(jnp.maximum, (field[..., start : start + width] for start in starts)))
 
 
 def smallest(field: Array) -> Array:
