@@ -110,10 +110,16 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 def _doubted(result: Any, errors: Errors) -> Array:
     """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
     if hasattr(result, "times"):
-        return doubted(result.status, result.times - result.times[0], errors)
+        return _doubted_until_now(result.status, result.times, errors)
     speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
     width = jnp.max(jnp.stack(result.grid.width))
     return doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+
+
+@jax.jit
+def _doubted_until_now(status: Array, times: Array, errors: Errors) -> Array:
+    """Return ``doubted`` at the times of a result, compiled as one program instead of one for each operation."""
+    return doubted(status, times - times[0], errors)
 
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:

@@ -4,8 +4,8 @@
     python -m tests.benchmarks.compile_times shear roll   # selected cases
 
 Each case runs in processes of its own without a store of compiled programs, with the compiler options of a user. The time
-is that of the first call less that of the second, the smaller one of two runs. ``kernels`` counts the pieces of code that
-are compiled one by one, equal ones once, and ``operations`` those of the optimised programs, inside of fusions as well.
+is that of the first call less that of the second, the smaller one of two runs. ``kernels`` counts the functions that are
+compiled one by one, and ``operations`` those of the optimised programs, inside of fusions as well.
 """
 
 import json
@@ -94,7 +94,9 @@ def counts(name: str) -> dict[str, int]:
     """Return the number of kernels and of operations in all compiled programs of a case."""
     with tempfile.TemporaryDirectory() as folder:
         in_process(name, f"--xla_dump_to={folder} --xla_dump_hlo_as_text")
-        kernels = sum(1 for path in Path(folder).glob("*.ir-no-opt.ll") if "_kernel_module" in path.name)
+        kernels = sum(
+            path.read_text().count("\ndefine ptr @") for path in Path(folder).glob("*.ir-no-opt.ll")
+        )
         texts = [path.read_text() for path in Path(folder).glob("*cpu_after_optimizations.txt")]
     found = (OPERATION.match(line) for text in texts for line in text.splitlines())
     return {"kernels": kernels, "operations": sum(1 for each in found if each and each[1] not in NO_CODE)}
