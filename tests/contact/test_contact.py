@@ -180,7 +180,8 @@ def test_a_contact_that_fits_the_window_is_solved_there():
     shape = problem.operator.window_shape(start.shape)
     p, taken = normal._search_in_window(problem, shape, start, jnp.asarray(1e-10), jnp.asarray(500))
     assert 3 < int(taken) < 30
-    on_grid = normal._search(problem, p, problem.operator(p), jnp.asarray(1e-10), jnp.asarray(0))
+    inverse = problem.operator.preconditioner_on_contact()
+    on_grid = normal._search(problem, inverse, p, problem.operator(p), jnp.asarray(1e-10), jnp.asarray(0))
     assert float(on_grid.error) < 1.01e-10
 
 
