@@ -297,6 +297,15 @@ def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_ex
     assert np.all(found.converged) and load[0] > 8.0 and load[2] == pytest.approx(load[1], abs=0.02)
 
 
+def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_state():
+    """The energy is about that of a march in a quarter of the step, 0.135 units: a step also does work on the way to it."""
+    found = along(np.linspace(-1.6, -0.6, 19), exponential(2.0), n=32)
+    step = int(np.argmin(np.diff(found.load)))
+    assert np.all(found.converged) and np.diff(found.load)[step] < -0.8 * UNITS.load
+    assert np.flatnonzero(np.diff(found.jumps)).tolist() == [step]
+    assert float(found.jump_energy[-1]) / (UNITS.load * UNITS.approach) == pytest.approx(0.135, abs=0.03)
+
+
 @pytest.mark.parametrize("periodic", [(False, False), (True, True)], ids=["free", "periodic"])
 def test_a_step_starts_from_the_last_solution(periodic):
     """A step that changes nothing takes no iteration, also where the mean displacement is taken away."""
