@@ -16,6 +16,7 @@ from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import projected
 from jaxcontact.contact.window import cut, paste, place
 from jaxcontact.operators.base import Linear, Operator
+from jaxcontact.operators.continued import OnContact
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
@@ -37,24 +38,27 @@ def conjugate_gradients_in_window(operator: Operator, inside: Subspace, right: A
     """Solve in the window if it contains the mask, otherwise on the whole grid; the other of the two takes no step."""
     shape = operator.window_shape(right.shape)
     if shape is None:
-        return _on_grid(operator, inside, right, TANGENT_ITERATIONS)
+        return _on_grid(operator, operator.preconditioner_on_contact(), inside, right, TANGENT_ITERATIONS)
     corner, fits = place(inside.mask, shape)
     b = inside(right)
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
     within = inside._replace(mask=cut(inside.mask, corner, shape))
-    part = _on_grid(operator.restricted(corner), within, cut(b, corner, shape), limits[0])
-    whole = lambda: _on_grid(operator, inside, b, limits[1])
+    restricted = operator.restricted(corner)
+    plain = restricted.preconditioner()  # as in the search for the pressure
+    part = _on_grid(restricted, lambda r, mask: plain(r), within, cut(b, corner, shape), limits[0])
+    whole = lambda: _on_grid(operator, operator.preconditioner_on_contact(), inside, b, limits[1])
     return jax.lax.cond(fits, lambda: paste(part, corner, right.shape), whole)
 
 
-def _on_grid(operator: Operator, inside: Subspace, right: Array, limit: Array | int) -> Array:
+def _on_grid(
+    operator: Operator, inverse: OnContact, inside: Subspace, right: Array, limit: Array | int
+) -> Array:
     """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations; nan if they fail.
 
     From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
     where cells have entered contact, saves no iteration, and costs a convolution.
     """
-    inverse = operator.preconditioner()
-    there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r))
+    there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r, inside.mask))
     x, _, met = conjugate_gradients(there, back, inside(right), TANGENT_TOLERANCE, limit)
     return jnp.where(met | (limit == 0), x, jnp.nan)
 
