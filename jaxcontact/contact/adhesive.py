@@ -243,7 +243,9 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
         displacement, approach = displacement - mean, approach - mean
     pressure = seen.pressure[:nx, :ny]
     strength = problem.law.law.largest_traction
-    beside = jnp.max(jnp.abs(problem.operator(pressure) - displacement)) / (tools.cell * strength)
+    padding = tools.operator(seen.pressure.at[:nx, :ny].set(0.0))[:nx, :ny]
+    differing = problem.operator(pressure) + padding - displacement
+    beside = jnp.max(jnp.abs(differing)) / (tools.cell * strength)
     error = jnp.maximum(stopping_error(problem, tools, s, seen), jnp.where(beside > BESIDE, beside, 0.0))
     separated = jnp.asarray(False)
     if load:
