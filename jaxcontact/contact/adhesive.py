@@ -131,9 +131,12 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
     goal = Goal(reduction, ENOUGH * tolerance * moved, jnp.zeros(()))
     move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), goal)
     part = _usable_part(problem, s, gap, move)
+    displacement = s.displacement + part * move.displacement
     new = SearchState(
-        s.displacement + part * move.displacement,
-        s.pressure + part * move.pressure,
+        displacement,
+        tools.inverse(
+            displacement
+        ),  # a sum of changes has the rounding of the largest: surfaces may have separated
         approach + part * move.approach,
         s.error,
         part,
@@ -234,7 +237,6 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     load = problem.load_controlled
     apart = load and ((problem.target <= 0.0) & ~(start.none | jnp.any(start.contact)))
     s = _search(problem, tools, start, tolerance, jnp.where(apart, 0, max_iterations))
-    s = s._replace(pressure=tools.inverse(s.displacement))
     seen = seen_on_grid(problem, tools, s)
     nx, ny = problem.gap.shape
     displacement, approach = s.displacement[:nx, :ny], s.approach

@@ -306,6 +306,13 @@ def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_st
     assert float(found.jump_energy[-1]) / (UNITS.load * UNITS.approach) == pytest.approx(0.135, abs=0.03)
 
 
+def test_surfaces_that_separate_far_in_a_step_have_no_rounding_of_the_contact():
+    """The displacement, first that of the contact, then falls to that under the attraction at once, or to none."""
+    found = along([1.5, -30.0, 1.5, -200.0], exponential(0.5), n=32)
+    separated = np.asarray(found.load)[[1, 3]] / UNITS.load
+    assert np.all(found.error < 1e-8) and np.all(np.abs(separated) < 1e-11)
+
+
 def test_tractions_left_in_the_padding_count_once_and_over_the_displacement():
     """They were taken for an error of the response as well, over the displacement of a cell (status 1)."""
     film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(0.2 * G, 0.45), 3.0 * UNITS.radius)], jc.Elastic(G, NU))
