@@ -306,6 +306,12 @@ def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_st
     assert float(found.jump_energy[-1]) / (UNITS.load * UNITS.approach) == pytest.approx(0.135, abs=0.03)
 
 
+def test_the_bound_from_above_is_found_from_a_state_without_contact():
+    """Tractions not balanced yet were taken for contact there: 500 iterations for nothing."""
+    found = along([0.0], exponential(1.0), jc.LayeredHalfSpace([], jc.Elastic(3.0 * G, NU)), n=16)
+    assert found.error[0] < 1e-8 and found.iterations[0] < 100
+
+
 def test_surfaces_that_separate_far_in_a_step_have_no_rounding_of_the_contact():
     """The displacement, first that of the contact, then falls to that under the attraction at once, or to none."""
     found = along([1.5, -30.0, 1.5, -200.0], exponential(0.5), n=32)
