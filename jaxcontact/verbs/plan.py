@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -15,6 +16,8 @@ from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.results.contact import ContactHistory, ContactStep
 from jaxcontact.verbs.setup import Options, Save
+
+ENERGIES = "jump_energy", "viscous_energy"  # without derivatives, those of their units included
 
 
 def fine_steps(times: Array, substeps: int) -> Array:
@@ -87,5 +90,6 @@ class Plan:
         """Return the result for some rows from their outcomes; last: the fields where outcomes have none."""
         overall = {"profile": self.stepper.profile} | self.stepper.overall(carry.own)
         in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
+        in_si |= {name: jax.lax.stop_gradient(in_si[name]) for name in ENERGIES if name in in_si}
         course = {name: values[rows] for name, values in self.course.items()}
         return self.makes(saved=outcomes.saved, **course, **self.beside, **in_si)

@@ -306,6 +306,39 @@ def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_st
     assert float(found.jump_energy[-1]) / (UNITS.load * UNITS.approach) == pytest.approx(0.135, abs=0.03)
 
 
+def test_the_bound_from_above_is_found_from_a_state_without_contact():
+    """Tractions not balanced yet were taken for contact there: 500 iterations for nothing."""
+    found = along([0.0], exponential(1.0), jc.LayeredHalfSpace([], jc.Elastic(3.0 * G, NU)), n=16)
+    assert found.error[0] < 1e-8 and found.iterations[0] < 100
+
+
+def test_surfaces_that_separate_far_in_a_step_have_no_rounding_of_the_contact():
+    """The displacement, first that of the contact, then falls to that under the attraction at once, or to none."""
+    found = along([1.5, -30.0, 1.5, -200.0], exponential(0.5), n=32)
+    separated = np.asarray(found.load)[[1, 3]] / UNITS.load
+    assert np.all(found.error < 1e-8) and np.all(np.abs(separated) < 1e-11)
+
+
+def test_tractions_left_in_the_padding_count_once_and_over_the_displacement():
+    """They were taken for an error of the response as well, over the displacement of a cell (status 1)."""
+    film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(0.2 * G, 0.45), 3.0 * UNITS.radius)], jc.Elastic(G, NU))
+    grid, control = (
+        jc.Grid.square(n=24, width=7.0 * UNITS.radius),
+        jc.Load(np.linspace(0.3, 4.0, 25) * UNITS.load),
+    )
+    found = quietly(
+        film,
+        BALL,
+        control,
+        np.arange(25.0),
+        grid=grid,
+        adhesion=exponential(0.3),
+        save="last",
+        tolerance=1e-5,
+    )
+    assert np.all(found.error < 1e-5)
+
+
 @pytest.mark.parametrize("periodic", [(False, False), (True, True)], ids=["free", "periodic"])
 def test_a_step_starts_from_the_last_solution(periodic):
     """A step that changes nothing takes no iteration, also where the mean displacement is taken away."""
