@@ -15,8 +15,7 @@ from jaxcontact.contact.adhesive_model import Model
 from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import projected
 from jaxcontact.contact.window import cut, paste, place
-from jaxcontact.operators.base import Linear, Operator
-from jaxcontact.operators.continued import OnContact
+from jaxcontact.operators.base import Linear, OnContact, Operator
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
