@@ -131,11 +131,11 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
     move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), goal)
     part = _usable_part(problem, s, gap, move)
     displacement = s.displacement + part * move.displacement
+    # not a sum of changes, which has the rounding of the largest: the surfaces may have separated
+    pressure = tools.inverse(displacement)
     new = SearchState(
         displacement,
-        tools.inverse(
-            displacement
-        ),  # a sum of changes has the rounding of the largest: surfaces may have separated
+        pressure,
         approach + part * move.approach,
         s.error,
         part,

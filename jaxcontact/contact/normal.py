@@ -30,7 +30,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.window import Corner, cut, paste, place
-from jaxcontact.operators.base import OnContact, Operator
+from jaxcontact.operators.base import OnContact, Operator, unchanged
 
 PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
 LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned residual
@@ -138,10 +138,10 @@ def over_depth(
 ) -> Array:
     """A gap in parts of the depth of the module's formula."""
     size, energy = totals(pressure, pressure * displacement)
-    return worst / _positive(depth(problem, approach, energy, size))
+    return worst / _positive(_depth(problem, approach, energy, size))
 
 
-def depth(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
+def _depth(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
     """Return the depth of the module's formula from the sums of p u and of p.
 
     It is zero only for a contact that just touches, where there is no gap either.
@@ -158,7 +158,7 @@ def stopping_error(
     sums = pressure * violation, pressure, pressure * displacement
     violated, size, energy = totals(*sums)
     worst = jnp.maximum(violated / _positive(size), largest(outside))
-    return worst / _positive(depth(problem, approach, energy, size))
+    return worst / _positive(_depth(problem, approach, energy, size))
 
 
 def _quarter_level(gap: Array) -> Array:
@@ -270,7 +270,7 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     working = law.searching(p, residual)
     violated, number, remaining = totals(p * violation, working, working * residual)
     worst = jnp.maximum(violated / _positive(size), largest(violation * ~law.touching(p)))
-    error = worst / _positive(depth(problem, approach, energy, size))
+    error = worst / _positive(_depth(problem, approach, energy, size))
     return s._replace(residual=residual, approach=approach, error=error, working=(number, remaining))
 
 
@@ -355,8 +355,8 @@ def _search_in_window(
     corner, fits = place(problem.law.touching(start), shape)
     limit = jnp.where(fits, max_iterations, 0)
     problem, part = in_window(problem, corner, shape), cut(start, corner, shape)
-    inverse = problem.operator.preconditioner()  # not continued: the contact is large there, and gains little
-    precondition = lambda field, cells: inverse(field)
+    # not continued: the contact is large there, and gains little
+    precondition = unchanged(problem.operator.preconditioner())
     found = _search(problem, precondition, part, problem.operator(part), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 

@@ -15,7 +15,7 @@ from jaxcontact.contact.adhesive_model import Model
 from jaxcontact.contact.linear import conjugate_gradients
 from jaxcontact.contact.normal import projected
 from jaxcontact.contact.window import cut, paste, place
-from jaxcontact.operators.base import Linear, OnContact, Operator
+from jaxcontact.operators.base import Linear, OnContact, Operator, unchanged
 
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
@@ -43,8 +43,8 @@ def conjugate_gradients_in_window(operator: Operator, inside: Subspace, right: A
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
     within = inside._replace(mask=cut(inside.mask, corner, shape))
     restricted = operator.restricted(corner)
-    plain = restricted.preconditioner()  # as in the search for the pressure
-    part = _on_grid(restricted, lambda r, mask: plain(r), within, cut(b, corner, shape), limits[0])
+    plain = unchanged(restricted.preconditioner())  # as in the search for the pressure
+    part = _on_grid(restricted, plain, within, cut(b, corner, shape), limits[0])
     whole = lambda: _on_grid(operator, operator.preconditioner_on_contact(), inside, b, limits[1])
     return jax.lax.cond(fits, lambda: paste(part, corner, right.shape), whole)
 

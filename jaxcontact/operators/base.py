@@ -14,7 +14,7 @@ from typing import NamedTuple
 from jax import Array
 
 from jaxcontact.operators.continued import Linear as Linear
-from jaxcontact.operators.continued import OnContact, continuing
+from jaxcontact.operators.continued import OnContact, continuing, unchanged
 
 Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 
@@ -47,7 +47,7 @@ class Operator(abc.ABC):
         On periodic grids the plain inverse, so that cells divided among devices give the results of one to rounding.
         """
         inverse = self.preconditioner()
-        return (lambda field, cells: inverse(field)) if all(self.periodic) else continuing(inverse)
+        return unchanged(inverse) if all(self.periodic) else continuing(inverse)
 
     @abc.abstractmethod
     def confined_compliance(self) -> Array:

@@ -31,13 +31,18 @@ Linear = Callable[[Array], Array]
 OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside some cells, and these cells
 
 
+def unchanged(inverse: Linear) -> OnContact:
+    """Return an inverse on the grid that takes no notice of the contact."""
+    return lambda field, cells: inverse(field)
+
+
 def continuing(inverse: Linear) -> OnContact:
     """Return E^T K^-1 E, not yet zero outside the contact, from an inverse on the grid; symmetric.
 
     If the cells are divided among devices E is left out: its averages would be exchanged.
     """
     if distributed.devices() > 1:
-        return lambda field, cells: inverse(field)
+        return unchanged(inverse)
 
     def on_contact(field: Array, cells: Array) -> Array:
         outside = _outside(cells)
