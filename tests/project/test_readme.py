@@ -91,10 +91,6 @@ def test_every_command_is_run_somewhere():
         assert line.startswith(tuple(HERE)), line
 
 
-def test_the_readme_is_short():
-    assert len(README.splitlines()) <= 120
-
-
 def test_pictures_and_links_of_the_readme_are_there():
     targets = re.findall(r"\]\(([^)]+)\)", README)
     assert len(targets) >= 20
