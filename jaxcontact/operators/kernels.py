@@ -170,10 +170,13 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
 
 
 def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
-    """dx, and the compliance of a very wide contact; held constant in derivatives."""
-    compliance = limits.relaxed_compliance() + indenter.compliance()
-    held = jax.lax.stop_gradient
-    return Scale(held(jnp.asarray(grid.spacing[0])), held(compliance), jnp.asarray(grid.cell_area))
+    """Return dx, and the compliance of a very wide contact, which is held constant in derivatives.
+
+    The length is not held: it is by dx itself that cells are counted, also where no unit is converted, as in the cells that
+    a velocity passes in a second.
+    """
+    compliance = jax.lax.stop_gradient(limits.relaxed_compliance() + indenter.compliance())
+    return Scale(jnp.asarray(grid.spacing[0]), compliance, jnp.asarray(grid.cell_area))
 
 
 class Expansion(NamedTuple):

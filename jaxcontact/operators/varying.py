@@ -182,13 +182,14 @@ class ThicknessSeries:
 
     @classmethod
     def of(cls, thickness: Array, length: Array | float, count: int) -> ThicknessSeries:
-        """Return the series for all values of a thickness, without derivative.
+        """Return the series for all values of a thickness.
 
-        The range is rounded outwards, so that it does not follow small changes of the thickness.
+        The range is rounded outwards, so that it does not follow small changes of the thickness, and carries no derivative.
+        The length carries one, on which results do not depend but for the error of the series.
         """
         held = jax.lax.stop_gradient(jnp.log1p(jnp.asarray(thickness) / length))
         low, high = jnp.floor(FINENESS * jnp.min(held)), jnp.floor(FINENESS * jnp.max(held)) + 1.0
-        return cls(jax.lax.stop_gradient(jnp.asarray(length)), low / FINENESS, high / FINENESS, count)
+        return cls(jnp.asarray(length, float), low / FINENESS, high / FINENESS, count)
 
     def nodes(self) -> Array:
         """Return the thicknesses at which the kernels are to be known [m], (n,), all above zero."""

@@ -72,7 +72,11 @@ def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array, compliances: A
     j, alpha = compliances, wavenumber
     bottom = depths_of_interfaces(body)
     top = jnp.append(0.0, bottom)
-    above = jnp.clip(z - top, 0.0, jnp.append(bottom, jnp.inf) - top)
+    # above the plane: all of the layers on top of its solid, and the part z - top of this one. It is chosen by number, so
+    # that at the surface and at an interface the derivative by z is that below, and not half of it
+    count, here = jnp.arange(top.size), _solid_at(body, z)
+    whole = jnp.append(jnp.diff(top), 0.0)
+    above = jnp.where(count < here, whole, jnp.where(count == here, z - top, 0.0))
     per_solid = lambda a: jnp.reshape(a, (-1, *[1] * (j.ndim - 1)))
     nu, below = per_solid(_poissons(body)), per_solid(jnp.diff(top) - above[:-1])
     ports = [two_port(alpha * above[i], nu[i]) for i in range(len(j))]

@@ -182,3 +182,64 @@ def test_surface_displacement_is_that_of_the_contact(steel):
     inside = jc.subsurface(body, grid, history.pressure[-1], depths=[0.0])
     ours, contacts = inside.displacement[0, 2], history.displacement[-1]
     np.testing.assert_allclose(ours, contacts, atol=1e-6 * float(np.max(contacts)))
+
+
+SLS = jc.StandardLinearSolid(1e9, 1e9, 1e10, nu=0.4)
+# body, times, and (J of G, nu) above and below the interface at 30 um; where film and base are of one material the stresses
+# do not change under a constant load, so that the strain is that of J at the last time
+STRAINED = {
+    "half-space": (jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.4)), None, [(1e-9, 0.4)] * 2),
+    "elastic film": (
+        jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.4), 30e-6)], jc.Elastic(20e9, 0.3)),
+        None,
+        [(1e-9, 0.4), (1 / 20e9, 0.3)],
+    ),
+    "film that creeps": (
+        jc.LayeredHalfSpace([jc.Layer(SLS, 30e-6)], SLS),
+        np.array([0.0, 5.0, 20.0]),
+        [(1e-9 * (2.0 - np.exp(-2.0)), 0.4)] * 2,
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name == "half-space" else pytest.param(name, marks=pytest.mark.slow) for name in STRAINED],
+)
+def test_the_derivative_of_the_displacement_by_depth_is_the_strain_of_hookes_law(name):
+    """From the surface to below the film, in both modes, and by central differences inside each material."""
+    body, times, solids = STRAINED[name]
+    grid, z = jc.Grid.square(8, 160e-6), 30e-6 * np.array([0.0, 1e-6, 0.01, 0.033, 0.1, 0.2, 0.5, 0.97, 1.2])
+    x, y = (np.asarray(a) for a in grid.coordinates())
+    pressure = 1e7 * np.exp(-(x**2 + y**2) / (40e-6) ** 2) * (1.0 + x / 200e-6)
+    traction = 0.3 * np.stack([pressure, np.zeros_like(pressure)])
+    if times is not None:
+        pressure, traction = (np.stack([f] * len(times)) for f in (pressure, traction))
+
+    @jax.jit
+    def fields(z):
+        inside = jc.subsurface(body, grid, pressure, traction, depths=z, times=times)
+        return inside.displacement, inside.stress
+
+    (_, stress), (slope, of_stress) = jax.jvp(fields, (jnp.asarray(z),), (jnp.ones(z.size),))
+    compliance, nu = (np.where(z < 30e-6, *pair) for pair in zip(*solids, strict=True))
+    sxx, syy, szz = (np.asarray(stress)[:, i, i] for i in range(3))
+    trace = (nu / (1 + nu))[:, None, None] * (sxx + syy + szz)
+    strain = 0.5 * compliance[:, None, None] * (szz - trace)
+    size = np.max(np.abs(strain), (1, 2))[:, None]
+    found = np.asarray(slope)[:, 2]
+    assert np.max(np.abs(found - strain).reshape(z.size, -1) / size) < 1e-5
+    # equilibrium under a uniform traction in each cell: at the surface no derivative of sigma_zz by depth
+    assert np.max(np.abs(of_stress[0, 2, 2])) < 1e-5 * np.max(np.abs(of_stress[:, 2, 2]))
+    reverse = jax.jit(jax.grad(lambda z: jnp.sum(fields(z)[0][:, 2, 3, 4])))(jnp.asarray(z))
+    np.testing.assert_allclose(reverse, found[:, 3, 4], rtol=1e-7)
+    # by central differences, inside one material
+    step = 1e-4 * z[2:]
+    ahead, behind = (
+        fields(jnp.asarray(np.append(z[:2], z[2:] + step))),
+        fields(jnp.asarray(np.append(z[:2], z[2:] - step))),
+    )
+    for one, two, given in zip(ahead, behind, (slope, of_stress), strict=True):
+        rate = np.asarray(one - two)[2:] / (2 * step).reshape(-1, *[1] * (one.ndim - 1))
+        difference = np.max(np.abs(rate - np.asarray(given)[2:]).reshape(step.size, -1), 1)
+        assert np.max(difference / np.max(np.abs(rate).reshape(step.size, -1), 1)) < 1e-5

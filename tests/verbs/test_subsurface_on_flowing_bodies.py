@@ -77,7 +77,7 @@ def test_what_reaches_a_depth_is_right_or_known_to_be_off(name):
             images = program(body, jnp.asarray(z), Lags(jnp.array([t]), jnp.array([t])))
             decayed = np.exp(-np.outer(images.depths, alpha))
             ours = images.weights[:, 0] @ decayed + np.outer(
-                images.slope_weights[:, 0], alpha * z * np.exp(-alpha * z)
+                images.slope_weights[:, 0], alpha * np.exp(-alpha * z)
             )
             ours, theirs = np.asarray(ours)[index], exactly((film, base), alpha, z, t)
             ours[[1, 2]], theirs[[1, 2]] = np.abs(ours[[1, 2]]), np.abs(theirs[[1, 2]])

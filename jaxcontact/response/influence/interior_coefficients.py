@@ -3,9 +3,11 @@
 The transfer functions to a depth z (``response.interior``) decay like exp(-alpha z). Each function of the wavenumber is
 written as images,
 
-    f(alpha) = sum_j w_j exp(-z_j alpha) + w' alpha z exp(-z alpha),      z_j >= z, z_0 = z,
+    f(alpha) = sum_j w_j exp(-z_j alpha) + w' alpha exp(-z alpha),      z_j >= z, z_0 = z,
 
-a linear least-squares fit, exact for a half-space with z_0 alone. Stresses are of the size of alpha^2 f at a distance
+a linear least-squares fit, exact for a half-space with z_0 alone. The depths z_j = z + constant follow z in derivatives: an
+increase of z takes alpha f from f, which no sum of images at fixed depths could follow near the surface, where waves of all
+lengths arrive. Stresses are of the size of alpha^2 f at a distance
 1/alpha from a small load, and displacements of the size of alpha f. Errors at a wavenumber are therefore relative to
 
     max over beta <= alpha of |f(beta)| (beta/alpha)^p,      p = 2 for stresses, 1 for displacements,
@@ -20,8 +22,7 @@ a closed form over a rectangular cell: 1/(2 pi) times the difference over its co
     1: atan(x y/(z r))      x: ln(y + r)      xx: atan(y z/(x r)) - atan(y/x)      xy: -ln(r + z)
     xxx: y/(r + z) - ln(y + r)      xxy: -x/(r + z)
 
-and the same functions with x and y exchanged, r^2 = x^2 + y^2 + z^2; alpha z exp(-z alpha) is minus z times the
-derivative in z. For displacements there is one more factor 1/alpha: ``response.influence.tangential_coefficients``.
+and the same functions with x and y exchanged, r^2 = x^2 + y^2 + z^2; alpha exp(-z alpha) is minus the derivative in z. For displacements there is one more factor 1/alpha: ``response.influence.tangential_coefficients``.
 """
 
 from collections.abc import Callable
@@ -90,8 +91,8 @@ MEMBERS = [np.flatnonzero(group_of == g) for g in range(GROUPS.shape[1])]
 class SubsurfaceImages(NamedTuple):
     """Images of ``KernelsAtLags.kernels`` at one depth.
 
-    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula; shares (nt, M), as in
-    ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the images and of the shares from the
+    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula, in m times the unit of
+    the weights; shares (nt, M), as in ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the images and of the shares from the
     response at each lag, and the quantity that it is relative to, at some wavenumbers.
     """
 
@@ -115,9 +116,9 @@ class SubsurfaceImages(NamedTuple):
 
 def subsurface_images(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> SubsurfaceImages:
     """Return the images for a depth z >= 0 [m], (), fitted at all wavenumbers but those by which errors are measured."""
-    depths, nodes = _depths_and_nodes(body, z, lags)
+    depths, nodes, length = _depths_and_nodes(body, z, lags)
     recalled = kernels_at_lags(body, nodes, z, lags)
-    own = nodes * z * jnp.exp(-nodes * z)
+    own = nodes * length * jnp.exp(-nodes * z)
     columns = jnp.concatenate([jnp.exp(-nodes[:, None] * depths), own[:, None]], 1)
     every = np.arange(nodes.size)
     tested = every[sampled(nodes.size)]
@@ -125,7 +126,10 @@ def subsurface_images(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> Su
     sizes = jnp.max(_sizes(jnp.moveaxis(recalled.kernels, 1, 0), nodes), 0)
     found = _fitted(columns[among], recalled.kernels[..., among], sizes[:, among])
     deviations, sizes = _deviations(recalled, found, columns[tested], nodes[tested])
-    return SubsurfaceImages(depths, found[..., :-1], found[..., -1], recalled.shares, deviations, sizes)
+    slopes = found[..., -1] * length
+    # at the surface w' is zero, and what rounding leaves of it is not to be felt; its derivative by z is not zero
+    slopes = jnp.where(z > 0.0, slopes, slopes - jax.lax.stop_gradient(slopes))
+    return SubsurfaceImages(depths, found[..., :-1], slopes, recalled.shares, deviations, sizes)
 
 
 def _sizes(kernels: Array, wavenumber: Array) -> Array:
@@ -143,11 +147,21 @@ def _largest(values: Array) -> Array:
 
 
 def _fitted(columns: Array, kernels: Array, sizes: Array) -> Array:
-    """Return the weights (13, M, J) of columns (n, J) for kernels (13, M, n), errors relative to sizes (groups, n)."""
+    """Return the weights (13, M, J) of columns (n, J) for kernels (13, M, n), errors relative to sizes (groups, n).
+
+    The decomposition and the first solution carry no derivative. Two steps of refinement, which are zero but for rounding,
+    give those of the weights, one order each: a change of the kernels less that of the columns, which move with the depth,
+    is fitted. Were the change of the kernels alone fitted first, to columns at rest, its large weights would have to cancel.
+    """
     per_size = 1.0 / jnp.where(sizes > 0.0, sizes, 1.0)
 
     def of_group(members: np.ndarray, weights: Array) -> Array:
-        return decomposed(columns * weights[:, None]).truncated(kernels[members] * weights, CUTOFF)
+        matrix, target = columns * weights[:, None], kernels[members] * weights
+        solved = decomposed(matrix)
+        found = jax.lax.stop_gradient(solved.truncated(target, CUTOFF))
+        for _ in range(2):
+            found = found + solved.truncated(target - found @ matrix.T, CUTOFF)
+        return found
 
     found = [of_group(*each) for each in zip(MEMBERS, per_size, strict=True)]
     return jnp.concatenate(found)[np.argsort(np.concatenate(MEMBERS))]
@@ -162,28 +176,35 @@ def _deviations(
     return _largest(jnp.abs(ours - recalled.exact)), _sizes(recalled.exact, wavenumber)
 
 
-def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tuple[Array, Array]:
-    """Return the depths of the images and the wavenumbers of the fit; a half-space needs one image."""
+def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tuple[Array, Array, Array]:
+    """Return the depths of the images [m], the wavenumbers of the fit, and the length to which w' is relative in the fit.
+
+    A half-space needs one image. The depths have the derivative of z, all else has none.
+    """
+    held = jax.lax.stop_gradient(z)
     if not body.layers:
-        scale = jnp.where(z > 0.0, z, 1.0)
-        return jnp.reshape(z, 1), jnp.asarray(np.linspace(0.0, 10.0, 20)) / scale
+        scale = jnp.where(held > 0.0, held, 1.0)
+        return jnp.reshape(z, 1), jnp.asarray(np.linspace(0.0, 10.0, 20)) / scale, scale
     interfaces = depths_of_interfaces(body)
     total = interfaces[-1]
-    closest = jnp.maximum(jnp.min(jnp.abs(interfaces - z)), CLOSEST * total)
+    closest = jnp.maximum(jnp.min(jnp.abs(interfaces - held)), CLOSEST * total)
     times = jnp.zeros(1) if lags is None else lags.end
     reach = jnp.maximum(REACH * total, farthest_image(body, times))
     flowing = lags is not None and any(has_fluidity(solid) for solid in solids(body))
     span = jnp.linspace(0.0, 1.0, (MORE_IMAGES if flowing else IMAGES) - 1)
-    depths = jnp.append(z, z + closest * (reach / closest) ** span)
-    shortest = SHORTEST / jnp.maximum(jnp.minimum(z, closest), CLOSEST * total)
+    below = jnp.append(0.0, closest * (reach / closest) ** span)
+    shortest = SHORTEST / jnp.maximum(jnp.minimum(held, closest), CLOSEST * total)
     nodes = 1e-2 / reach * (shortest * reach / 1e-2) ** jnp.linspace(0.0, 1.0, NODES - 1)
-    return jax.lax.stop_gradient((depths, jnp.append(0.0, nodes)))
+    below, nodes, length = jax.lax.stop_gradient(
+        (below, jnp.append(0.0, nodes), jnp.maximum(held, CLOSEST * total))
+    )
+    return z + below, nodes, length
 
 
 def over_cells(
     grid: Grid, integrals: Callable[[Array, Array, Array], Kinds], z: Array
 ) -> tuple[Kinds, Kinds]:
-    """Return the differences over a cell's corners at offsets (i, j) >= 0 of the functions, and of -z times their
+    """Return the differences over a cell's corners at offsets (i, j) >= 0 of the functions, and of minus their
     z-derivatives.
 
     Lengths are in units of dx.
@@ -191,7 +212,7 @@ def over_cells(
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     x, y = jnp.arange(nx + 1)[:, None] - 0.5, (jnp.arange(ny + 1) - 0.5) * (dy / dx)
     z = jnp.asarray(z / dx)
-    values, slopes = jax.jvp(lambda z: integrals(x, y, z), (z,), (-z,))
+    values, slopes = jax.jvp(lambda z: integrals(x, y, z), (z,), (-jnp.ones_like(z),))
     # without the barrier, fusion with the differences would compute and compile each logarithm four times
     values, slopes = jax.lax.optimization_barrier((values, slopes))
     difference = lambda f: jnp.diff(jnp.diff(f, axis=-1), axis=-2) / (2.0 * jnp.pi)
@@ -210,7 +231,9 @@ def summed(
         jnp.einsum("fm,kxy->fkmxy", weights[i], kind) for i, kind in zip(index, kinds, strict=True)
     )
     value, slope = over_cells(grid, integrals, images.depths[0])
-    start = jax.tree.map(jnp.add, outer(images.weights[..., 0], value), outer(images.slope_weights, slope))
+    start = jax.tree.map(
+        jnp.add, outer(images.weights[..., 0], value), outer(images.slope_weights / grid.spacing[0], slope)
+    )
 
     def add(total: Kinds, image: tuple[Array, Array]) -> tuple[Kinds, None]:
         more = outer(image[1], over_cells(grid, integrals, image[0])[0])

@@ -67,7 +67,8 @@ def of_image(x: Array, y: Array, z: Array) -> Kinds:
     """Return 2 pi times the differences of the integrals at depth z from those at z = 0; z may be zero, x and y not.
 
     Multiples of z alone, which cancel in the differences over a cell, are omitted, and the remainder is written without
-    cancellation, for images at any depth.
+    cancellation, for images at any depth. At the surface the logarithms of z, which cancel likewise, are left out, so that
+    the derivative by z is there as well.
     """
     rho, r = jnp.sqrt(x**2 + y**2), jnp.sqrt(x**2 + y**2 + z**2)
     r_less_rho, safe_z = z**2 / (r + rho), jnp.where(z > 0.0, z, 1.0)
@@ -75,12 +76,16 @@ def of_image(x: Array, y: Array, z: Array) -> Kinds:
     angle_x, angle_y = jnp.arctan(y * z / (x * r)), jnp.arctan(x * z / (y * r))
     difference_x = jnp.arctan(x * y * r_less_z / (x**2 * r + y**2 * z))  # atan(y/x) - angle_x
     difference_y = jnp.arctan(x * y * r_less_z / (y**2 * r + x**2 * z))
-    log_x, log_y = jnp.log1p((x + r_less_z) / safe_z), jnp.log1p((y + r_less_z) / safe_z)  # ln((x + r)/z)
+    lifted = (
+        z - safe_z
+    )  # zero, but at the surface, where it makes ln(x + r) of the first and ln(y + r) of the second
+    log_x = jnp.log1p((x + r_less_z + lifted) / safe_z)  # ln((x + r)/z)
+    log_y = jnp.log1p((y + r_less_z + lifted) / safe_z)
     log_ratio = jnp.log1p((r_less_rho + z) / rho)  # ln((r + z)/rho)
     return Kinds(
         xx=x * jnp.log1p(r_less_rho / (y + rho)) - z * difference_x,
         yy=y * jnp.log1p(r_less_rho / (x + rho)) - z * difference_y,
-        xy=r_less_z - rho - z * jnp.log1p(r_less_z / (2.0 * safe_z)),
+        xy=r_less_z - rho - z * jnp.log1p((r_less_z + 2.0 * lifted) / (2.0 * safe_z)),
         x=x * angle_x - y * log_ratio - z * log_y,
         y=y * angle_y - x * log_ratio - z * log_x,
     )
