@@ -74,7 +74,7 @@ MESSAGES = {
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: use kernels with more nodes, or a shorter time",
     Status.STEP_TOO_LONG: "the time steps are too long: the pressure is off by more than 10 %, growth or wear in a step by"
-    " more than 1 %, or the indenter moves along its path by more than a quarter of the contact's half-width: use more substeps",
+    " more than 1 %, or the indenter moves along its path by over a quarter of the half-width of contact: use more substeps",
     Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }
