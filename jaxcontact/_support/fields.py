@@ -127,6 +127,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     ),
     "thickness": Field(MAP, "m", "thickness of the film, or of the material added to the indenter"),
     "temperature": Field(MAP, "K", "temperature of the surface"),
+    "time_step_error": Field(TIME, "1", "estimated relative error of the pressure due to the time steps"),
     "step_error": Field(TIME, "m", "estimated error of the thickness due to the time steps"),
     "truncation_bound": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
 }

@@ -6,6 +6,9 @@ from enum import EnumType, IntEnum
 import jax.numpy as jnp
 from jax import Array
 
+LARGEST_STEP_ERROR = 0.1
+"""Estimated relative error of the pressure by the time steps above which the status is ``STEP_TOO_LONG``."""
+
 LARGEST_ERROR = 1e-2
 """Relative error above which the status is ``NOT_RESOLVED`` (of the response) or ``STEP_TOO_LONG`` (of growth)."""
 
@@ -70,8 +73,8 @@ MESSAGES = {
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
     Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: use kernels with more nodes, or a shorter time",
-    Status.STEP_TOO_LONG: "in a step the error of growth or wear exceeds 1 %, or the indenter moves along its path by more"
-    " than a quarter of the contact's half-width: use more substeps",
+    Status.STEP_TOO_LONG: "the time steps are too long: the pressure is off by more than 10 %, growth or wear in a step by"
+    " more than 1 %, or the indenter moves along its path by over a quarter of the half-width of contact: use more substeps",
     Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
 }

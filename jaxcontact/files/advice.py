@@ -13,15 +13,20 @@ from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.case_tables import CaseError, tables_named
 from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
+from jaxcontact.history.step_error import FAINT
 from jaxcontact.indenters.predicted_contact import predicted
 from jaxcontact.indenters.shapes import Sphere
+from jaxcontact.inputs.controls import Load
 from jaxcontact.inputs.layers import checked_body, thickest
-from jaxcontact.inputs.spectrum import relaxation_modes
+from jaxcontact.inputs.materials import Material
+from jaxcontact.inputs.spectrum import Spectrum, relaxation_modes
 from jaxcontact.response.limits import limits_of
-from jaxcontact.results.notes import DEEP, FEW_CELLS, STRAIN_LIMIT
+from jaxcontact.response.volume import surface_creep
+from jaxcontact.results.notes import DEEP, FEW_CELLS, STEP_ERROR, STRAIN_LIMIT
 from jaxcontact.verbs.experiment import Experiment
 
 THICK = 1000.0  # thickness over the grid's width
+SPRINGS, FINER = 48, 24  # of the bed for the error of the time steps, and parts of a step in its reference
 RELAXED = 1e30  # s: longer than any relaxation time
 
 
@@ -201,14 +206,107 @@ def fastest_time(case: Case) -> float:
 
 
 def _time_advice(case: Case) -> Iterator[str]:
-    """Warn of steps longer than the shortest relaxation time just after first contact, or while the control changes."""
-    fastest, steps = fastest_time(case), np.diff(case.times)
-    values = np.broadcast_to(np.asarray(case.control.value, dtype=float), case.times.shape)
-    matters = (case.times[:-1] - case.times[0] < fastest) | (np.diff(values) != 0.0)
-    longest = float(np.max(steps[matters], initial=0.0)) / case.options.get("substeps", 1)
-    if longest > fastest:
-        yield (
-            f"times: steps of up to {longest:.3g} s where the shortest relaxation time is {fastest:.3g} s;"
-            f" accepted: shorter steps, logarithmic spacing, or solver.substeps ="
-            f" {math.ceil(longest * case.options.get('substeps', 1) / fastest)} or more"
-        )
+    """Warn of an error of more than 1 % by the steps in time, as it is foretold for a bed of springs."""
+    given, times = case.options.get("substeps", 1), np.asarray(case.times, float)
+    creeping = [
+        solid for solid in limits_of(checked_body(case.body_for_estimates)[0]).solids if _creeps(solid)
+    ]
+    if KINDS[case.kind].times is None or times.size < 2 or not creeping:
+        return
+    values = np.broadcast_to(np.asarray(case.control.value, float), times.shape)
+    error = lambda substeps: foretold_step_error(
+        surface_creep(creeping[0]), times, values, isinstance(case.control, Load), substeps
+    )
+    found = error(given)
+    if found <= STEP_ERROR:
+        return
+    needed = next((n for n in (2, 4, 8, 16, 32, 64) if n > given and error(n) <= STEP_ERROR), None)
+    remedy = "" if needed is None else f", or solver.substeps = {needed} or more"
+    yield (
+        f"times: steps of up to {np.max(np.diff(times)) / given:.3g} s may cause an error of the pressure of about"
+        f" {100.0 * found:.2g} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
+        f" spacing{remedy}"
+    )
+
+
+def _creeps(solid: Material) -> bool:
+    """Return whether a material creeps from a compliance above zero, so that its steps can be judged."""
+    creep = surface_creep(solid)
+    flows = creep.fluidity is not None and float(creep.fluidity) > 0.0
+    return float(creep.instantaneous) > 0.0 and (flows or bool(np.any(np.asarray(creep.amplitudes) > 0.0)))
+
+
+def foretold_step_error(
+    creep: Spectrum, times: np.ndarray, values: np.ndarray, load_controlled: bool, substeps: int = 1
+) -> float:
+    """Return the largest relative error of load or peak pressure by steps in which the pressure is linear, for a paraboloid
+    on a bed of springs that creep alike.
+
+    The bed has ``SPRINGS`` springs in contact at most; the same steps, each divided in ``FINER`` parts that are shortest
+    at its start, are the reference. Contacts of a half-space relax alike at all places, and thin films are such beds.
+    """
+    rates, shares = np.asarray(creep.rates), np.asarray(creep.rates * creep.amplitudes)
+    if creep.fluidity is not None:
+        rates, shares = np.append(rates, 0.0), np.append(shares, float(creep.fluidity))
+    shares = shares / float(creep.instantaneous)
+    heights = np.arange(SPRINGS) + 0.5
+    if load_controlled:
+        softer = float(creep.creep(times[-1] - times[0])) / float(creep.instantaneous)
+        unit = np.max(values) * softer / (SPRINGS**2 / 2.0)
+    else:
+        unit = np.max(values) / SPRINGS
+    if not unit > 0.0:
+        return 0.0
+    even = np.arange(1, substeps + 1) / substeps
+    graded = (np.arange(1, FINER + 1) / FINER) ** 2
+    fine = ((np.arange(substeps)[:, None] + graded) / substeps).ravel()
+    coarse, exact = (
+        _on_springs(rates, shares, heights, times, values / unit, load_controlled, s) for s in (even, fine)
+    )
+    quantities = [np.max, np.sum]
+    errors = []
+    for quantity in quantities:
+        a, b = (np.array([quantity(p) for p in pressures]) for pressures in (coarse, exact))
+        errors.append(np.max(np.abs(a - b) / np.maximum(b, FAINT * np.max(b)), initial=0.0))
+    return float(max(errors))
+
+
+def _on_springs(
+    rates: np.ndarray,
+    shares: np.ndarray,
+    heights: np.ndarray,
+    times: np.ndarray,
+    values: np.ndarray,
+    load_controlled: bool,
+    parts: np.ndarray,
+) -> np.ndarray:
+    """Return the pressures of the springs at the times, (nt, n); parts: ends of the inner steps, in parts of a step."""
+    pressure, eta, found = np.zeros_like(heights), np.zeros((rates.size, heights.size)), []
+    for row, value in enumerate(values):
+        before, start = (values[row - 1], times[row - 1]) if row else (value, times[0])
+        last = 0.0
+        for part in parts if row else parts[-1:]:
+            dt = (times[row] - start) * (part - last)
+            z = np.maximum(rates * dt, 1e-6)  # below it the quotients are those of zero to six digits
+            decay = np.exp(-z)
+            mean = -np.expm1(-z) / z
+            old, new = (mean - decay) / z, (1.0 - mean) / z
+            small = z < 1e-3
+            old, new = np.where(small, 0.5 - z / 3.0, old), np.where(small, 0.5 - z / 6.0, new)
+            eta = decay[:, None] * eta + dt * old[:, None] * pressure
+            compliance, gap = 1.0 + dt * shares @ new, heights + shares @ eta
+            target = before + (value - before) * part
+            approach = _approach_of(gap, compliance * target) if load_controlled else target
+            pressure = np.maximum(approach - gap, 0.0) / compliance
+            eta = eta + dt * new[:, None] * pressure
+            last = part
+        found.append(pressure)
+    return np.array(found)
+
+
+def _approach_of(gap: np.ndarray, total: float) -> float:
+    """Return the approach at which the overlaps with springs at some gaps sum to a total."""
+    ordered = np.sort(gap)
+    counts = np.arange(1, gap.size + 1)
+    approaches = (np.cumsum(ordered) + total) / counts  # with the first 1, 2, ... springs in contact
+    return float(approaches[np.argmin(approaches)])

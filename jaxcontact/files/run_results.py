@@ -27,6 +27,8 @@ NOTES = {  # notes and diagnostics, stored with any result
     "image_error": "relative error of the response on the grid [1]",
     "single_contact": "1 if the indenter makes a single contact, 0 if it is rough",
     "widenings": "how often the grid was widened",
+    "refined": "number of substeps that were chosen automatically, 0 if they were given",
+    "unjudged": "1 if part of the error by the time steps has no estimate",
     "thickness_error": "relative error of the series in a thickness that varies in the plane [1]",
     "thickness_slope": "largest slope of a thickness that varies in the plane [1]",
     "narrow_growth": "largest growth of a cell above all its neighbours over the largest growth [1]",

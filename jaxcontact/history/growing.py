@@ -30,6 +30,7 @@ from jax import Array
 from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
+from jaxcontact.history.step_error import Delayed
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.inputs.layers import LayeredHalfSpace
@@ -55,20 +56,21 @@ class ThicknessStep(NamedTuple):
 
 
 class Grown(NamedTuple):
-    """eta (K, nx, ny); displacement (nx, ny), both scaled; film: that of the last step's kernels."""
+    """eta (K, nx, ny); displacement (nx, ny), both scaled; film and shares (``Delayed``): of the last step's kernels."""
 
     eta: Array
     displacement: Array
     film: Film | VaryingFilm | None
+    shares: Array
 
 
 class PredictedFields(NamedTuple):
-    """Between prediction and update: eta and displacement left by all earlier pressure, the step's operator and film."""
+    """Between prediction and update: eta and displacement left by all earlier pressure, the step's operator and kernels."""
 
     eta: Array
     earlier: Array
     operator: Operator
-    film: Film | VaryingFilm | None
+    kernels: Kernels
 
 
 class IncrementalMemory(Memory):
@@ -94,14 +96,17 @@ class IncrementalMemory(Memory):
         change = jnp.tensordot(k.mix, eta - fields.eta, 1)
         earlier = fields.displacement + k.family.total(jnp.concatenate([-pressure[None], change]))
         operator = k.family.combined([1.0, *(k.mix @ (step.dt * new))])
-        return Prediction(
-            operator, earlier, PredictedFields(eta, earlier, operator, k.film), self.raised(step)
-        )
+        return Prediction(operator, earlier, PredictedFields(eta, earlier, operator, k), self.raised(step))
 
     def update(self, fields: PredictedFields, pressure: Array, step: Any) -> Grown:
         new = step.dt * ramps(self.rates * step.dt)[2]
         displacement = fields.earlier + fields.operator(pressure)
-        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, fields.film)
+        kernels = fields.kernels
+        shares = kernels.delayed_shares(jax.lax.stop_gradient(pressure))
+        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film, shares)
+
+    def delayed(self, fields: Grown, pressure: Array) -> Delayed:
+        return Delayed(self.rates, fields.shares)
 
     def observe(self, fields: Grown, pressure: Array, step: Any) -> dict[str, Array]:
         """Return the strain of a film that has always been as thick as in the middle of the step."""
@@ -125,7 +130,7 @@ class GrowingMemory(IncrementalMemory):
 
     def start(self, shape: tuple[int, int]) -> Grown:
         eta = jnp.zeros((self.kernels.rates.size, *shape))
-        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film))
+        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film), eta[:, 0, 0])
 
     def kernels_at(self, step: GrowthStep) -> Kernels:
         return build(self.body.with_thicknesses(step.thicknesses), self.indenter, self.grid)
@@ -147,7 +152,7 @@ class VaryingMemory(IncrementalMemory):
 
     def start(self, shape: tuple[int, int]) -> Grown:
         film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
-        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film)
+        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, jnp.zeros(self.rates.size))
 
     def kernels_at(self, step: ThicknessStep) -> Kernels:
         return self.kernels.at((step.before + step.after) / 2.0)

@@ -12,6 +12,7 @@ from typing import Any
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import pytree
 from jaxcontact.operators import spectral
 
@@ -62,3 +63,10 @@ def reduced(dt: Array, shift: Array) -> Array:
     before, rate, last = shift
     extrapolated = jnp.minimum(dt, last**2 / jnp.where(dt > 0.0, dt, jnp.inf))
     return dt * jnp.exp(-before - rate * extrapolated / 2.0)
+
+
+def in_reduced_time(dt: Array, before: Array, after: Array) -> Array:
+    """Return the reduced time of a step whose shift factor at its end is known, its logarithm linear in between; before,
+    after: as ``Heated.shifted`` gives them.
+    """
+    return dt * jnp.exp(-before[0]) * phi1(after[0] - before[0])

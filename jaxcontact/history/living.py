@@ -43,10 +43,17 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
-from jaxcontact.history.heating import Heated, reduced
+from jaxcontact.history.heating import Heated, in_reduced_time, reduced
 from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.passage import Track
-from jaxcontact.history.pressing import PressCarry, PressStepper, contact_outcome, status_of
+from jaxcontact.history.pressing import (
+    PressCarry,
+    PressStepper,
+    contact_outcome,
+    plane_strain,
+    status_of,
+)
+from jaxcontact.history.step_error import Lapse, in_radii
 from jaxcontact.inputs.laws import RubbingState
 
 PREDICTED, LOOSEST = (
@@ -170,10 +177,21 @@ class RubStepper(PressStepper):
         shift = carry.shift
         if self.heated is not None:
             shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
+        lapse = self._lapse(step, jnp.sum(pressure > 0.0))
+        if self.heated is not None and self.heated.shift is not None:
+            assumed, found = reduced(dt, carry.shift), in_reduced_time(dt, carry.shift, shift)
+            lapse = lapse._replace(assumed=assumed, found=found)
+        pressed = pressed._replace(judged=self._judged(contact, fields, pressure, lapse))
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, second.warming, work, error, shift, slopes, dt)
         outcome = self._outcome(carry, predicted, contact, first, second, estimate, step)
         return carry, self._warmed(outcome, second, step)
+
+    def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
+        if self.track is None or step.more.move is None:
+            return Lapse(step.dt)
+        way = jnp.sqrt(jnp.sum(step.more.move**2)) / self.scale.length
+        return Lapse(step.dt, drift=in_radii(way, contact_area, plane_strain(self.profile)))
 
     def overall(self, carry: RubCarry) -> dict[str, Array]:
         """Return the work of friction, scaled as results are."""
@@ -277,7 +295,9 @@ class RubStepper(PressStepper):
     ) -> Outcome:
         solution, state = second.solution, second.state
         numbers = contact_outcome(second.problem, solution, predicted.earlier)
+        judged = carry.contact.judged
         numbers |= {
+            "time_step_error": jnp.zeros(()) if judged is None else judged.estimate,
             "iterations": first.solution.iterations + solution.iterations,
             "status": self._status(second, before.pressure, estimate, step),
             "step_error": carry.error / self.scale.length,

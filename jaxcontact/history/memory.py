@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact.history.step_error import Delayed
 from jaxcontact.operators.base import Operator, TractionOperator
 
 
@@ -57,6 +58,10 @@ class Memory(abc.ABC):
     def stored_energy(self, fields: Any, pressure: Array) -> Array:
         """Return the elastic energy that the body stores under a pressure, (), nan where it is not known; scaled."""
         return jnp.asarray(jnp.nan)
+
+    @abc.abstractmethod
+    def delayed(self, fields: Any, pressure: Array) -> Delayed:
+        """Return the delayed compliance under a pressure (nx, ny), from the fields after a step."""
 
     @abc.abstractmethod
     def observe(self, fields: Any, traction: Array, step: Any) -> dict[str, Array]:

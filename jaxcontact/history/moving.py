@@ -31,6 +31,7 @@ from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.history.observables import Observer, clearance, energies, truncation_of
+from jaxcontact.history.step_error import Delayed
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator
 from jaxcontact.operators.film import deepest_strain
@@ -222,6 +223,10 @@ class MovingMemory(Memory):
         spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
         spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
         return spectral.inverse(spectrum, shape, self._periodic)
+
+    def delayed(self, fields: Fields, pressure: Array) -> Delayed:
+        """Return that of the pressure; friction adds little to it."""
+        return Delayed(self.kernels.rates, self.kernels.delayed_shares(pressure))
 
     def observe(self, fields: Fields, pressure: Array, motion: Motion) -> dict[str, Array]:
         """Return the observables of ``history.observables`` beside the strain of the film."""

@@ -19,6 +19,7 @@ from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.adhering import Adhering, at_rest, solve_step
 from jaxcontact.history.march import Outcome, Stepper, Steps
 from jaxcontact.history.memory import Memory
+from jaxcontact.history.step_error import Lapse, StepError, after_step, present
 
 LEAST_ACROSS = 3
 LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2
@@ -27,13 +28,14 @@ LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solutio
 
 class PressCarry(NamedTuple):
     """The carry: the memory's fields, the last pressure (nx, ny), and its rate of change over the last step; adhering: the
-    last state of a contact with adhesion, None without.
+    last state of a contact with adhesion, None without; judged: the error of the time steps, None without memory.
     """
 
     memory: Any
     pressure: Array
     rate: Array
     adhering: Adhering | None
+    judged: StepError | None
 
 
 @pytree
@@ -54,7 +56,11 @@ class PressStepper(Stepper):
 
     def start(self) -> PressCarry:
         zero = jnp.zeros_like(self.profile)
-        return PressCarry(self.memory.start(zero.shape), zero, zero, at_rest(self.law, zero))
+        fields = self.memory.start(zero.shape)
+        judged = (
+            StepError.none(self.memory.delayed(fields, zero).rates.size) if self.memory.inherits else None
+        )
+        return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged)
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
         operator, earlier, fields, raised = self.memory.predict(carry.memory, carry.pressure, step.more)
@@ -77,7 +83,20 @@ class PressStepper(Stepper):
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
         }
-        return PressCarry(fields, pressure, rate, adhering), Outcome(shown, numbers)
+        judged = self._judged(carry, fields, pressure, self._lapse(step, numbers["contact_area"]))
+        numbers["time_step_error"] = jnp.zeros(()) if judged is None else judged.estimate
+        return PressCarry(fields, pressure, rate, adhering, judged), Outcome(shown, numbers)
+
+    def _judged(self, carry: PressCarry, fields: Any, pressure: Array, lapse: Lapse) -> StepError | None:
+        """Return the error of the time steps after a step, from the fields after it and its new pressure."""
+        if carry.judged is None:
+            return None
+        delayed = self.memory.delayed(*jax.lax.stop_gradient((fields, present(carry.pressure, pressure))))
+        return after_step(carry.judged, delayed, carry.pressure, pressure, carry.rate, lapse)
+
+    def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
+        """Return the time in a step; contact_area: scaled."""
+        return Lapse(step.dt)
 
     def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return the energy that the body has dissipated under a contact with adhesion."""

@@ -21,6 +21,7 @@ from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.history.observables import inner_product
+from jaxcontact.history.step_error import Delayed
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import Kernels
 
@@ -72,6 +73,9 @@ class RecursiveMemory(Memory):
         squares = waves.real**2 + waves.imag**2
         energies = jax.vmap(lambda s: inner_product(members.spectrum, s, shape))(squares)  # (K + 1, M + 1)
         return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
+
+    def delayed(self, eta: Array, pressure: Array) -> Delayed:
+        return Delayed(self.kernels.rates, self.kernels.delayed_shares(pressure))
 
     def observe(self, eta: Array, pressure: Array, dt: Array) -> dict[str, Array]:
         film = self.kernels.film

@@ -27,11 +27,13 @@ from jaxcontact.contact.partial_slip import Round, SlipProblem
 from jaxcontact.history.march import Outcome, Stepper, Steps
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.pressing import contact_outcome, solved, status_of
+from jaxcontact.history.step_error import Lapse, StepError, after_step, present
 
 
 class ShearCarry(NamedTuple):
-    """The carry: the memory's fields; traction (3, nx, ny) of q_x, q_y and p; rate (nx, ny) of the pressure; moved
-    (2, nx, ny): the tangential displacement; shift (2,) of the indenter; work (nx, ny): friction work per area."""
+    """The carry: the memory's fields; traction (3, nx, ny) of q_x, q_y and p, and its rate; moved (2, nx, ny): the
+    tangential displacement; shift (2,) of the indenter; work (nx, ny): friction work per area; judged: the errors of the
+    time steps in the pressure and in the tangential traction, empty without memory."""
 
     memory: Any
     traction: Array
@@ -39,6 +41,7 @@ class ShearCarry(NamedTuple):
     moved: Array
     shift: Array
     work: Array
+    judged: tuple[StepError, ...]
 
 
 @pytree
@@ -61,7 +64,10 @@ class ShearStepper(Stepper):
     def start(self) -> ShearCarry:
         shape = self.profile.shape
         zeros = lambda *axes: jnp.zeros((*axes, *shape))
-        return ShearCarry(self.memory.start(shape), zeros(3), zeros(), zeros(2), jnp.zeros(2), zeros())
+        fields = self.memory.start(shape)
+        count = self.memory.delayed(fields, zeros()).rates.size
+        judged = (StepError.none(count), StepError.none(count)) if count else ()
+        return ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
         operator, earlier, fields, _ = self.memory.predict(carry.memory, carry.traction, step.dt)
@@ -78,7 +84,7 @@ class ShearStepper(Stepper):
             coupled=self.coupled,
         )
         before = carry.traction[2]
-        guess = before + carry.rate * step.dt
+        guess = before + carry.rate[2] * step.dt
         found = solve_partial_slip(problem, guess, carry.traction[:2], self.tolerance, self.max_iterations)
         p, sheared = found.normal.pressure, found.tangential
         traction = jnp.concatenate([sheared.traction, p[None]])
@@ -86,13 +92,27 @@ class ShearStepper(Stepper):
         carry = ShearCarry(
             memory=self.memory.update(fields, traction, step.dt),
             traction=traction,
-            rate=(p - before) / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
+            rate=jax.lax.stop_gradient(traction - carry.traction)
+            / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
             moved=earlier[:2] + sheared.displacement + found.tangential_shift,
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=carry.work + self._friction_work(found, before, step.dt),
+            judged=self._judged(carry, traction, step.dt),
         )
         strain = self.memory.observe(carry.memory, traction, step.dt)
         return carry, self._outcome(problem, found, carry, earlier[2], strain)
+
+    def _judged(self, carry: ShearCarry, traction: Array, dt: Array) -> tuple[StepError, ...]:
+        """Return the errors of the time steps after a step, from the traction at its end, both with the delayed compliance
+        under the pressure."""
+        if not carry.judged:
+            return ()
+        before, rate, lapse = carry.traction, carry.rate, Lapse(dt)
+        along = jax.lax.stop_gradient(present(before[2], traction[2]))
+        delayed = self.memory.delayed(carry.memory, along)
+        pressed = after_step(carry.judged[0], delayed, before[2], traction[2], rate[2], lapse)
+        sheared = after_step(carry.judged[1], delayed, before[:2], traction[:2], rate[:2], lapse)
+        return pressed, sheared
 
     def overall(self, carry: ShearCarry) -> dict[str, Array]:
         return {"friction_work": carry.work}
@@ -125,6 +145,7 @@ class ShearStepper(Stepper):
         }
         numbers |= {
             "iterations": found.taken,
+            "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in carry.judged)])),
             "error": jnp.maximum(pressed.error, sheared.error),
             "tangential_load": self._load(problem, sheared.traction),
             "tangential_displacement": carry.shift,

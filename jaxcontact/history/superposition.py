@@ -12,6 +12,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
+from jaxcontact.history.step_error import Delayed
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators.film import deepest_strain
@@ -30,10 +31,12 @@ class LagRow:
 
 @pytree
 class DirectMemory(Memory):
-    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``LagRow``."""
+    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``LagRow``; surface: the delayed
+    compliance of the material at the surface."""
 
     images: ImageKernels
     n_steps: Array  # an array of that length, for its shape alone
+    surface: Delayed
 
     def start(self, shape: tuple[int, int]) -> Array:
         return jnp.zeros((self.n_steps.shape[0], *shape))
@@ -51,6 +54,9 @@ class DirectMemory(Memory):
 
     def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
         return increments.at[row.index].add(pressure)
+
+    def delayed(self, increments: Array, pressure: Array) -> Delayed:
+        return self.surface
 
     def observe(self, increments: Array, pressure: Array, row: LagRow) -> dict[str, Array]:
         if self.images.film_coefficients is None:

@@ -15,6 +15,7 @@ from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree
 from jaxcontact.history.memory import Memory, Prediction
 from jaxcontact.history.recursive import RecursiveMemory
+from jaxcontact.history.step_error import Delayed
 from jaxcontact.operators.coupled import Coupled
 from jaxcontact.operators.traction_kernels import TractionKernels
 
@@ -55,6 +56,9 @@ class TractionMemory(Memory):
         new = dt * ramps(self.kernels.rates * dt)[2]
         pressure = self.normal.update(fields.pressure, traction[2], dt)
         return TractionFields(pressure, fields.traction + jnp.tensordot(new, traction, 0))
+
+    def delayed(self, fields: TractionFields, pressure: Array) -> Delayed:
+        return self.normal.delayed(fields.pressure, pressure)
 
     def observe(self, fields: TractionFields, traction: Array, dt: Array) -> dict[str, Array]:
         return self.normal.observe(fields.pressure, traction[2], dt)

@@ -164,5 +164,9 @@ class Family(abc.ABC):
         """sum_m weights_m K_m, one weight for each."""
 
     @abc.abstractmethod
+    def circulants(self, pressure: Array) -> Array:
+        """Return the spectra of the periodic operators nearest to all K_m under a pressure, (m, ny/2 + 1, nx)."""
+
+    @abc.abstractmethod
     def total(self, fields: Array) -> Array:
         """sum_m K_m f_m of fields (n, nx, ny), one for each of the last n members."""

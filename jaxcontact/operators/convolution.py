@@ -137,6 +137,9 @@ class Convolutions(Family):
         mixed = lambda a: sum(w * part for w, part in zip(weights, _each(a), strict=True))
         return jax.tree.map(mixed, self.members)
 
+    def circulants(self, pressure: Array) -> Array:
+        return self.members.circulant
+
     def total(self, fields: Array) -> Array:
         shape, periodic = fields.shape[-2:], self.members.periodic
         if not len(fields):

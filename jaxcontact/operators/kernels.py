@@ -18,6 +18,7 @@ from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.inputs.grid import Grid, check_grid
 from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
 from jaxcontact.inputs.materials import Material
+from jaxcontact.operators import spectral
 from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.operators.film import Film
 from jaxcontact.response.base import Response, Separable
@@ -80,6 +81,20 @@ class Kernels:
     def image_error(self) -> Array:
         """The largest of ``image_errors``, ()."""
         return jnp.max(self.image_errors[:, 1])
+
+    def delayed_shares(self, pressure: Array) -> Array:
+        """Return <p, lambda_k C_k p>/<p, C_0 p> [1/s] of a pressure (nx, ny), (K,), from the periodic operators nearest to
+        C_0 and S_m; zero without pressure."""
+        circulants, shape = self.family.circulants(pressure), pressure.shape
+        periodic = self.grid.periodic
+        if all(periodic):  # the displacement is measured from the mean
+            pressure = pressure - jnp.mean(pressure)
+        waves = spectral.transform(pressure, (True, True))
+        squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
+        energies = squares @ spectral.both_signs(shape[1])
+        some = energies[0] > 0.0
+        shares = self.mix.T @ energies[1:] / jnp.where(some, energies[0], 1.0)
+        return jnp.where(some, jnp.maximum(shares, 0.0), 0.0)
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors reported for a run of a duration [s]."""

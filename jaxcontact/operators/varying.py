@@ -151,6 +151,11 @@ class VaryingFamily(Family):
         spectra, circulant = mixed(self.spectra), mean(self.circulant)
         return Varying(spectra, circulant, self.shares[1:], uneven, window, self.periodic)
 
+    def circulants(self, pressure: Array) -> Array:
+        sums = jnp.sum(self.shares * pressure, (1, 2))
+        mean = sums / jnp.where(sums[0] > 0.0, sums[0], 1.0)  # the first share is one everywhere
+        return jnp.tensordot(mean, self.circulant, 1)
+
     def total(self, fields: Array) -> Array:
         shape, first = self.shares.shape[1:], self.spectra.shape[1] - len(fields)
         if not len(fields):

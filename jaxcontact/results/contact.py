@@ -131,7 +131,7 @@ class ContactHistory(ContactResult):
     times (nt,) [s]; pressure [Pa] and displacement [m] (of both surfaces, towards each other): (nt, nx, ny), or (nx, ny)
     at the last time with ``save="last"`` or a function; saved: the return values of that function, stacked over time;
     approach [m], load [N], contact_area [m^2] (a count of cells, with zero derivative), smooth_area [m^2], film_strain,
-    iterations, error, status: (nt,).
+    iterations, error, status, time_step_error: (nt,).
 
     smooth_area is the contact area estimated from the pressure inside and the gap outside the contact edge
     (``contact.edge``), for any number of patches. It is continuous in load and material parameters, and differentiable.
@@ -141,6 +141,10 @@ class ContactHistory(ContactResult):
 
     film_strain is the shortening of the film, the top layer, over its thickness at its deepest point (computed as on a
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
+
+    time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
+    (``history.step_error``); within a factor of about three of the largest error of approach, load and peak pressure, and
+    zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
 
     status: an integer of ``Status``, which documents its meaning.
     """
@@ -159,6 +163,7 @@ class ContactHistory(ContactResult):
     iterations: Array
     error: Array
     status: Array
+    time_step_error: Array | None = dataclasses.field(kw_only=True, default=None)
 
     @property
     def gap(self) -> Array:

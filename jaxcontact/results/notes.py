@@ -20,6 +20,7 @@ SEPARATION_LIMIT = 1e-3
 IMAGE_LIMIT = 1e-4
 FEW_CELLS = 10
 SERIES_LIMIT = 1e-3
+STEP_ERROR = 1e-2  # of the pressure: its error by the time steps
 STEPS = 0.1  # of the largest change of the thickness: its error by the time steps
 NARROW = 0.3  # of the growth that a cell may have above all its neighbours
 STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
@@ -54,21 +55,23 @@ class Diagnostics:
 
     separation_error: relative error of the decay rates shared by all wavenumbers; image_error: relative error of the
     response on the grid; single_contact: whether the indenter makes a single contact, so that too few cells across it
-    deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; of a film
-    whose thickness varies in the plane: thickness_error: relative error of the series in the thickness, thickness_slope:
-    the largest slope between two cells, stiff_film: whether it is stiffer than its base, narrow_growth: how far a cell has
-    grown beyond all its neighbours, relative to the largest growth; relative_step_error: of a film or an indenter
-    that is rubbed in place, the error by the time steps relative to the largest change of its thickness, and step_limit: the
-    error above which there is a note; ball_radius
-    [m]: of a ``Sphere``, inf for any other indenter; size_error: relative error of a size of the indenter that is rounded
-    to whole cells; coldest [K]: the lowest temperature that a law of growth or ``Thermal``
-    is given, inf without any.
+    deserve a note (a rough surface has patches of all sizes); widenings: how often ``grid="auto"`` was widened; refined:
+    number of substeps that ``substeps="auto"`` has led to, zero without it, and unjudged: whether a part of the error by
+    the time steps has no estimate; of a film whose thickness varies in the plane: thickness_error: relative error of the
+    series in the thickness, thickness_slope: the largest slope between two cells, stiff_film: whether it is stiffer than
+    its base, narrow_growth: how far a cell has grown beyond all its neighbours, relative to the largest growth;
+    relative_step_error: of a film or an indenter that is rubbed in place, the error by the time steps relative to the
+    largest change of its thickness, and step_limit: the error above which there is a note; ball_radius [m]: of a
+    ``Sphere``, inf for any other indenter; size_error: relative error of a size of the indenter that is rounded to whole
+    cells; coldest [K]: the lowest temperature that a law of growth or ``Thermal`` is given, inf without any.
     """
 
     separation_error: Any = np.float64(0.0)
     image_error: Any = np.float64(0.0)
     single_contact: Any = np.bool_(False)
     widenings: Any = np.int64(0)
+    refined: Any = np.int64(0)
+    unjudged: Any = np.bool_(False)
     thickness_error: Any = np.float64(0.0)
     thickness_slope: Any = np.float64(0.0)
     stiff_film: Any = np.bool_(False)
@@ -82,7 +85,7 @@ class Diagnostics:
 
 class _Run(NamedTuple):
     """The numbers of one run that notes depend on: status, film_strain, contact_area, times, jumps, cohesive_cells
-    (nt,); others ().
+    time_step_error (nt,); others ().
     """
 
     status: np.ndarray
@@ -91,12 +94,15 @@ class _Run(NamedTuple):
     times: np.ndarray
     jumps: np.ndarray
     cohesive_cells: np.ndarray
+    time_step_error: np.ndarray
     cell_area: np.ndarray
     width: np.ndarray
     separation_error: np.ndarray
     image_error: np.ndarray
     single_contact: np.ndarray
     widenings: np.ndarray
+    refined: np.ndarray
+    unjudged: np.ndarray
     thickness_error: np.ndarray
     thickness_slope: np.ndarray
     stiff_film: np.ndarray
@@ -160,8 +166,10 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     steps = np.shape(result.status)[len(batch) :]
     diagnostics = result.diagnostics
     adhesion = getattr(result, "jumps", 0), getattr(result, "cohesive_cells", np.inf)
+    step_error = getattr(result, "time_step_error", None)
     times = result.times if over_time else 0.0
     series = (result.status, result.film_strain, result.contact_area, times, *adhesion)
+    series = (*series, 0.0 if step_error is None else step_error)
     single = (result.grid.cell_area, result.grid.width[0], *vars(diagnostics).values())
     whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
     whole += [np.broadcast_to(np.asarray(a), batch) for a in single]
@@ -186,6 +194,7 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     yield from _of_status(run)
     yield from _of_strain(run)
     yield from _of_errors(run)
+    yield from _of_time_steps(run)
     yield from _of_thickness(run)
     yield from _of_adhesion(run)
     if run.single_contact:  # a rough contact has patches of all sizes
@@ -244,19 +253,40 @@ def _of_errors(run: _Run) -> Iterator[Note]:
         )
 
 
+def _of_time_steps(run: _Run) -> Iterator[Note]:
+    """Return notes on the error of the pressure by the time steps, and on what of it ``substeps="auto"`` cannot know."""
+    error = np.where(np.isnan(run.time_step_error), 0.0, run.time_step_error)
+    step = int(np.argmax(error))
+    if error[step] > STEP_ERROR and not np.any(run.status == Status.STEP_TOO_LONG):
+        yield Note(
+            f"the time steps have an estimated error of {100.0 * error[step]:.2g} % of the pressure{_at(run, step)}:"
+            f" {_more_steps(run)}",
+            f"estimated error of the pressure by the time steps above {100.0 * STEP_ERROR:.0f} %",
+            float(error[step]),
+        )
+    if run.refined and run.unjudged:
+        yield Note(
+            f'substeps="auto" has taken {int(run.refined)} substeps without an estimate of a part of their error, that of a'
+            " thickness given over time or of numbers that are not finite: compare with more substeps",
+            'substeps="auto" without an estimate of a part of the error',
+            float(run.refined),
+        )
+
+
+def _more_steps(run: _Run) -> str:
+    """Return the remedy for steps that are too long."""
+    if run.refined:
+        return 'substeps="auto" has no smaller ones: use more times'
+    return 'use more substeps, or substeps="auto"'
+
+
 def _of_thickness(run: _Run) -> Iterator[Note]:
     """A film whose thickness varies in the plane or in time."""
     error, slope = float(run.thickness_error), float(run.thickness_slope)
     if run.relative_step_error > run.step_limit and not np.any(run.status == Status.STEP_TOO_LONG):
-        auto = run.step_limit < STEPS
-        remedy = (
-            'substeps="auto" has no smaller ones: use more times'
-            if auto
-            else 'use more substeps, or substeps="auto"'
-        )
         yield Note(
             f"the time steps have an estimated error of {100.0 * float(run.relative_step_error):.2g} % of the largest change"
-            f" of the thickness: {remedy}",
+            f" of the thickness: {_more_steps(run)}",
             f"estimated error of the thickness by the time steps above {100.0 * float(run.step_limit):.0f} %",
             float(run.relative_step_error),
         )

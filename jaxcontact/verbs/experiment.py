@@ -146,6 +146,11 @@ class Experiment:
 class TimedExperiment(Experiment, abc.ABC):
     """The base of experiments over time."""
 
+    @property
+    def changes_in_given_ways(self) -> bool:
+        """Return whether the body changes in time as it is given, an effect that the error of the time steps leaves out."""
+        return self.film_map is not None and self.film_map.over_times
+
     @abc.abstractmethod
     def planned(self) -> Plan:
         """Return the march of the experiment."""

@@ -13,7 +13,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import LARGEST_ERROR, Status
+from jaxcontact._support.status import LARGEST_ERROR
 from jaxcontact.history.growing import VaryingMemory
 from jaxcontact.history.heating import Heated
 from jaxcontact.history.living import RubStep, RubStepper
@@ -34,10 +34,9 @@ from jaxcontact.results.notes import announce
 from jaxcontact.results.rubbing import RubbedStep, RubbingHistory
 from jaxcontact.verbs.experiment import Experiment, TimedExperiment, profile_over_film
 from jaxcontact.verbs.plan import Plan, fine_steps, fine_values
-from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.running import marched, refined
 from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
-REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
 
 
@@ -99,8 +98,9 @@ def rub(
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
             eighth of a cell. The status is 13 if the film becomes thicker.
         substeps: number of inner steps between two times, static, or "auto", which repeats the run with 4, 16 and 64 of
-            them until no step has status 12 and ``step_error`` is below 1 % of the largest change of the thickness; there
-            is a note if it is not with 64. "auto" cannot be used inside jit, vmap and grad.
+            them until no step has status 12, ``step_error`` is below 1 % of the largest change of the thickness, and
+            ``time_step_error`` below 1 %; there is a note if they are not with 64. "auto" cannot be used inside jit, vmap
+            and grad.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
@@ -121,11 +121,8 @@ def rub(
     setup, options = ContactSetup(body, indenter, control, times, grid), Options(save, checkpoint=checkpoint)
     settings = Settings(tolerance, max_iterations, options=options)
     conditions = RubConditions(velocity, path, law, friction, thermal, thickest, wears)
-    if substeps == "auto":
-        history = _refined(setup, settings, conditions)
-    else:
-        settings = replace(settings, options=replace(options, substeps=substeps))
-        history = _noted(RubExperiment.of(setup, settings, conditions))
+    make = lambda settings: RubExperiment.of(setup, settings, conditions)
+    history: RubbingHistory = refined(make, settings, substeps, _noted, _is_short)
     announce(history, stacklevel=2)
     return history
 
@@ -141,21 +138,10 @@ def _noted(rubs: RubExperiment) -> RubbingHistory:
     return replace(history, diagnostics=told)
 
 
-def _refined(setup: ContactSetup, settings: Settings, conditions: RubConditions) -> RubbingHistory:
-    """Return the first history of ``REFINED`` substeps whose steps are short enough, or the last, which has a note;
-    without warnings."""
-    for substeps in REFINED:
-        options = replace(settings.options, substeps=substeps)
-        rubs = RubExperiment.of(setup, replace(settings, options=options), conditions)
-        history = _noted(rubs)
-        checks.require(
-            is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
-        )
-        change = float(jnp.max(jnp.abs(history.thickness - rubs.at_first)))
-        short = float(history.step_error[-1]) <= LARGEST_ERROR * change
-        if short and not bool(jnp.any(history.status == Status.STEP_TOO_LONG)):
-            return history
-    return replace(history, diagnostics=replace(history.diagnostics, step_limit=np.float64(LARGEST_ERROR)))
+def _is_short(rubs: RubExperiment, history: RubbingHistory) -> bool:
+    """Return whether the error of the thickness by the time steps is below 1 % of its largest change."""
+    change = float(jnp.max(jnp.abs(history.thickness - rubs.at_first)))
+    return float(history.step_error[-1]) <= LARGEST_ERROR * change
 
 
 @pytree

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from jaxcontact._compile.kept_traces import Program
-from jaxcontact._support.pytree import replace
-from jaxcontact._support.status import LARGEST_ERROR, Status
+from jaxcontact._support import checks
+from jaxcontact._support.pytree import is_concrete, replace
+from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, Status, first_of
 from jaxcontact.indenters.shapes import HeightField, Sphere
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.response.limits import limits_of
 from jaxcontact.results.contact import ContactHistory, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
 from jaxcontact.verbs.experiment import Experiment, TimedExperiment
+from jaxcontact.verbs.setup import Settings
 
+REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
+TOO_FAR = "pass substeps="  # in the message on a track with too few substeps
 ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 
@@ -50,6 +56,45 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     return nan_where_invalid(
         replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
     )
+
+
+def refined(
+    make: Callable[[Settings], TimedExperiment],
+    settings: Settings,
+    substeps: int | str,
+    solve: Callable[[Any], Any] = marched,
+    exact: Callable[[Any, Any], bool] = lambda experiment, history: True,
+) -> Any:
+    """Return the history of an experiment with a number of substeps, or, with "auto", with the first of ``REFINED`` whose
+    estimated errors by the time steps are below 1 %, or else with the last; without warnings.
+
+    make: the experiment with some settings; solve: its history; exact: whether further errors of the time steps are small.
+    """
+    with_substeps = lambda count: replace(settings, options=replace(settings.options, substeps=count))
+    if substeps != "auto":
+        return solve(make(with_substeps(substeps)))
+    for count in REFINED:
+        try:
+            experiment = make(with_substeps(count))
+        except ValueError as error:
+            if TOO_FAR not in str(error) or count == REFINED[-1]:
+                raise
+            continue
+        history = solve(experiment)
+        checks.require(
+            is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
+        )
+        unknown = not np.all(np.isfinite(history.time_step_error)) or experiment.changes_in_given_ways
+        short = not np.any(np.asarray(history.time_step_error) > LARGEST_ERROR)
+        if short and exact(experiment, history) and not np.any(history.status == Status.STEP_TOO_LONG):
+            break
+    told = replace(
+        history.diagnostics,
+        step_limit=np.float64(LARGEST_ERROR),
+        refined=np.int64(count),
+        unjudged=np.bool_(unknown),
+    )
+    return replace(history, diagnostics=told)
 
 
 def _least(values: list[Any]) -> Array:
@@ -110,20 +155,22 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 def _doubted(result: Any, errors: Errors) -> Array:
     """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
     if hasattr(result, "times"):
-        return _doubted_until_now(result.status, result.times, errors)
+        return _doubted_until_now(result.status, result.times, errors, result.time_step_error)
     speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
     width = jnp.max(jnp.stack(result.grid.width))
     return doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
 
 
 @jax.jit
-def _doubted_until_now(status: Array, times: Array, errors: Errors) -> Array:
+def _doubted_until_now(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
     """Return ``doubted`` at the times of a result, compiled as one program instead of one for each operation."""
-    return doubted(status, times - times[0], errors)
+    return doubted(status, times - times[0], errors, step_error)
 
 
-def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
-    """Return the status, with ``NOT_RESOLVED`` in place of ``FINE`` where the error of the response exceeds 1 %."""
+def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0) -> Array:
+    """Return the status, in place of ``FINE`` with ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and with
+    ``STEP_TOO_LONG`` where that of the pressure by the time steps exceeds 10 %; later times do not inherit these."""
     largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
     off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
-    return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)
+    own = first_of((off, Status.NOT_RESOLVED), (step_error > LARGEST_STEP_ERROR, Status.STEP_TOO_LONG))
+    return jnp.where(status == Status.FINE, own, status)

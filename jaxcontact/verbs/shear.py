@@ -26,7 +26,7 @@ from jaxcontact.results.friction import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
 from jaxcontact.verbs.experiment import Experiment, TimedExperiment
 from jaxcontact.verbs.plan import Plan, fine_values
-from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.running import refined
 from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
 
@@ -43,7 +43,7 @@ def shear(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 2000,
     save: Save = "all",
-    substeps: int = 1,
+    substeps: int | str = 1,
     checkpoint: str = "pressures",
 ) -> ShearHistory:
     """Compute partial slip over time: an indenter under normal and tangential control, with Coulomb friction.
@@ -93,9 +93,9 @@ def shear(
         '0.79 of the contact radius sticks'
     """
     setup = ContactSetup(body, indenter, control, times, grid)
-    settings = Settings(tolerance, max_iterations, options=Options(save, substeps, checkpoint=checkpoint))
-    shearing = Shearing.of(setup, settings, tangential=tangential, friction=friction, coupled=coupled)
-    history = marched(shearing)
+    settings = Settings(tolerance, max_iterations, options=Options(save, checkpoint=checkpoint))
+    more = {"tangential": tangential, "friction": friction, "coupled": coupled}
+    history: ShearHistory = refined(lambda settings: Shearing.of(setup, settings, **more), settings, substeps)
     announce(history, stacklevel=2)
     return history
 

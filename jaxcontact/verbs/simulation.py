@@ -67,7 +67,8 @@ class Simulation:
         times = self.plan.course["times"]
         elapsed = times[first : first + BLOCK] - times[0]
         own = outcomes.numbers["status"][: elapsed.size]  # fewer than those of a block that is filled up
-        status = np.asarray(doubted(own, elapsed, self.plan.errors))
+        step_error = outcomes.numbers["time_step_error"][: elapsed.size]
+        status = np.asarray(doubted(own, elapsed, self.plan.errors, step_error))
         bad = np.flatnonzero(status)
         count = int(bad[0]) if bad.size else status.size
         fine = jax.tree.map(lambda a: a[:count], outcomes)

@@ -16,10 +16,11 @@ from jaxcontact._support.pytree import as_float64, pytree, replace
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
 from jaxcontact.history.adhering import Adhering
-from jaxcontact.history.heating import Heated, reduced
+from jaxcontact.history.heating import Heated, in_reduced_time, reduced
 from jaxcontact.history.march import Outcome, Steps
 from jaxcontact.history.moving import Motion, MovingMemory, Shift, moving_memory
-from jaxcontact.history.pressing import PressCarry, PressStepper
+from jaxcontact.history.pressing import PressCarry, PressStepper, plane_strain
+from jaxcontact.history.step_error import Lapse, in_radii
 from jaxcontact.history.track import (
     FARTHEST,
     as_array,
@@ -47,7 +48,7 @@ from jaxcontact.verbs.attraction import attraction_of, tabor_numbers
 from jaxcontact.verbs.experiment import Experiment, TimedExperiment
 from jaxcontact.verbs.flash_temperature import check_peclet
 from jaxcontact.verbs.plan import Plan, fine_steps
-from jaxcontact.verbs.running import marched
+from jaxcontact.verbs.running import refined
 from jaxcontact.verbs.setup import ContactSetup, Options, Save, Settings
 
 TRUNCATION_LIMIT = 0.01  # of the largest approach so far
@@ -64,7 +65,7 @@ def slide(
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 500,
     save: Save = "all",
-    substeps: int = 1,
+    substeps: int | str = 1,
     kernels: Kernels | None = None,
     checkpoint: str = "pressures",
     friction: Array | float | None = None,
@@ -135,10 +136,11 @@ def slide(
         True
     """
     setup = ContactSetup(body, indenter, control, times, grid)
-    settings = Settings(tolerance, max_iterations, kernels, Options(save, substeps, checkpoint=checkpoint))
+    settings = Settings(tolerance, max_iterations, kernels, Options(save, checkpoint=checkpoint))
     more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
-    sliding = Sliding.of(setup, settings, **more)
-    history = marched(sliding)
+    history: SlidingHistory = refined(
+        lambda settings: Sliding.of(setup, settings, **more), settings, substeps
+    )
     announce(history, stacklevel=2)
     return history
 
@@ -268,6 +270,12 @@ class SlideStepper(PressStepper):
             motion = step.more._replace(dt=reduced(step.dt, carry.shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
             shift, outcome = self._warmed(self.heating, carry.shift, step.dt, outcome)
+            if contact.judged is not None:  # anew, with the temperature that the step has led to
+                lapse = self._lapse(step, outcome.numbers["contact_area"])
+                lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
+                judged = self._judged(carry.contact, contact.memory, contact.pressure, lapse)
+                contact = contact._replace(judged=judged)
+                outcome = outcome._replace(numbers=outcome.numbers | {"time_step_error": judged.estimate})
         else:
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
@@ -279,6 +287,11 @@ class SlideStepper(PressStepper):
         return SlideCarry(contact, depth, far, shift), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
+
+    def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
+        shift = step.more.shift
+        way = jnp.abs(shift.x) if shift.y is None else jnp.hypot(shift.x, shift.y)
+        return Lapse(step.dt, drift=in_radii(way, contact_area, plane_strain(self.profile)))
 
     def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return nothing: what a moving body dissipates is in the observables of its memory."""

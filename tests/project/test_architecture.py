@@ -106,7 +106,7 @@ def test_the_oracles_share_no_code_with_the_package():
 def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone():
     """No spectrum, no kernel, no response: what they import is closed under these few modules."""
     own = {"_support.pytree", "_support.reductions", "_support.status", "operators.base", "history.memory"}
-    own |= {"history.march", "history.pressing", "history.adhering"}
+    own |= {"history.march", "history.pressing", "history.adhering", "history.step_error"}
     steppers = [
         PACKAGE / "history" / f"{name}.py" for name in ("march", "pressing", "shear_march", "adhering")
     ]

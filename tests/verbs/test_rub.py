@@ -158,7 +158,7 @@ def test_automatic_substeps_of_a_law_that_is_too_stiff_for_one():
 
 def test_automatic_substeps_that_are_not_enough_have_a_note(monkeypatch):
     """An error of 4 %, with which a run with a given number of substeps has no note."""
-    monkeypatch.setattr("jaxcontact.verbs.rub.REFINED", (1,))
+    monkeypatch.setattr("jaxcontact.verbs.running.REFINED", (1,))
     with pytest.warns(UserWarning, match='an estimated error of 4.1 %.*substeps="auto" has no smaller ones'):
         run = on_a_line(jc.Archard(2e-17), substeps="auto", thickness=4e-6, times=np.array([0.0, 25.0, 50.0]))
     assert np.all(run.converged)

@@ -1,0 +1,142 @@
+"""The error of the time steps: an estimate that a march makes beside its steps, from what it has computed anyway.
+
+In a step the pressure is linear in time. What the step leaves out is the deviation of the pressure from that line. With
+kappa, the deviation in the middle of the step, taken as a parabola over the step, the internal variables of
+``history.recursive`` are off by
+
+    dt b(lambda_k dt) kappa,      b(z) = int_0^1 exp(-z (1 - s)) 4 s (1 - s) ds = 2/3/(1 + z/2 + z^2/6) nearly,
+
+and less for large z where a parabola would be steeper at the end of the step than the line.
+
+kappa = -dt/4 (dp - dp' dt/dt')/(dt + dt') from the increments of this step and the one before (primed), at most half
+of dp at each cell. In a step after a jump, which has none before it, the pressure is taken to follow a relaxation,
+f(t) = 1/(1 + sum_k s_k (1 - exp(-lambda_k t))/lambda_k): kappa = dp ((1 - f(dt/2))/(1 - f(dt)) - 1/2).
+
+What becomes of an error is found in one number for each rate, x_k of the internal variables, and in y of the pressure, all
+along the pressure. With the shares s_k = <p, lambda_k C_k p>/<p, C_0 p> of the delayed compliances under the present
+pressure, the displacement in the contact, or its shape under a given load, stays as it is:
+
+    x_k' = y - lambda_k x_k + (the defects of the steps),      y + sum_k s_k x_k = 0,
+
+by the rule of the march. The estimate is |y|/(|p| + |y|), so that an error is forgotten as the body forgets it. Where the
+contact moves over the body by d of its radii in a step, lambda_k dt is larger by d: what it leaves behind matters no more.
+A step of reduced time that turns out to be another than was extrapolated has a further defect, the difference of the two
+updates of the internal variables.
+
+Measured on thirty contacts under load and approach (``tests.benchmarks.time_steps``), the estimate is within a factor of
+three of the largest error of approach, load and peak pressure.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.exponential import ramps
+from jaxcontact._support.reductions import totals
+
+FAINT = 0.1  # of the largest pressure not yet forgotten: the error of a smaller pressure is relative to this
+HARDLY = 1e-3  # weight of the pressure before a step where that after it has none
+
+
+class StepError(NamedTuple):
+    """The errors of the module and what they are found from.
+
+    variables (K,): x_k; pressure: y; remembered (K,): the internal variables along the pressure; size: of the last
+    pressure; largest: of the largest one, as far as it is not forgotten; last: the length of the step before [s]; estimate:
+    of the relative error of the present pressure; () each.
+    """
+
+    variables: Array
+    pressure: Array
+    remembered: Array
+    size: Array
+    largest: Array
+    last: Array
+    estimate: Array
+
+    @classmethod
+    def none(cls, count: int) -> "StepError":
+        """Return the errors at the start, with that many rates."""
+        return cls(
+            jnp.zeros(count),
+            *[jnp.zeros(count) if name == "remembered" else jnp.zeros(()) for name in cls._fields[1:]],
+        )
+
+
+class Delayed(NamedTuple):
+    """The delayed compliance of a body under a pressure: rates lambda_k and shares s_k of the module [1/s], (K,) each."""
+
+    rates: Array
+    shares: Array
+
+
+class Lapse(NamedTuple):
+    """The time in a step [s], in which the pressure is linear; its reduced time, as it was extrapolated and as it turned
+    out, both None where the body's time is that of the clock; drift: the way of the contact over the body, in its radii.
+    """
+
+    dt: Array
+    assumed: Array | None = None
+    found: Array | None = None
+    drift: Array | float = 0.0
+
+
+def present(before: Array, after: Array) -> Array:
+    """Return the pressure along which errors are measured: that after a step, or the one before where contact was lost."""
+    return after + HARDLY * before
+
+
+def in_radii(way: Array, contact_area: Array, plane_strain: bool) -> Array:
+    """Return a way in radii of a contact, in plane strain in half-widths, all in cells; none without contact."""
+    radius = contact_area / 2.0 if plane_strain else jnp.sqrt(contact_area / jnp.pi)
+    return jnp.where(radius > 0.0, way / jnp.where(radius > 0.0, radius, 1.0), 0.0)
+
+
+def after_step(
+    error: StepError, delayed: Delayed, before: Array, after: Array, rate: Array, lapse: Lapse
+) -> StepError:
+    """Return the errors after a step, without derivative.
+
+    before, after: pressure (..., nx, ny) or several components of a traction; rate: of its change over the step before.
+    """
+    given = jax.lax.stop_gradient((error, delayed, before, after, rate, lapse))
+    error, (rates, shares), before, after, rate, lapse = given
+    dt = lapse.dt
+    own = dt if lapse.found is None else lapse.found  # the body's time
+    z = rates * own + lapse.drift
+    decay, old, new = ramps(z)
+
+    # what is left of a unit pressure at a constant displacement after half the step, and after the step
+    part = jnp.array([[0.5], [1.0]]) * z
+    mean = jnp.where(part < 1e-6, 1.0, -jnp.expm1(-part) / jnp.where(part < 1e-6, 1.0, part))
+    half, left = 1.0 / (1.0 + jnp.array([0.5, 1.0]) * own * (mean @ shares))
+    bent = (1.0 - half) / jnp.where(left < 1.0, 1.0 - left, 1.0) - 0.5
+
+    change = after - before
+    following = -dt / 4.0 * (change - rate * dt) / jnp.where(dt > 0.0, dt + error.last, 1.0)
+    following = jnp.clip(following, -jnp.abs(change) / 2.0, jnp.abs(change) / 2.0)
+    kappa = jnp.where(error.last > 0.0, following, bent * change)
+    squared, off, along, turned = totals(after**2, kappa**2, present(before, after) * kappa, before * after)
+    size, deviation = jnp.sqrt(squared), jnp.sign(along) * jnp.sqrt(off)
+    turn = jnp.where(turned < 0.0, -1.0, 1.0)  # of a traction that has been reversed
+    x, y, h = turn * error.variables, turn * error.pressure, turn * error.remembered
+
+    # where z is large the slope at the end of the step counts, 4 kappa of a parabola, but no more than that of the line
+    whole = jnp.sqrt(jnp.maximum(squared + error.size**2 - 2.0 * turned, 0.0))
+    flat = jnp.maximum(4.0 * jnp.abs(deviation), whole) / jnp.where(whole > 0.0, whole, 1.0)
+    defect = own * 2.0 / 3.0 / (1.0 + z / 2.0 + flat * z**2 / 6.0) * deviation
+    remembered = h
+    if lapse.assumed is not None:
+        pressed = turn * error.size
+        remembered = decay * h + own * (old * pressed + new * size)
+        decay_, old_, new_ = ramps(rates * lapse.assumed + lapse.drift)
+        defect = defect + remembered - decay_ * h - lapse.assumed * (old_ * pressed + new_ * size)
+    free = decay * x + own * old * y + defect
+    touching = size + error.size > 0.0
+    found = jnp.where(touching, -(shares @ free) / (1.0 + shares @ (own * new)), 0.0)
+    largest = jnp.maximum(size, error.largest * left)
+    scale = jnp.maximum(size + jnp.abs(found), FAINT * largest)
+    estimate = jnp.where(scale > 0.0, jnp.abs(found) / jnp.where(scale > 0.0, scale, 1.0), 0.0)
+    return StepError(free + own * new * found, found, remembered, size, largest, dt, estimate)
