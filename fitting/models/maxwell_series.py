@@ -15,6 +15,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.models.structure import ParameterList
+from jaxcontact._support.pytree import refuse_masked
 from jaxcontact.inputs.spectrum import Spectrum, from_relaxation
 
 
@@ -25,6 +26,7 @@ class MaxwellSeries(ParameterList):
     @classmethod
     def with_times(cls, tau: Any, equilibrium: bool) -> "MaxwellSeries":
         """Return the structure with times (k,) [s], with or without Ge; ValueError unless they are > 0."""
+        refuse_masked("tau", tau)
         tau = np.unique(np.asarray(tau, dtype=float))
         if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
             raise ValueError(f"tau: expected times > 0, got {tau}")

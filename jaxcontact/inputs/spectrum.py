@@ -30,7 +30,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.exponential import mean_decay
-from jaxcontact._support.pytree import pytree
+from jaxcontact._support.pytree import as_float64, pytree
 
 BISECTIONS = 100  # a root is found to 1e-30 of the interval between rates
 # fraction of the lowest retardation rate below which the root of a fluid is computed by ``_slowest``
@@ -52,7 +52,7 @@ class Spectrum:
 
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa] for t of any shape."""
-        t = jnp.asarray(t, dtype=float)
+        t = as_float64(t)
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
         flow = 0.0 if self.fluidity is None else self.fluidity * t
         return self.instantaneous + delayed + flow
