@@ -17,11 +17,12 @@ jax.config.update("jax_enable_x64", True)
 # slower.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
-from jaxcontact._compile import installed_jax  # noqa: E402
+from jaxcontact._compile import installed_jax, memory_maps  # noqa: E402
 from jaxcontact._support import fitting_alias  # noqa: E402
 
 installed_jax.silence_the_compiler()
 installed_jax.warn_of_a_known_fault()
+memory_maps.watch()
 fitting_alias.install()
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402

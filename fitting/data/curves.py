@@ -8,12 +8,14 @@ import numpy as np
 
 from fitting.data.clock import since_load
 from fitting.views.in_words import described
+from jaxcontact._support.pytree import refuse_masked
 
 CONVENTIONS = ("J", "1/(2G)", "D")
 
 
 def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
     """Return a finite float array (n,), n >= 5; ValueError with its name otherwise."""
+    refuse_masked(name, value)
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -202,6 +204,7 @@ def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if stress is None:
         raise ValueError("stress: expected (times, values) or an array as long as t, got None")
     knots, values = stress if isinstance(stress, tuple) and len(stress) == 2 else (t, stress)
+    refuse_masked("stress", [knots, values])
     knots, values = np.array(knots, dtype=float), np.array(values, dtype=float)
     if knots.ndim != 1 or knots.shape != values.shape or knots.size == 0:
         raise ValueError(

@@ -8,6 +8,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.views.in_words import described
+from jaxcontact._support.pytree import refuse_masked
 
 UNITS = {"pressure": "Pa", "gap": "m", "displacement": "m", "contact": ""}
 
@@ -22,7 +23,7 @@ class ContactData:
         control: ``jc.Load`` [N] or ``jc.Approach`` [m] over these times, as ``jc.indent`` takes it.
         fields: {name: (nt, nx, ny)}, or (nx, ny) for a single time. "pressure" [Pa]; "gap" [m]; "displacement" [m], which
             is a residual imprint where the load is zero; "contact", 1 for a pixel in contact and 0 for one out of
-            contact. NaN marks a pixel that is not measured.
+            contact. NaN, or the mask of a numpy array, marks a pixel that is not measured.
         grid: ``jc.Grid`` of the pixels, the same for all fields. It may differ in extent and spacing from that of the fit.
         sigma: {name: standard deviation of a pixel}, a number or an array of the shape of the field, up to a common factor
             of the field, which the fit estimates. Of a field without it the standard deviation is taken as constant. A
@@ -49,6 +50,7 @@ class ContactData:
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
+        refuse_masked("times", self.times)
         put("times", np.atleast_1d(np.asarray(self.times, dtype=float)))
         if self.times.ndim != 1 or not np.all(np.isfinite(self.times)) or np.any(np.diff(self.times) < 0):
             raise ValueError(f"times: expected (nt,) finite and not decreasing, got {self.times!r}")
@@ -64,7 +66,7 @@ class ContactData:
 
     def _field(self, name: str, value: Any) -> np.ndarray:
         """Return a field (nt, nx, ny)."""
-        shape, array = (self.times.size, *self.grid.shape), np.array(value, dtype=float)
+        shape, array = (self.times.size, *self.grid.shape), np.ma.array(value, dtype=float).filled(np.nan)
         array = array[None] if array.ndim == 2 else array
         if array.shape != shape:
             raise ValueError(f"fields[{name!r}]: expected shape {shape}, got {np.shape(value)}")
@@ -83,6 +85,7 @@ class ContactData:
         if name not in self.fields or name == "contact":
             own = [one for one in self.fields if one != "contact"]
             raise ValueError(f"sigma: expected those of {own}, got {name!r}")
+        refuse_masked(f"sigma[{name!r}]", value)
         array, shape = np.asarray(value, dtype=float), self.fields[name].shape
         if array.shape not in ((), shape[1:], shape):
             raise ValueError(f"sigma[{name!r}]: expected a number or shape {shape}, got {array.shape}")

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from jaxcontact._support.pytree import refuse_masked
+
 KINDS = ("estimated", "proportional", "relative", "absolute")
 FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
 TAILS = 3.0  # degrees of freedom of Student's t
@@ -33,6 +35,7 @@ def choose_weights(
     if (weights is None) == (sigma is None):
         raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
     if sigma is not None:
+        refuse_masked("sigma", sigma)
         if np.shape(sigma) not in ((), y.shape):
             raise ValueError(f"sigma: expected a number or {y.size} values, got shape {np.shape(sigma)}")
         spread = np.broadcast_to(np.asarray(sigma, dtype=float), y.shape)

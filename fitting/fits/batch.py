@@ -15,6 +15,7 @@ from fitting.models.structure import limits, resolve
 from fitting.search import creep_search, padding, varpro
 from fitting.search.creep_search import Optimum
 from fitting.views.in_words import described
+from jaxcontact._support.pytree import refuse_masked
 
 VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
 
@@ -76,6 +77,7 @@ def fit_creep_batch(
     """
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
+    refuse_masked("J", J)
     curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     notes = tuple(dict.fromkeys(note for curve in curves for note in curve.notes))
     p = sum(low < high for low, high in table.values())

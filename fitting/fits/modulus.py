@@ -369,8 +369,8 @@ def _relaxed_modulus(c: Any, t: Array) -> Array:
 @jax.jit
 def _complex_modulus(c: Any, omega: Array) -> Array:
     """Return G' + i G'' at angular frequencies omega of any shape."""
-    delayed = jnp.sum(c.retarded / (1.0 + 1j * omega[..., None] / c.rates), -1)
-    return 1.0 / (c.spring + delayed + c.flow / (1j * omega))
+    delayed = jnp.sum(c.amplitudes / (1.0 + 1j * omega[..., None] / c.rates), -1)
+    return 1.0 / (c.instantaneous + delayed + c.fluidity / (1j * omega))
 
 
 @functools.partial(jax.jit, static_argnames="kind")

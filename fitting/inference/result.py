@@ -13,7 +13,8 @@ import numpy as np
 from fitting.inference import student
 from fitting.inference.evidence import Curve, Evidence
 from fitting.models.search_space import Landscape
-from fitting.models.structure import Compliances, Structure
+from fitting.models.structure import Structure
+from jaxcontact.inputs.spectrum import Spectrum
 from fitting.search.uncertainty import LogCovariance
 from fitting.views import fit_picture, report
 
@@ -103,7 +104,7 @@ class Fit(Evidence, Parameters):
         """The verdict on the goodness of fit, "accepted" or "rejected"; ``refused`` has the reasons for a rejection."""
         return "rejected" if self.refused else "accepted"
 
-    def compliances(self) -> Compliances:
+    def compliances(self) -> Spectrum:
         """Return the compliances of the material as found by the search, finite where a parameter is infinite."""
         return self.structure.compliances(jnp.asarray(self.estimate.best))
 

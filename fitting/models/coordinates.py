@@ -18,7 +18,8 @@ from jax import Array
 from jax.tree_util import Partial
 
 from fitting.models.search_space import Landscape, SearchSpace
-from fitting.models.structure import Compliances, Structure
+from fitting.models.structure import Structure
+from jaxcontact.inputs.spectrum import Spectrum
 
 NUISANCES = {"contact_point": "m", "drift": "m/s", "machine_compliance": "m/N"}
 EDGE = 16.0  # bound of the logarithms of scaled compliances, 1e-7 to 1e7
@@ -46,12 +47,12 @@ class Coordinates:
     machine_compliance: Array
     rates: Array | None
 
-    def compliances(self) -> Compliances:
+    def compliances(self) -> Spectrum:
         """Return the compliances of the material."""
         if self.rates is not None:
-            return Compliances(self.spring, self.retarded, self.flow, self.rates)
+            return Spectrum(self.spring, self.retarded, self.rates, self.flow)
         rates = jnp.exp(self.rise - self.retarded)
-        return Compliances(jnp.exp(self.spring), jnp.exp(self.retarded), self.flow, rates)
+        return Spectrum(jnp.exp(self.spring), jnp.exp(self.retarded), rates, self.flow)
 
     def offset(self, t: Array, load: Array) -> Array:
         """Return the sum of contact point, drift and machine compliance in the measured depth, (n,)."""

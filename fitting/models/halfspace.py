@@ -30,11 +30,11 @@ from jax import Array
 from fitting.models import adhesion
 from fitting.models.coordinates import Coordinates
 from fitting.models.history import columns, recursion
-from fitting.models.structure import Compliances
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.exponential import phi1
 from jaxcontact.inputs import spectrum
+from jaxcontact.inputs.spectrum import Spectrum
 
 BISECTIONS = 24
 NEWTON = 12  # iterations for the depth in a layer, which converge quadratically in logarithms
@@ -137,16 +137,16 @@ def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
-def _hereditary(c: Compliances, curve: Curve) -> Array:
+def _hereditary(c: Spectrum, curve: Curve) -> Array:
     """Return int (J + extra) dP at the samples, (n,)."""
-    x = jnp.concatenate([jnp.stack([c.spring + curve.extra]), c.retarded, jnp.stack([c.flow])])
+    x = jnp.concatenate([jnp.stack([c.instantaneous + curve.extra]), c.amplitudes, jnp.stack([c.fluidity])])
     return columns(curve.basis, c.rates) @ x
 
 
-def _neck(c: Compliances, curve: Curve) -> Array:
+def _neck(c: Spectrum, curve: Curve) -> Array:
     """Return kappa of ``adhesion.py``, (n,)."""
-    creep = c.creep(curve.t - curve.t[0]) - c.spring
-    return adhesion.root(curve.pull * (c.spring + curve.edge * creep + curve.extra))
+    creep = c.creep(curve.t - curve.t[0]) - c.instantaneous
+    return adhesion.root(curve.pull * (c.instantaneous + curve.edge * creep + curve.extra))
 
 
 @functools.partial(jax.jit, static_argnames="kind")
@@ -161,31 +161,32 @@ def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Arr
     return alpha, c.creep(curve.t - curve.t[0]) + curve.extra
 
 
-def surface(c: Compliances, bulk: Array | None) -> Compliances:
+def surface(c: Spectrum, bulk: Array | None) -> Spectrum:
     """Return the effective J of the surface; with a bulk modulus K, 2 (1 - nu) J has the transform J + 3/(G + 3 K).
 
     Source: ``response.volume``.
     """
     if bulk is None:
         return c
-    start, retarded, rates = spectrum.parallel_creep(_spectrum(c), 3.0 * bulk)
-    return Compliances(
-        c.spring + 3.0 * start,
-        jnp.concatenate([c.retarded, 3.0 * retarded]),
-        c.flow,
+    start, retarded, rates = spectrum.parallel_creep(_ascending(c), 3.0 * bulk)
+    return Spectrum(
+        c.instantaneous + 3.0 * start,
+        jnp.concatenate([c.amplitudes, 3.0 * retarded]),
         jnp.concatenate([c.rates, rates]),
+        c.fluidity,
     )
 
 
-def relaxation_modes(c: Compliances, extra: Array) -> tuple[Array, Array]:
+def relaxation_modes(c: Spectrum, extra: Array) -> tuple[Array, Array]:
     """Return weights and rates, (k + 1,) each, of G(t) = sum_m weights_m exp(-rates_m t), the modulus of J + extra."""
-    rates, weights = spectrum.relaxation_modes(_spectrum(c), extra)
+    rates, weights = spectrum.relaxation_modes(_ascending(c), extra)
     return weights, rates
 
 
-def _spectrum(c: Compliances) -> spectrum.Spectrum:
+def _ascending(c: Spectrum) -> Spectrum:
+    """Return the spectrum with its rates in ascending order."""
     order = jnp.argsort(c.rates)
-    return spectrum.Spectrum(c.spring, c.retarded[order], c.rates[order], c.flow)
+    return Spectrum(c.instantaneous, c.amplitudes[order], c.rates[order], c.fluidity)
 
 
 def _highest(y: Array) -> Array:

@@ -2,14 +2,8 @@
 
     G(t) = Ge + sum_i G_i exp(-t/tau_i),     G*(omega) = Ge + sum_i G_i i omega tau_i/(1 + i omega tau_i)
 
-The compliance is J*(s) = 1/G*(s) with s = i omega. With the rates r_i = 1/tau_i, v_i = sqrt(G_i r_i), D = diag(r) and
-G0 = Ge + sum_i G_i,
-
-    G*(s) = G0 - v^T (s + D)^-1 v,     J*(s) = 1/G0 + v^T (s + D - v v^T/G0)^-1 v/G0^2,
-
-so that the retardation rates are the eigenvalues of a symmetric matrix, of which the smallest is zero without Ge: then the
-body flows with the viscosity sum_i G_i tau_i. Source: N. W. Tschoegl, The Phenomenological Theory of Linear Viscoelastic
-Behavior, 1989, secs. 3.5 and 8.1 (the models and their equivalence).
+The equivalent compliances are those of ``jaxcontact.inputs.spectrum.from_relaxation``. Source: N. W. Tschoegl, The
+Phenomenological Theory of Linear Viscoelastic Behavior, 1989, secs. 3.5 and 8.1 (the models and their equivalence).
 """
 
 import dataclasses
@@ -20,9 +14,9 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting.models.structure import Compliances, ParameterList
-
-SOLID = 1e-10  # equilibrium modulus over the instantaneous one, below which the body is a liquid
+from fitting.models.structure import ParameterList
+from jaxcontact._support.pytree import refuse_masked
+from jaxcontact.inputs.spectrum import Spectrum, from_relaxation
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -32,6 +26,7 @@ class MaxwellSeries(ParameterList):
     @classmethod
     def with_times(cls, tau: Any, equilibrium: bool) -> "MaxwellSeries":
         """Return the structure with times (k,) [s], with or without Ge; ValueError unless they are > 0."""
+        refuse_masked("tau", tau)
         tau = np.unique(np.asarray(tau, dtype=float))
         if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
             raise ValueError(f"tau: expected times > 0, got {tau}")
@@ -69,20 +64,12 @@ class MaxwellSeries(ParameterList):
         s = 1j * omega[..., None] / self.rates
         return Ge + (s / (1.0 + s)) @ G
 
-    def compliances(self, values: Array) -> Compliances:
+    def compliances(self, values: Array) -> Spectrum:
         """Return the equivalent compliances, k retarded ones and a fluidity."""
         Ge, G = self.moduli(values)
-        G = jnp.maximum(G, 1e-14 * jnp.sum(G) / G.size)
-        total, rates = Ge + jnp.sum(G), self.rates
-        v = jnp.sqrt(G * rates)
-        rho, Q = jnp.linalg.eigh(jnp.diag(rates) - jnp.outer(v, v) / total)
-        liquid = (jnp.arange(rho.size) == 0) & (Ge <= SOLID * total)
-        rho = jnp.where(liquid, 1.0, jnp.maximum(rho, 1e-300))
-        J = jnp.where(liquid, 0.0, (v @ Q / total) ** 2 / rho)
-        flow = jnp.where(liquid[0], 1.0 / jnp.sum(G / rates), 0.0)
-        return Compliances(1.0 / total, J, flow, rho)
+        return from_relaxation(Ge, G[::-1], jnp.asarray(self.rates[::-1]))
 
     def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
         """Return the equivalent series of retardation times."""
         c = self.compliances(jnp.stack([jnp.asarray(values[name], dtype=float) for name in self.where]))
-        return jc.Prony(J0=c.spring, J=c.retarded, tau=1.0 / c.rates, fluidity=c.flow, **volume.keyword)
+        return jc.Prony(J0=c.instantaneous, J=c.amplitudes, tau=1.0 / c.rates, fluidity=c.fluidity, **volume.keyword)

@@ -19,25 +19,10 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from jaxcontact._support.pytree import refuse_masked
+from jaxcontact.inputs.spectrum import Spectrum
 
 LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
-
-
-class Compliances(NamedTuple):
-    """Creep compliances of a material.
-
-    spring: j0 (); retarded: j_i (k,) [1/Pa]; flow: f () [1/(Pa s)]; rates: 1/tau_i (k,) [1/s].
-    """
-
-    spring: Array
-    retarded: Array
-    flow: Array
-    rates: Array
-
-    def creep(self, t: Array) -> Array:
-        """Return J(t) [1/Pa], t [s] of any shape."""
-        delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.retarded
-        return self.spring + delayed + self.flow * t
 
 
 class Volume(NamedTuple):
@@ -132,14 +117,14 @@ class Structure:
         unit = self.unit(name).replace("/", "_per_").replace(" ", "_")
         return f"{name}_{unit}".replace("(", "").replace(")", "").rstrip("_")
 
-    def compliances(self, values: Array) -> Compliances:
+    def compliances(self, values: Array) -> Spectrum:
         """Return the compliances of a list (size,); the rate is arbitrary where the retarded part is zero."""
         retarded = values[1 : self.flow]
         if self.tau is not None:
-            return Compliances(values[0], retarded, values[self.flow], jnp.asarray(1.0 / self.tau))
+            return Spectrum(values[0], retarded, jnp.asarray(1.0 / self.tau), values[self.flow])
         some = retarded > 0
         rates = jnp.where(some, values[self.flow + 1 :] / jnp.where(some, retarded, 1.0), 1.0)
-        return Compliances(values[0], retarded, values[self.flow], rates)
+        return Spectrum(values[0], retarded, rates, values[self.flow])
 
     def parameters(self, compliances: Any) -> dict[str, Any]:
         """Return {parameter: value} of a list of compliances, which may be traced."""
@@ -252,6 +237,7 @@ def by_name(name: str, classes: Iterable[type]) -> type | None:
 
 def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
     """Return the structure of ``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
+    refuse_masked("tau", tau)
     tau = np.unique(np.asarray(tau, dtype=float))
     if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
         raise ValueError(f"tau: expected times > 0, got {tau}")

@@ -1,6 +1,7 @@
 """Frozen dataclasses registered with jax as pytrees of arrays."""
 
 import dataclasses
+import functools
 from typing import Any, TypeVar, dataclass_transform
 
 import jax
@@ -21,13 +22,38 @@ def static(**kwargs: Any) -> Any:
 def pytree(cls: type[T]) -> type[T]:
     """Make ``cls`` a frozen dataclass whose fields are leaves, except those made by ``static``.
 
-    Values are never checked at construction: jax rebuilds these objects with tracers, None and plain objects inside.
+    Values are not checked at construction, because jax rebuilds these objects with tracers, None and plain objects inside;
+    only masked entries are refused.
     Unless the class defines its own ``repr``, it is printed with its fields, an array of more than a few numbers by its
     shape and range.
     """
     if cls.__repr__ is object.__repr__:
         cls.__repr__ = _in_words  # type: ignore[method-assign]
-    return _register(dataclasses.dataclass(frozen=True, repr=False)(cls))
+    made = _register(dataclasses.dataclass(frozen=True, repr=False)(cls))
+    construct = made.__init__
+
+    @functools.wraps(construct)
+    def initialise(self: Any, *args: Any, **kwargs: Any) -> None:
+        construct(self, *args, **kwargs)
+        for name, value in vars(self).items():
+            refuse_masked(name, value)
+
+    made.__init__ = initialise  # type: ignore[method-assign]
+    return made
+
+
+def refuse_masked(name: str, value: Any) -> None:
+    """Raise ValueError for a numpy array with masked entries, or a list or tuple with one.
+
+    Conversions to other arrays drop a mask without a word, and the values beneath it, often spikes, would be computed
+    with. An array whose mask is empty is accepted."""
+    if isinstance(value, list | tuple):
+        for each in value:
+            refuse_masked(name, each)
+    elif isinstance(value, np.ma.MaskedArray) and (masked := int(np.ma.count_masked(value))):
+        raise ValueError(
+            f"{name}: expected numbers without masked entries, got {masked} masked of {value.size}: fill or cut them"
+        )
 
 
 def _in_words(obj: Any) -> str:
@@ -118,6 +144,7 @@ _NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 
 
 def _leaf_as_float64(leaf: Any) -> Any:
+    refuse_masked("array", leaf)
     if is_concrete(leaf):
         return jnp.asarray(np.asarray(leaf, dtype=np.float64))
     return jnp.asarray(leaf, dtype=jnp.float64)

@@ -8,7 +8,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete
+from jaxcontact._support.pytree import is_concrete, refuse_masked
 from jaxcontact.history.moving import Shift
 from jaxcontact.inputs.controls import check_friction
 from jaxcontact.inputs.grid import Grid
@@ -23,6 +23,7 @@ SAMPLES = 1500  # places of the track at which a return is looked for, beside it
 
 def as_array(velocity: Array | float) -> Any:
     """The velocity, a tuple or list of numbers perhaps, as an array. Raises ValueError for anything else."""
+    refuse_masked("velocity", velocity)
     try:
         return (
             np.asarray(velocity, dtype=float) if is_concrete(velocity) else jnp.asarray(velocity, dtype=float)

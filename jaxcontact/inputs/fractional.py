@@ -34,7 +34,7 @@ from jax.nn import softplus
 from jax.scipy.special import gammaln
 
 from jaxcontact._support import checks
-from jaxcontact._support.pytree import is_concrete, pytree, replace
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
 from jaxcontact.inputs.materials import NU, Material, Prony
 
 TAIL = 80.0  # range of the logarithm of rates summed beyond the modes kept; a closed form gives the rest
@@ -268,7 +268,7 @@ class FractionalKelvinVoigt(Fractional):
     @jax.jit
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa] to a relative 1e-9, t >= 0 [s] of any shape."""
-        t = jnp.asarray(t, dtype=float)
+        t = as_float64(t)
         positive = t > 0.0
         log_t = jnp.log(jnp.where(positive, t, 1.0))[..., None]
         centre = jax.lax.stop_gradient(self._position(-log_t))
@@ -316,7 +316,7 @@ class FractionalKelvinVoigt(Fractional):
 
 def power(t: Array | float, alpha: Array | float) -> Array:
     """Return t^alpha/Gamma(1 + alpha), t >= 0 of any shape; its derivatives are finite at t = 0 as well."""
-    t, alpha = jnp.asarray(t, dtype=float), jnp.asarray(alpha, dtype=float)
+    t, alpha = as_float64(t), as_float64(alpha)
     positive = t > 0.0
     return jnp.where(
         positive, jnp.exp(alpha * jnp.log(jnp.where(positive, t, 1.0)) - gammaln(1.0 + alpha)), 0.0

@@ -23,7 +23,7 @@ from typing import Any, ClassVar, Self
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.pytree import pytree, replace
+from jaxcontact._support.pytree import as_float64, pytree, replace
 from jaxcontact.inputs.spectrum import Spectrum, relaxation_modes
 
 NU = float("0.3")  # the default, distinguished by its identity from a value of 0.3 passed by the user
@@ -100,14 +100,14 @@ class Material(abc.ABC):
         """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
         rho, weights = relaxation_modes(spectrum)
-        decay = jnp.exp(-jnp.asarray(t, dtype=float)[..., None] * rho)
+        decay = jnp.exp(-as_float64(t)[..., None] * rho)
         return self._elastic_part(spectrum) + decay @ weights
 
     def complex_modulus(self, omega: Array | float) -> Array:
         """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a
         fluid.
         """
-        s = 1j * jnp.asarray(omega, dtype=float)
+        s = 1j * as_float64(omega)
         spectrum = self.spectrum()
         if spectrum.fluidity is not None:
             return s / spectrum.transform(s)
@@ -220,7 +220,7 @@ class KelvinVoigt(Material):
 
     def relaxation(self, t: Array | float) -> Array:
         """Return G(t) = G for t > 0 [Pa]; the impulse eta delta(t) is omitted."""
-        return jnp.asarray(self.G, dtype=float) + jnp.zeros_like(jnp.asarray(t, dtype=float))
+        return jnp.asarray(self.G, dtype=float) + jnp.zeros_like(as_float64(t))
 
 
 @pytree

@@ -17,6 +17,12 @@ transform of
 
 with rho_k the relaxation rates of the material with a compliance 1/c in series, and a_k = w_k/c^2, where w_k are the
 weights of that relaxation: all terms are positive.
+
+A material given by its relaxation, G(t) = Ge + sum_i G_i exp(-r_i t), has its retardation rates at the zeros rho_k of
+
+    G*(-rho) = -rho F(rho),      F(rho) = sum_i G_i/(r_i - rho) - Ge/rho,
+
+one between each two neighbours of 0, r_1, r_2, ..., and the compliances J_k = 1/(rho_k^2 F'(rho_k)) there.
 """
 
 import jax
@@ -24,7 +30,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.exponential import mean_decay
-from jaxcontact._support.pytree import pytree
+from jaxcontact._support.pytree import as_float64, pytree
 
 BISECTIONS = 100  # a root is found to 1e-30 of the interval between rates
 # fraction of the lowest retardation rate below which the root of a fluid is computed by ``_slowest``
@@ -46,7 +52,7 @@ class Spectrum:
 
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa] for t of any shape."""
-        t = jnp.asarray(t, dtype=float)
+        t = as_float64(t)
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
         flow = 0.0 if self.fluidity is None else self.fluidity * t
         return self.instantaneous + delayed + flow
@@ -63,6 +69,58 @@ class Spectrum:
         decay = mean_decay(self.rates, start[..., None], end[..., None])
         flow = 0.0 if self.fluidity is None else self.fluidity * (start + end) / 2.0
         return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
+
+
+LEAST_GAP = 300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
+LEAST_PART = 1e-100  # of the instantaneous modulus, that replaces moduli of zero so that every zero lies between two rates
+
+
+def from_relaxation(equilibrium: Array | float, moduli: Array, rates: Array) -> Spectrum:
+    """Return the spectrum of the material that relaxes as G(t) = Ge + sum_i G_i exp(-r_i t), with k retarded parts.
+
+    equilibrium: Ge [Pa], (), >= 0; moduli: G_i [Pa], (k,), >= 0; rates: r_i [1/s], (k,), different and ascending. Without
+    Ge the body flows with the viscosity sum_i G_i/r_i, and the first part is zero, with an arbitrary rate.
+
+    A zero is found as the distance d from the nearer of its two neighbours r_i, with the differences r_j - rho formed as
+    (r_j - r_i) - d. Neither these nor the sum F lose digits, over any number of decades of rates.
+    """
+    total = equilibrium + jnp.sum(moduli)
+    flows = jnp.asarray(equilibrium <= 0.0)
+    least = LEAST_PART * jax.lax.stop_gradient(total)
+    weights = jnp.concatenate([jnp.stack([jnp.where(flows, least, equilibrium)]), jnp.maximum(moduli, least)])
+    poles = jnp.concatenate([jnp.zeros(1), rates])
+
+    # F rises from -inf to inf between neighbours: its sign at the middle tells the nearer one, the origin of d
+    gap = jnp.diff(poles)
+    middle = poles[:-1] + gap / 2.0
+    left = jax.lax.stop_gradient(jnp.sum(weights / (poles - middle[:, None]), -1) > 0.0)
+    origin, sign = jnp.where(left, poles[:-1], poles[1:]), jnp.where(left, 1.0, -1.0)
+    apart = poles - origin[:, None]
+    sums = lambda weights, differences: jnp.sum(weights / differences, -1)
+
+    # bisection of the logarithm of d between the origin and the middle
+    def halve(_: int, ends: tuple[Array, Array], weights: Array, apart: Array) -> tuple[Array, Array]:
+        low, high = ends
+        log = (low + high) / 2.0
+        beyond = sign * sums(weights, apart - (sign * jnp.exp(log))[:, None]) < 0.0
+        return jnp.where(beyond, log, low), jnp.where(beyond, high, log)
+
+    constants = jax.lax.stop_gradient((weights, apart))
+    high = jax.lax.stop_gradient(jnp.log(gap / 2.0))
+    low, high = jax.lax.fori_loop(0, BISECTIONS, lambda i, e: halve(i, e, *constants), (high - LEAST_GAP, high))
+    d = jnp.exp((low + high) / 2.0)
+
+    # Newton steps carry the first and second derivatives; F'(rho) = sum_i weights_i/(r_i - rho)^2 > 0
+    for _ in range(2):
+        differences = apart - (sign * d)[:, None]
+        d = d - sign * sums(weights, differences) / sums(weights / differences, differences)
+    differences = apart - (sign * d)[:, None]
+    rho = origin + sign * d
+    parts = 1.0 / rho / (rho * sums(weights / differences, differences))
+
+    first = flows & (jnp.arange(rho.size) == 0)
+    flow = jnp.where(flows, 1.0 / jnp.sum(weights[1:] / rates), 0.0)
+    return Spectrum(1.0 / total, jnp.where(first, 0.0, parts), jnp.where(first, rates[0] / 2.0, rho), flow)
 
 
 def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Array, Array]:
@@ -126,7 +184,8 @@ def _bisected(rates: Array, weights: Array, total: Array) -> Array:
 
     def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
         low, high = ends
-        middle = (low + high) / 2.0
+        # the geometric mean, since neighbouring rates may be tens of decades apart
+        middle = jnp.where(low > 0.0, jnp.sqrt(low) * jnp.sqrt(high), (low + high) / 2.0)
         gap = rates - middle[..., None]
         below = total + jnp.sum(weights / jnp.where(gap == 0.0, jnp.inf, gap), -1) < 0.0
         return jnp.where(below, middle, low), jnp.where(below, high, middle)

@@ -60,7 +60,7 @@ def read_surface(path: str | Path, grid: Grid | None = None) -> Surface:
         tuple(grid.shape) == own.shape, f"{path}: expected {tuple(grid.shape)} heights, got {own.shape}"
     )
     checks.require(
-        np.allclose(grid.spacing, own.spacing, rtol=SAME),
+        np.allclose(grid.spacing, own.spacing, rtol=SAME, atol=0.0),
         f"{path}: expected cells of {_cells(grid)} m, got {_cells(own)} m",
     )
     return Surface(surface.heights, grid)

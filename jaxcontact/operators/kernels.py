@@ -30,6 +30,7 @@ from jaxcontact.response.influence.strip_coefficients import strip_coefficients
 from jaxcontact.response.limits import BodyLimits, limits_of
 from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
 
+SAME = 1e-9  # relative difference within which two cell sizes are equal
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
 
@@ -163,7 +164,8 @@ def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
         built.periodic == grid.periodic,
         f"kernels: expected those of a grid with periodic={grid.periodic}, got periodic={built.periodic}",
     )
-    near = jnp.stack([jnp.isclose(a, b, rtol=1e-9) for a, b in zip(built.spacing, grid.spacing, strict=True)])
+    pairs = zip(built.spacing, grid.spacing, strict=True)
+    near = jnp.stack([jnp.isclose(a, b, rtol=SAME, atol=0.0) for a, b in pairs])
     if not is_concrete(near):
         return jnp.all(near)
     ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))

@@ -99,7 +99,7 @@ def roll_steady(
     verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
     forced = isinstance(creepage, TangentialControl)
     value = creepage.value if isinstance(creepage, TangentialControl) else creepage
-    speed, value, friction = (as_float64(jnp.asarray(a, float)) for a in (velocity, value, friction))
+    speed, value, friction = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction))
     experiment = experiment.also(verdict)
     kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
     options = {"forced": forced, "coupled": bool(coupled)}

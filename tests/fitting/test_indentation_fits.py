@@ -10,7 +10,7 @@ import fitting
 import jaxcontact as jc
 from fitting.models.coordinates import Coordinates
 from fitting.models.halfspace import Curve, evaluate, linear, relaxation_modes
-from fitting.models.structure import Compliances
+from jaxcontact.inputs.spectrum import Spectrum
 from jaxcontact.__main__ import main
 from jaxcontact.reference import lee_radok, ting
 
@@ -159,7 +159,7 @@ def test_unloading_has_exact_slopes(rates):
 def test_relaxation_of_any_number_of_branches_inverts_the_creep():
     """int_0^t G(t - s) J(s) ds = t, with G of the code and J written here; one branch and the flow are absent."""
     j0, j, rates = 0.15, np.array([0.5, 0.0, 2.0]), np.array([50.0, 3.0, 0.2])
-    decay, G = (np.asarray(a) for a in relaxation_modes(Compliances(0.1, j, 0.0, rates), 0.05)[::-1])
+    decay, G = (np.asarray(a) for a in relaxation_modes(Spectrum(0.1, j, rates, 0.0), 0.05)[::-1])
     J = lambda s: j0 - np.expm1(-rates * s) @ j
     for t in (0.01, 1.0, 20.0):
         product = lambda s, t=t: G @ np.exp(-decay * (t - s)) * J(s)

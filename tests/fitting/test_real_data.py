@@ -180,3 +180,16 @@ def test_means_of_a_measured_hold_give_what_its_samples_give():
     for name, value in many.values.items():
         np.testing.assert_allclose(few.values[name], value, rtol=1e-3, err_msg=name)
     assert few.verdict == many.verdict == "rejected"
+
+
+@pytest.mark.slow
+def test_a_master_curve_of_43_decades_gives_a_material_that_follows_it():
+    """Times from 1e-2 to 1e28 s, one a decade, as ANSYS took them: the creep grows at least as G falls."""
+    path = DATA / "pyvisco_ansys" / "pyvisco_time_user_master.csv"
+    if not path.exists():
+        pytest.skip("real data set pyvisco_ansys is not beside the project")
+    t, G = np.genfromtxt(path, delimiter=",", skip_header=2).T
+    data = fitting.RelaxationData(t, 1e6 * G, start=0.0)
+    material = fitting.fit_maxwell(data, 10.0 ** np.arange(-2, 29), weights="relative").material
+    np.testing.assert_allclose(np.asarray(material.relaxation(t)), data.modulus, rtol=0.03)
+    assert float(material.creep(1e30) / material.creep(0.0)) > 19.7

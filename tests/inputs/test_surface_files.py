@@ -103,3 +103,12 @@ def test_no_file_is_an_error_of_the_system(tmp_path):
     library()
     with pytest.raises(FileNotFoundError):
         jc.read_surface(tmp_path / "none.x3p")
+
+
+def test_a_scan_of_pixels_of_two_nanometres_is_not_that_of_cells_of_eight(tmp_path):
+    """The difference of 6 nm was within numpy's default of 1e-8, in metres."""
+    path = matrix(tmp_path, "# Width: 12\n# Height: 12\n# Value units: nm\n".replace("12\n", "12 nm\n"))
+    own = jc.read_surface(path).grid
+    np.testing.assert_allclose(own.spacing, (2e-9, 3e-9), rtol=1e-9)
+    with pytest.raises(ValueError, match="expected cells of"):
+        jc.read_surface(path, grid=jc.Grid(own.shape, (8e-9, 8e-9)))

@@ -181,3 +181,14 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
     for path in (ROOT / "fitting").rglob("*.py"):
         own = [name for name in imports(path, "jaxcontact") if not name.startswith(common)]
         assert all(name.count(".") <= 1 for name in own), path
+
+
+@pytest.mark.parametrize("name", ["jaxcontact", "fitting"])
+def test_comparisons_state_their_absolute_tolerance(name):
+    """That of numpy and jax is 1e-8 in whatever unit: ten nanometres for a length."""
+    for path in (ROOT / name).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            called = getattr(node, "func", None)
+            word = getattr(called, "attr", getattr(called, "id", ""))
+            if word in ("isclose", "allclose", "assert_allclose") and getattr(getattr(called, "value", None), "id", "") != "math":
+                assert any(key.arg == "atol" for key in node.keywords), f"{path}:{node.lineno}"
