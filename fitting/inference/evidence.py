@@ -389,17 +389,15 @@ def _weigh(
     real = sample.real(residuals, p) and not (found.known and rss <= 0.5 * dof)
     misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
     matters = real and rss > NEGLIGIBLE * sample.size
-    # the tests see white noise of one variance: without the factors of runs, and over what is known of its size
-    level_residuals, rows, order, blocks = residuals, Q, np.arange(n), sample.blocks
+    # the tests see the residuals without the factors of runs, each run as a series of its own
+    level_residuals, order, blocks = residuals, np.arange(n), sample.blocks
     if found.runs is not None:
         level_residuals = residuals - found.runs.offset
         blocks = sample.blocks * found.runs.factors.size + found.runs.labels
         order = np.argsort(blocks, kind="stable")
-    if found.sizes is not None:
-        level_residuals = level_residuals / found.sizes
-        rows = basis(Q / found.sizes[:, None])
     where = Places(sample.t[order], blocks[order], *sample.abscissa)
-    why = reasons(level_residuals[order], rows[order], found, where) if matters else ()
+    sizes = None if found.sizes is None else found.sizes[order]
+    why = reasons(level_residuals[order], Q[order], found, where, sizes) if matters else ()
     why = (*explains(fitted, measured, sample.weights, p, r2, found.white), *why) if real else why
     scale = math.sqrt(rss / dof)
     aic, bic = criteria(rss, n, p, known, sample.spread())

@@ -34,9 +34,11 @@ LEAST_SPREAD = 1e-100  # spread assumed for residuals that are all zero; its inv
 STEP = 0.5  # step of log(a/b)
 BEYOND = 64.0  # factor by which the grid of a/b extends beyond the smallest and the largest value
 LEAST = 1e-5  # lower limit of a/b over its largest value
-DEGREE = 3  # of the polynomial that describes the logarithm of a variance along the curve
+SHORT = 12  # degrees of freedom below which noise is taken as white
+DEGREE = 2  # of the polynomial that describes the logarithm of a variance along the curve
 ENOUGH = 15  # degrees of freedom below which no change of the variance along the curve is sought
-CHANGES = 0.005  # probability of finding such a change in noise of constant variance
+SIDE = 0.1  # smallest share of the points on one side of a step of the variance
+CHANGES = 0.0025  # probability of finding a change of either kind in noise of constant variance
 STEPS, REACH = 60, 1.0  # Fisher scoring steps for this polynomial at most, and the longest
 FEW, RAGGED = 5, 0.1  # fewest abscissae of repeated runs, and share of them that may have another number of points
 TINY = 1e-300
@@ -146,6 +148,8 @@ def noise_model(
     share = np.exp(likelihood - likelihood.max()) * _prior()
     rho = float(RHO[np.argmax(likelihood.max(0))])
     white = bool(share[:, 0].sum() > MORE_LIKELY_THAN_NOT * share.sum())
+    # so few points do not tell correlated noise from white, and the prior of its correlation would decide
+    white = white or n - p < SHORT
     share[:, 1:] *= not white
     places = np.argwhere(share > NEGLIGIBLE * share.max())
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
@@ -170,38 +174,57 @@ def variation(residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int) -> np.
     """Return the standard deviations (n,) of noise that changes along the abscissa t (n,), relative to their quadratic
     mean; None where they do not change significantly.
 
-    The logarithm of the variance is a polynomial of the rank of t, fitted to the squared residuals over 1 - leverage,
-    which have gamma distributions (generalised linear model with a logarithmic link; M. Aitkin, Appl. Statist. 36 (1987)
-    332). The likelihood ratio against a constant variance, divided by the variance of its score where the tails are
-    heavy, has a chi-square distribution with ``DEGREE`` degrees of freedom; a change is accepted at the level
-    ``CHANGES``. With fewer than ``ENOUGH`` degrees of freedom of the residuals none is sought.
+    The logarithm of the variance is a quadratic polynomial of the rank of t, or has one step, whichever is more likely. Both
+    are fitted to the squared residuals over 1 - leverage, which have gamma distributions (generalised linear model with a
+    logarithmic link; M. Aitkin, Appl. Statist. 36 (1987) 332). The likelihood ratio against a constant variance, divided
+    by the variance of its score where the tails are heavy, has a chi-square distribution with two degrees of freedom for
+    the polynomial, and about that with three for a step whose place is sought (D. W. K. Andrews, Econometrica 61 (1993)
+    821). A change is accepted at the level ``CHANGES`` for each of the two; with fewer than ``ENOUGH`` degrees of freedom
+    of the residuals none is sought.
     """
     n = residual.size
-    if n - p < ENOUGH or np.unique(t).size <= 2 * DEGREE:
+    if n - p < ENOUGH or np.unique(t).size < ENOUGH:
         return None
     left = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
     square = residual**2 / left
     square = square / max(float(square.mean()), TINY)
     # equal abscissae have the mean of their ranks
-    values, places, count = np.unique(t, return_inverse=True, return_counts=True)
+    _, places, count = np.unique(t, return_inverse=True, return_counts=True)
     rank = (np.cumsum(count) - 0.5 * (count + 1))[places] / (n - 1.0)
     columns = np.polynomial.legendre.legvander(2.0 * rank - 1.0, DEGREE)
     found = np.zeros(DEGREE + 1)
-    loss = lambda c: float(np.sum(columns @ c + square * np.exp(-np.clip(columns @ c, -60.0, 60.0))))
+    loss = lambda log: float(np.sum(log + square * np.exp(-np.clip(log, -60.0, 60.0))))
     for _ in range(STEPS):
         # Fisher's information of the logarithm of a variance is one half, whatever its value
         pull = square * np.exp(-np.clip(columns @ found, -60.0, 60.0)) - 1.0
         step = np.clip(np.linalg.lstsq(columns, pull, rcond=None)[0], -REACH, REACH)
-        while loss(found + step) > loss(found) and np.max(np.abs(step)) > 1e-6:
+        while loss(columns @ (found + step)) > loss(columns @ found) and np.max(np.abs(step)) > 1e-6:
             step = 0.5 * step
         found = found + step
         if np.max(np.abs(step)) <= 1e-6:
             break
-    ratio = n * math.log(max(float(square.mean()), TINY)) + n - loss(found)
-    sizes = np.exp(0.5 * columns @ found)
-    ratio /= float(excess(residual / np.sqrt(left) / sizes))
-    if special.chdtrc(DEGREE, max(ratio, 0.0)) > CHANGES:
+    smooth = columns @ found
+    # the mean square before and after each place at which the variance may have a step
+    ranked, along = np.unique(rank), np.argsort(rank, kind="stable")
+    before = np.searchsorted(rank[along], ranked[1:])
+    before = before[(before >= SIDE * n) & (before <= (1.0 - SIDE) * n)]
+    sums = np.append(0.0, np.cumsum(square[along]))
+    first, last = sums[before] / before, (sums[-1] - sums[before]) / (n - before)
+    costs = before * np.log(np.maximum(first, TINY)) + (n - before) * np.log(np.maximum(last, TINY)) + n
+    at = int(np.argmin(costs)) if costs.size else 0
+    stepped = np.empty(n)
+    if costs.size:
+        stepped[along] = np.log(np.where(np.arange(n) < before[at], first[at], last[at]) + TINY)
+    chosen = None
+    for log, dof in ((smooth, DEGREE), (stepped, DEGREE + 1))[: 2 if costs.size else 1]:
+        # of the likelihood ratio the part that heavy tails leave
+        tails = float(excess(residual / np.sqrt(left) * np.exp(-0.5 * log)))
+        chance = float(special.chdtrc(dof, max(n - loss(log), 0.0) / tails))
+        if chance <= CHANGES and (chosen is None or loss(log) + 2.0 * dof < loss(chosen) + 2.0 * DEGREE):
+            chosen = log
+    if chosen is None:
         return None
+    sizes = np.exp(0.5 * chosen)
     return sizes / math.sqrt(float(np.mean(sizes**2)))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import special
 
 from fitting.inference import student
-from fitting.inference.correlation import BEYOND_CHANCE, RHO, within
+from fitting.inference.correlation import BEYOND_CHANCE, RHO, basis, within
 from fitting.inference.noise import Noise
 
 TREND = 5e-3  # probability of a trend, or of systematic residuals, in a series of white noise
@@ -58,7 +58,9 @@ def explains(
     return tuple(found)
 
 
-def reasons(residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places) -> tuple[str, ...]:
+def reasons(
+    residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places, sizes: np.ndarray | None = None
+) -> tuple[str, ...]:
     """Return the reasons for rejecting a fit by its residuals, () if there are none.
 
     - A trend: the likeliest AR(1) noise has the largest correlation that is tried, and the Durbin-Watson statistic is as
@@ -67,11 +69,14 @@ def reasons(residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places) -> t
       Durbin-Watson statistic is as far on its side by chance with probability ``TREND`` at most.
     - A slip (``slipped``) and outliers that move the fit (``outlying``), at the level ``CHANCE``.
 
-    residuals (weighted) (n,), of one variance; Q (n, k): orthonormal columns that span the Jacobian, or their rows for
-    these points where they are part of the data.
+    residuals (weighted) (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for these points where
+    they are part of the data; sizes (n,): their standard deviations up to a factor, where they change along the curve.
+    A slip or an outlier is then one both with and without them.
     """
     t, blocks, symbol, unit = at
-    found = []
+    found, before, rows = [], residuals, Q
+    if sizes is not None:
+        residuals, Q = residuals / sizes, basis(Q / sizes[:, None])
     trend = noise.likeliest == RHO[-1]
     systematic = abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size)
     chance = by_chance(residuals, Q, blocks) if trend or systematic else 1.0
@@ -86,11 +91,13 @@ def reasons(residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places) -> t
             " AR(1) noise is subtracted"
         )
     slip = slipped(residuals, Q.shape[1], blocks)
-    if slip is not None:
+    if slip is not None and (sizes is None or slipped(before, rows.shape[1], blocks) == slip):
         found.append(
             f"the curve slips between {symbol} = {t[slip]:.4g} and {t[slip + 1]:.4g} {unit}: one jump of the residuals"
         )
     points = [i for i in outlying(residuals, Q, blocks) if _moves(residuals, Q, i) > MATTERS]
+    if sizes is not None and points:
+        points = sorted(set(points) & set(outlying(before, rows, blocks)))
     if points:
         times = ", ".join(f"{t[i]:.4g}" for i in points[:3])
         found.append(
