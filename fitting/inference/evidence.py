@@ -353,7 +353,9 @@ def assess(
     """
     residual, jacobian = solved.residual, solved.jacobian
     own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
-    quality = _weigh(sample, residual, own, found, p, level)
+    bound = Q is None and not np.all(solved.inside)
+    whole = basis(sample.smooth(residual, jacobian)) if bound else None
+    quality = _weigh(sample, residual, own, found, p, level, whole)
     spread = (1.0 if found.known else quality.noise) * quality.widening
     rss, least = float(residual @ residual), ROUNDING * sample.size
     return Assessment(quality, found.whitened(jacobian, spread), found, level, rss, least)
@@ -378,9 +380,11 @@ def settled(
 
 
 def _weigh(
-    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float
-) -> Evidence:
-    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound."""
+    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float,
+    whole: np.ndarray | None = None,
+) -> Evidence:  # fmt: skip
+    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound; whole (n,
+    q): those of all free coordinates where some are."""
     measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
     dof = n - p
     fitted = measured + residuals / sample.weights
@@ -397,7 +401,8 @@ def _weigh(
         order = np.argsort(blocks, kind="stable")
     where = Places(sample.t[order], blocks[order], *sample.abscissa)
     sizes = None if found.sizes is None else found.sizes[order]
-    why = reasons(level_residuals[order], Q[order], found, where, sizes) if matters else ()
+    whole = None if whole is None else whole[order]
+    why = reasons(level_residuals[order], Q[order], found, where, sizes, whole) if matters else ()
     why = (*explains(fitted, measured, sample.weights, p, r2, found.white), *why) if real else why
     scale = math.sqrt(rss / dof)
     aic, bic = criteria(rss, n, p, known, sample.spread())

@@ -21,6 +21,7 @@ CHANCE = 1e-3  # probability of an outlier in a series of Gaussian noise
 MATTERS = 1.0  # standard errors by which a relevant outlier moves the fit
 ISOLATED = 0.5  # largest residual of a neighbour over that of an isolated outlier
 FLAT = 1e-9
+CURVED = 0.02  # fraction of a variance that the curvature of a model may change, relative to its linearisation
 
 
 class Places(NamedTuple):
@@ -59,7 +60,8 @@ def explains(
 
 
 def reasons(
-    residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places, sizes: np.ndarray | None = None
+    residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places, sizes: np.ndarray | None = None,
+    whole: np.ndarray | None = None,
 ) -> tuple[str, ...]:
     """Return the reasons for rejecting a fit by its residuals, () if there are none.
 
@@ -71,21 +73,25 @@ def reasons(
 
     residuals (weighted) (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for these points where
     they are part of the data; sizes (n,): their standard deviations up to a factor, where they change along the curve.
-    A slip or an outlier is then one both with and without them.
+    A slip or an outlier is then one both with and without them. whole (n, q): as Q, with the coordinates at a bound, if
+    there are some; the truth may have them off the bound, so that the less certain of both tests for a trend counts.
     """
     t, blocks, symbol, unit = at
-    found, before, rows = [], residuals, Q
+    found, before, rows, spanned = [], residuals, Q, [Q if whole is None else whole, Q]
     if sizes is not None:
-        residuals, Q = residuals / sizes, basis(Q / sizes[:, None])
+        spanned = [basis(one / sizes[:, None]) for one in spanned]
+        residuals, Q = residuals / sizes, spanned[1]
+    spanned = spanned[: 1 if whole is None else 2]
     trend = noise.likeliest == RHO[-1]
     systematic = abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size)
-    chance = by_chance(residuals, Q, blocks) if trend or systematic else 1.0
+    chances = [by_chance(residuals, one, blocks) for one in spanned] if trend or systematic else [1.0]
+    chance = max(chances)
     if trend and chance <= TREND:
         found.append(
             f"the residuals follow a trend over many points: independent errors are as smooth with a probability of"
             f" {max(chance, 1e-12):.1g} (Durbin-Watson test)"
         )
-    elif systematic and min(chance, 1.0 - chance) <= TREND:
+    elif systematic and min(chance, 1.0 - min(chances)) <= TREND:
         found.append(
             f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
             " AR(1) noise is subtracted"
@@ -156,14 +162,19 @@ def by_chance(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray) -> float
 def outlying(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray | None = None) -> list[int]:
     """Return the isolated points whose externally studentised residual is significant after Bonferroni correction.
 
-    Q (n, k): as of ``reasons``; blocks (n,) of neighbours, None for a single block.
+    The score of a point has Student's t distribution with n - k - 1 degrees of freedom in a linear model, and some point of a
+    series of normal noise is found with probability ``CHANCE`` at most. Where leverage leaves a residual less than
+    ``CURVED`` of the variance of its error, or where the other points deviate by less than this fraction of what the point
+    does, the curvature of the model makes up what is left; both are limited from below. So no point is found with fewer
+    than four degrees of freedom. Q (n, k): as of ``reasons``; blocks (n,) of neighbours, None for a single block.
     """
     n = residuals.size
-    left = 1.0 - np.minimum(np.sum(Q * Q, 1), 1.0 - 1e-12)
+    left = np.maximum(1.0 - np.sum(Q * Q, 1), CURVED)
     dof = n - Q.shape[1] - 1
     if dof < 1:
         return []
-    others = np.maximum(residuals @ residuals - residuals**2 / left, 1e-300) / dof
+    own = residuals**2 / left
+    others = np.maximum(np.maximum(residuals @ residuals - own, CURVED * own), 1e-300) / dof
     score = np.abs(residuals) / np.sqrt(others * left)
     far = np.flatnonzero(score > student.two_sided(1.0 - CHANCE / n, dof))
     return [int(i) for i in far if isolated(residuals, i, blocks)]
@@ -206,7 +217,7 @@ def _one(residuals: np.ndarray) -> np.ndarray:
 
 def _moves(residuals: np.ndarray, Q: np.ndarray, i: int) -> float:
     """Return the number of standard errors by which the fitted value changes when the point is left out."""
-    own = min(float(Q[i] @ Q[i]), 1.0 - 1e-12)
+    own = min(float(Q[i] @ Q[i]), 1.0 - CURVED)
     others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / max(
         residuals.size - Q.shape[1] - 1, 1
     )
