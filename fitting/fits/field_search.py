@@ -325,7 +325,8 @@ class FieldSearch:
             lines.append(blocks.lines() + before)
             before += blocks.kept.size
         curve = "field over its maximum", "", np.concatenate(t), self.measured()
-        return Sample.of(curve, weights, "sigma", np.concatenate(lines))
+        # the standard deviations were estimated from the same residuals, which cannot contradict them
+        return Sample.of(curve, weights, "sigma", np.concatenate(lines))._replace(final=True)
 
     def notes(self, theta: np.ndarray, moved: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
         """Return remarks on blocks of pixels and the error of the grid, and those of the solver."""

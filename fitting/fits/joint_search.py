@@ -89,7 +89,7 @@ class Tests(NamedTuple):
         values = [part.sample.measured / part.unit for part in self.parts]
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
-    def error(self, solved: Solved, deviation: float) -> tuple[str, ...]:
+    def error(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
         """Return no notes: the error scales are fields of the fit."""
         return ()
 

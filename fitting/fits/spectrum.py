@@ -169,11 +169,12 @@ def fit_spectrum(
     start = _solved(search(unweighted.weighted(sample.weights)), sample.weights)
     again = lambda weights: [_solved(search(unweighted.weighted(weights[0]), start.whole), weights[0])]
     (solved,) = settled([sample], [start], again, start.theta.size)
-    found, quality = solved.whole, sample.assess(solved, solved.theta.size, level).evidence
+    found, assessment = solved.whole, sample.assess(solved, solved.theta.size, level)
+    quality = assessment.evidence
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=_prony(found, tau, step, nu), data=data, weights=sample.label, level=level,
-        notes=(*data.notes, *sample.error(solved, quality.noise)), curve=sample.curve(solved.kept),
+        notes=(*data.notes, *sample.error(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
     )  # fmt: skip
 
 

@@ -114,7 +114,8 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
         assessment.evidence, refused=(*assessment.evidence.refused, *solved.against)
     )
     found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
-    return Conclusion(_fields(problem, solved, quality, found, assessment.slopes), ends, assessment)
+    assessment = assessment._replace(evidence=quality)
+    return Conclusion(_fields(problem, solved, assessment, found), ends, assessment)
 
 
 def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
@@ -157,14 +158,14 @@ def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _fields(
-    problem: FitProblem, solved: Solved, quality: Evidence, found: Estimate, slopes: np.ndarray
+    problem: FitProblem, solved: Solved, assessment: Assessment, found: Estimate
 ) -> dict[str, Any]:
     """Return the fields of a ``Fit``."""
-    sample, sought, data = problem.sample, problem.sought, problem.data
+    sample, sought, data, quality = problem.sample, problem.sought, problem.data, assessment.evidence
     names = [problem.space.names[i] for i in problem.space.free]
     parameters = _parameters(sought, found, problem.level, quality)
-    said = *getattr(data, "notes", ()), *sample.error(solved, quality.noise), *solved.notes
-    together = inseparable(slopes, names, parameters.identified)
+    said = *getattr(data, "notes", ()), *sample.error(solved, assessment), *quality.doubts, *solved.notes
+    together = inseparable(assessment.slopes, names, parameters.identified)
     return vars(quality) | vars(parameters) | {
         "structure": sought.structure, "data": data, "weights": sample.label, "level": problem.level,
         "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,

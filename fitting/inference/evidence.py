@@ -5,6 +5,10 @@ given level. For white noise of known relative weights that level is F s^2, F th
 RSS/(n - p), or chi^2 where sigma is given (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1).
 Where the noise may be correlated, or its dependence on the values was estimated, each coordinate has a level of its own
 (``noise.py``). ``verdict.py`` rejects a model whose residuals show that it does not describe the data.
+
+A standard deviation that the user states is compared with the residuals: their RSS has a chi-square distribution with n -
+p degrees of freedom where it is right. Where its value is improbable on either side, a note says so and the intervals
+follow from the scatter of the residuals instead.
 """
 
 import dataclasses
@@ -13,11 +17,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import special
 
 from fitting.inference import noise, student
 from fitting.inference.correlation import BEYOND_CHANCE, basis
 from fitting.inference.noise import Noise
-from fitting.inference.verdict import Places, reasons
+from fitting.inference.verdict import Places, explains, reasons
 from fitting.models.search_space import Landscape
 
 NOT_DETERMINED = 0.5  # sd of a log parameter above which it is not identifiable
@@ -30,6 +35,8 @@ SAME = 0.05  # relative change of estimated weights at convergence
 CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
 PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
 BIASED = 0.5  # bias over standard error of a common factor above which a note is given
+STATED = 0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+APART = 0.01  # probability of a difference between runs that have nothing but noise, below which it is called significant
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
 Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
@@ -103,15 +110,48 @@ class Sample(NamedTuple):
         return self._replace(weights=solved.weights[on], **some), solved.some(on)
 
     def noise(self, solved: "Solved", p: int) -> Noise:
-        """Return the noise model of the residuals of a fit of p parameters to all these points."""
-        residual, shapes, floors = solved.residual, np.ones((1, self.t.size)), np.zeros(1)
+        """Return the noise model of the residuals of a fit of p parameters to all these points.
+
+        Runs at equal abscissae that were joined are series of their own, each with a common factor as a random error.
+        """
+        residual, slopes = solved.residual, self.smooth(solved.residual, solved.jacobian)
+        fitted, real, runs = self.measured + residual / self.weights, self.real(residual, p), None
+        labels = None if self.final else noise.runs_of(self.t, self.blocks)
+        order, blocks = np.arange(residual.size), self.blocks
+        if labels is not None and real:
+            # neighbours are those of a run, and a run's own factor is no noise of its points
+            Q = basis(slopes[:, solved.inside])
+            runs = noise.compared(residual, Q, self.weights * fitted, labels, p, self.known)
+            residual = residual - runs.offset
+            blocks = self.blocks * (int(labels.max()) + 1) + labels
+            order = np.argsort(blocks, kind="stable")
+        dof = residual.size - p
+        rss = float(residual @ residual)
+        # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
+        side = 0 if self.final or not self.known else contradicted(rss, dof)
+        shapes, floors = np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
-            fitted = self.measured + residual / self.weights
             floors = noise.floors_for(fitted)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
-        slopes, real = self.smooth(residual, solved.jacobian), self.real(residual, p)
-        tried = noise.ErrorModels(shapes, floors)
-        return noise.noise_model(residual, slopes, solved.inside, self.blocks, tried, p, self.known, real)
+        tried = noise.ErrorModels(shapes[:, order], floors)
+        given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
+        found = noise.noise_model(*given, self.known and not side, real)
+        if side < 0 and not found.white:
+            # smaller than stated, but no white noise: nothing better is known than what was stated
+            real = rss > 0.5 * dof
+            found = noise.noise_model(*given, True, real)
+        if real and not self.final:
+            # changes along the curve, beyond those that follow from the fitted values
+            shape = np.ones(residual.size)
+            if self.label == "estimated":
+                shape = np.hypot(found.floor, fitted) * self.weights
+            own = basis(slopes[:, solved.inside] / shape[:, None])
+            sizes = noise.variation(residual / shape, own, self.t, p)
+            if sizes is not None:
+                found = noise.noise_model(*given, False, real, sizes[order])._replace(sizes=sizes)
+        if runs is not None:
+            found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
+        return found
 
     def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
@@ -135,7 +175,11 @@ class Sample(NamedTuple):
         some, left = self.of_solution(found)
         if not some.real(left.residual, p):
             return found.weights
-        return 1.0 / np.hypot(some.noise(left, p).floor, fitted)
+        model = some.noise(left, p)
+        sizes = np.ones(fitted.size)
+        if model.sizes is not None:  # points that are left out are given the size of their neighbours
+            sizes = np.interp(np.arange(fitted.size), np.flatnonzero(found.kept), model.sizes)
+        return 1.0 / (np.hypot(model.floor, fitted) * sizes)
 
     def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
         """Return the Jacobian (n, k) for relative weights taken from fitted values, because weights from noisy data add
@@ -185,19 +229,19 @@ class Sample(NamedTuple):
         )
 
     def real(self, residual: np.ndarray, p: int) -> bool:
-        """Return whether weighted residuals exceed rounding, or a plausible part of the stated sigma; otherwise they
-        carry no information."""
-        rss = float(residual @ residual)
-        return rss > (0.5 * (residual.size - p) if self.known else EXACT * self.size)
+        """Return whether weighted residuals exceed rounding; otherwise they carry no information."""
+        return float(residual @ residual) > EXACT * self.size
 
-    def error(self, solved: "Solved", deviation: float) -> tuple[str, ...]:
-        """Return a note on the error; deviation: standard deviation of the weighted residuals."""
+    def error(self, solved: "Solved", assessment: "Assessment") -> tuple[str, ...]:
+        """Return notes on the error of the points."""
+        deviation, sizes = assessment.evidence.noise, assessment.noise.sizes
         if self.known or self.label == "relative":
             return self.bias(deviation)
         if self.label != "estimated":
             return ()
         some, _ = self.of_solution(solved)
         floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
+        floor = floor if sizes is None else assessment.noise.floor
         unit = "of strain" if self.unit == "-" else self.unit
         return (
             f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and"
@@ -213,7 +257,8 @@ class Evidence:
     deviation of the weighted residuals (a fraction of the data for relative weights); lag1: correlation of neighbouring
     residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
     noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
-    aic, bic; p: number of free parameters.
+    aic, bic; p: number of free parameters. chi2: RSS per degree of freedom where standard deviations were stated, near
+    1 if they are right, nan otherwise; doubts: what the noise of the data does otherwise than assumed, as notes.
     """
 
     fitted: np.ndarray
@@ -228,19 +273,30 @@ class Evidence:
     aic: float
     bic: float
     p: int
+    chi2: float = math.nan
+    doubts: tuple[str, ...] = ()
 
 
 class Assessment(NamedTuple):
     """Evidence of a fit with the quantities from which its intervals follow.
 
     evidence; slopes (m, k): the whitened Jacobian of the free coordinates, whose normal matrix is the inverse of their
-    covariance; levels(gradients) (q,): the RSS that bounds the intervals of functions of the free coordinates with
-    gradients (k, q), by default of the coordinates themselves.
+    covariance; noise: the model of the noise; level: confidence level; rss: the smallest residual sum of squares, and
+    least: the rise of it that is rounding.
     """
 
     evidence: Evidence
     slopes: np.ndarray
-    levels: Callable[..., np.ndarray]
+    noise: Noise
+    level: float
+    rss: float
+    least: float
+
+    def levels(self, gradients: np.ndarray | None = None) -> np.ndarray:
+        """Return the RSS (q,) that bounds the intervals of functions of the free coordinates with gradients (k, q), by
+        default of the coordinates themselves."""
+        some = np.eye(self.noise.columns.shape[1]) if gradients is None else gradients
+        return self.rss + np.maximum(self.noise.rises(some, self.level), self.least)
 
 
 class Solved(NamedTuple):
@@ -296,16 +352,13 @@ def assess(
     of all data.
     """
     residual, jacobian = solved.residual, solved.jacobian
-    rss, least = float(residual @ residual), ROUNDING * sample.size
-
-    def levels(gradients: np.ndarray | None = None) -> np.ndarray:
-        some = np.eye(jacobian.shape[1]) if gradients is None else gradients
-        return rss + np.maximum(found.rises(some, level), least)
-
     own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
-    quality = _weigh(sample, residual, own, found, p, level)
-    spread = (1.0 if sample.known else quality.noise) * quality.widening
-    return Assessment(quality, found.whitened(jacobian, spread), levels)
+    bound = Q is None and not np.all(solved.inside)
+    whole = basis(sample.smooth(residual, jacobian)) if bound else None
+    quality = _weigh(sample, residual, own, found, p, level, whole)
+    spread = (1.0 if found.known else quality.noise) * quality.widening
+    rss, least = float(residual @ residual), ROUNDING * sample.size
+    return Assessment(quality, found.whitened(jacobian, spread), found, level, rss, least)
 
 
 def settled(
@@ -327,24 +380,96 @@ def settled(
 
 
 def _weigh(
-    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float
-) -> Evidence:
-    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound."""
+    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float,
+    whole: np.ndarray | None = None,
+) -> Evidence:  # fmt: skip
+    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound; whole (n,
+    q): those of all free coordinates where some are."""
     measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
-    real = sample.real(residuals, p)
+    dof = n - p
     fitted = measured + residuals / sample.weights
     r2 = coefficient_of_determination(measured, fitted)
+    # deviations that stay within the stated error and have a trend are no evidence against the model
+    real = sample.real(residuals, p) and not (found.known and rss <= 0.5 * dof)
     misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
     matters = real and rss > NEGLIGIBLE * sample.size
-    where = Places(sample.t, sample.blocks, *sample.abscissa)
-    why = reasons(residuals, Q, found, r2, fitted, where) if matters else ()
-    scale = math.sqrt(rss / (n - p))
+    # the tests see the residuals without the factors of runs, each run as a series of its own
+    level_residuals, order, blocks = residuals, np.arange(n), sample.blocks
+    if found.runs is not None:
+        level_residuals = residuals - found.runs.offset
+        blocks = sample.blocks * found.runs.factors.size + found.runs.labels
+        order = np.argsort(blocks, kind="stable")
+    where = Places(sample.t[order], blocks[order], *sample.abscissa)
+    sizes = None if found.sizes is None else found.sizes[order]
+    whole = None if whole is None else whole[order]
+    why = reasons(level_residuals[order], Q[order], found, where, sizes, whole) if matters else ()
+    why = (*explains(fitted, measured, sample.weights, p, r2, found.white), *why) if real else why
+    scale = math.sqrt(rss / dof)
     aic, bic = criteria(rss, n, p, known, sample.spread())
-    widening = found.widening(level, 1.0 if known else scale)
+    widening = found.widening(level, 1.0 if found.known else scale)
+    stated = known and not sample.final
+    doubts = [*_of_sigma(rss, dof, found)] if stated else []
+    if found.sizes is not None:
+        first, last = found.sizes[np.argmin(sample.t)], found.sizes[np.argmax(sample.t)]
+        most = float(np.max(found.sizes) / np.min(found.sizes))
+        symbol = sample.abscissa[0]
+        doubts.append(
+            f"the noise changes along {symbol}: its standard deviation at the end is {last / first:.2g} times that at the"
+            f" beginning, and varies by a factor of {most:.2g} in all; the intervals allow for it"
+        )
+    if found.runs is not None:
+        doubts.append(_of_runs(found.runs))
+    if misfit:
+        doubts.append(
+            "MISFIT: the residuals are significantly correlated; intervals were widened by a factor of"
+            f" {widening:.2g} and hold only if the model does"
+        )
     return Evidence(
         fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
-        refused=why, r2=r2, aic=aic, bic=bic, p=p,
+        refused=tuple(why), r2=r2, aic=aic, bic=bic, p=p, chi2=rss / dof if stated else math.nan, doubts=tuple(doubts),
     )  # fmt: skip
+
+
+def contradicted(rss: float, dof: int) -> int:
+    """Return 1 where stated standard deviations are too small for a RSS of weighted residuals with ``dof`` degrees of
+    freedom, -1 where they are too large, 0 where they agree.
+
+    Of right standard deviations of normal errors a share of ``STATED`` is found to be wrong on each side, for any number
+    of points.
+    """
+    if special.chdtrc(dof, rss) < STATED:
+        return 1
+    return -1 if special.chdtr(dof, rss) < STATED else 0
+
+
+def _of_sigma(rss: float, dof: int, found: Noise) -> list[str]:
+    """Return a note on stated standard deviations that the residuals contradict."""
+    rss = rss if found.runs is None else rss - float(found.runs.offset @ found.runs.offset)
+    side = contradicted(rss, dof)
+    if side == 0:
+        return []
+    low, high = (special.chdtri(dof, share) / dof for share in (1.0 - STATED, STATED))
+    what = (
+        "the stated sigma is too small for the scatter of the points, or the model is incomplete"
+        if side > 0
+        else "the stated sigma is larger than the scatter of the points"
+    )
+    then = "the stated sigma" if found.known else "the scatter"
+    return [
+        f"{what}: chi2 per degree of freedom is {rss / dof:.3g}, expected {low:.2g} to {high:.2g}; the intervals follow from"
+        f" {then}"
+    ]
+
+
+def _of_runs(runs: noise.Runs) -> str:
+    """Return a note on the difference of joined runs."""
+    m, size = runs.factors.size, 100.0 * float(np.ptp(runs.factors))
+    which = "significantly, " if runs.chance < APART else "not significantly, "
+    return (
+        f"{m} joined runs at equal abscissae differ {which}by a factor of {size:.2g} % (error of a run"
+        f" {100.0 * runs.error:.2g} %, probability by chance {runs.chance:.2g}); the intervals include the variation between"
+        f" runs, of which {m} runs tell little"
+    )
 
 
 def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:
