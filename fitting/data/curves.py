@@ -63,6 +63,15 @@ def times(value: object) -> np.ndarray:
     return t
 
 
+def evaluation_times(value: Any) -> np.ndarray:
+    """Return times [s] of any shape at which a fitted curve is evaluated; ValueError unless all are finite and >= 0."""
+    t = np.asarray(value, dtype=float)
+    wrong = t[~(np.isfinite(t) & (t >= 0.0))]
+    if wrong.size:
+        raise ValueError(f"t: expected times >= 0 s, since the loading, got {wrong[0]:g}")
+    return t
+
+
 def absolute(temperature: Any) -> float | None:
     """Return a temperature [K], or None where none is given; ValueError unless it is > 0 K."""
     if temperature is None:

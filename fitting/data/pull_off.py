@@ -25,20 +25,32 @@ FLAT = (
 )
 MEDIAN = 1.25  # standard error of a median over that of a mean
 FEWEST = 6  # points that determine it
+MEDIAN_WIDTH, IN_A_ROW = (
+    5,
+    3,
+)  # points of the running median of the load, and points without tension after the contact
 
 
 class PullOff(NamedTuple):
     """Quantities read from an adhesive force curve.
 
-    force [N] and its standard deviation: the largest tension of the retraction; work [J] and its standard deviation: that
-    of the tension over the depth in which the retraction is in tension; contact (n,) bool: the points in contact.
+    force [N]: an estimate of the largest tension of the retraction, from which searches start; it is too large by about a
+    standard deviation of the noise, since it follows from the lowest readings. work [J] and its standard deviation by
+    noise: that of the tension over the depth in which the retraction is in tension; work_end [J]: largest error of the work
+    from the depth at which the contact breaks, which is known to within the distance of two points. contact (n,) bool: the
+    points in contact.
     """
 
     force: float
-    force_sd: float
     work: float
     work_sd: float
+    work_end: float
     contact: np.ndarray
+
+    def separation_work(self, quantile: float) -> tuple[float, float, float]:
+        """Return the work of separation and the limits of its interval [J], at a quantile of the normal distribution."""
+        half = quantile * self.work_sd + self.work_end
+        return self.work, self.work - half, self.work + half
 
 
 def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
@@ -79,16 +91,23 @@ def read_pull_off(data: IndentationData) -> PullOff:
     there = np.flatnonzero(marks == "approach")
     if there.size:
         contact[there] = _touched(load[there], spread)
-    force, force_sd = _lowest(data.depth[back], load[back], contact[back], spread)
-    work, work_sd = _work(data.depth[back], load[back], contact[back], spread)
-    return PullOff(force, force_sd, work, work_sd, contact)
+    force = _lowest(data.depth[back], load[back], contact[back])
+    return PullOff(force, *_work(data.depth[back], load[back], contact[back], spread), contact)
 
 
 def _held(load: np.ndarray) -> np.ndarray:
-    """Return which points (n,) of a retraction are in contact."""
-    lowest = int(np.argmin(load))
-    after = np.flatnonzero(load[lowest:] > (1.0 - LOST) * load[lowest])
-    end = lowest + int(after[0]) if after.size else load.size
+    """Return which points (n,) of a retraction are in contact.
+
+    The lowest load is that of a running median, and the contact has ended where several points in a row have lost their
+    tension, so that the noise of one reading decides neither.
+    """
+    width = min(MEDIAN_WIDTH, load.size)
+    padded = np.pad(load, (width // 2, width - 1 - width // 2), mode="edge")
+    lowest = float(np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=-1).min())
+    first = int(np.argmin(load))
+    beyond = np.append(load[first:], np.full(IN_A_ROW - 1, np.inf))
+    lost = np.lib.stride_tricks.sliding_window_view(beyond > (1.0 - LOST) * lowest, IN_A_ROW).all(-1)
+    end = first + int(np.argmax(lost)) if lost.any() else load.size
     return np.arange(load.size) < end
 
 
@@ -102,26 +121,31 @@ def _touched(load: np.ndarray, spread: float) -> np.ndarray:
     return np.arange(load.size) >= start
 
 
-def _lowest(depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float) -> tuple[float, float]:
-    """Return the largest tension and its standard deviation, from a parabola through the points near it."""
+def _lowest(depth: np.ndarray, load: np.ndarray, contact: np.ndarray) -> float:
+    """Return an estimate of the largest tension, from a parabola through the points near it."""
     near = np.flatnonzero(contact & (load < NEAR * load.min()))
     lowest = int(np.argmin(load))
     if near.size < FEWEST:
-        return -float(load[lowest]), spread
+        return -float(load[lowest])
     x = depth[near] - depth[lowest]
     x = x / max(float(np.ptp(x)), 1e-300)
     A = np.stack([np.ones(x.size), x, x**2], -1)
-    best = np.linalg.lstsq(A, load[near], rcond=None)[0]
-    at = int(np.argmin(A @ best))
-    sd = np.sqrt(np.sum((A @ best - load[near]) ** 2) / (near.size - 3))
-    return -float(A[at] @ best), float(sd * np.sqrt(A[at] @ np.linalg.pinv(A.T @ A) @ A[at]))
+    return -float(np.min(A @ np.linalg.lstsq(A, load[near], rcond=None)[0]))
 
 
-def _work(depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float) -> tuple[float, float]:
-    """Return the work of the tension and its standard deviation for noise that is independent from point to point."""
+def _work(
+    depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float
+) -> tuple[float, float, float]:
+    """Return the work of the tension, its standard deviation for noise that is independent from point to point, and its
+    largest error from the depth at which the contact breaks, which is half way to the next point or up to that from it."""
     on = np.flatnonzero(contact)
     tension = np.flatnonzero(load[on] < 0.0)
     on = on[tension[0] :] if tension.size else on[:0]
+    if on.size == 0:
+        return 0.0, 0.0, 0.0
     steps = -np.diff(depth[on])
     weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-    return -float(weights @ load[on]), float(spread * np.sqrt(np.sum(weights**2)))
+    half = 0.5 * abs(float(depth[on[-1]] - depth[on[-1] + 1])) if on[-1] + 1 < depth.size else 0.0
+    weights[-1] += half
+    end = half * float(np.median(np.abs(load[on[-IN_A_ROW:]])))
+    return -float(weights @ load[on]), float(spread * np.sqrt(np.sum(weights**2))), end

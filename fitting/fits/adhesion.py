@@ -22,6 +22,7 @@ from fitting.models.structure import Sought, Volume
 from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
 from fitting.search.nonlinear import minimise_from, moved
 from fitting.search.press import Instrument, indentation_weights
+from fitting.search.uncertainty import inverse
 from fitting.views import adhesion_picture, report
 
 Interval = tuple[float, float, float]
@@ -44,8 +45,10 @@ class AdhesiveFit(Fit):
         law: the law of adhesion with the fitted parameters and what was held of it; None for an attraction of short range
             (JKR).
         tabor_number: (R w^2/(E*^2 z^3))^(1/3) of the fitted law, z = w/s(0); nan without a range.
-        pull_off: (value, low, high) [N]: the largest tension, read from the curve without a model.
-        separation_work: (value, low, high) [J]: the work of the tension of the retraction, likewise.
+        pull_off: (value, low, high) [N]: the largest tension of the fitted curve, 3/2 pi w R for JKR on a half-space. The
+            lowest reading is no estimate of it, since the noise selects it.
+        separation_work: (value, low, high) [J]: the work of the tension of the retraction, read from the curve without a
+            model; the interval includes the distance between the last point in contact and the next.
         nu, indenter, film: given quantities on which the parameters are conditional; film: None for a half-space, else
             thickness [m], and modulus [Pa] and Poisson's ratio of the base.
         nuisances: {contact_point [m], drift [m/s], machine_compliance [m/N]: (value, low, high)} of those that were
@@ -274,7 +277,7 @@ def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, s
     )
     return found.concluded.fit(
         AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
-        pull_off=_interval(seen.force, z * seen.force_sd), separation_work=_interval(seen.work, z * seen.work_sd),
+        pull_off=_pull_off(test, found), separation_work=seen.separation_work(z),
         nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
         seconds=time.perf_counter() - started,
@@ -302,5 +305,31 @@ def _range_note(test: AdhesiveTest, found: _Searched, law: Any) -> tuple[str, ..
     )
 
 
-def _interval(value: float, half: float) -> Interval:
-    return value, value - half, value + half
+def _pull_off(test: AdhesiveTest, found: _Searched) -> Interval:
+    """Return the largest tension of the fitted curve with its interval [N].
+
+    On a half-space with JKR it is 3/2 pi w R, whose interval is that of the work. Otherwise it depends on the other
+    parameters too, and its interval is that of its logarithm by linearisation.
+    """
+    body, fields = test.body, found.concluded.fields
+    radius = float(body.ball.radius)
+    if body.film is None and test.model is JKR:
+        unit = 1.5 * math.pi * radius
+        return tuple(unit * v for v in (fields["values"]["work"], *fields["intervals"]["work"]))  # type: ignore[return-value]
+    force, slope = test.pull_off(found.problem.space, found.solved.whole[0].theta)
+    return interval_of_tension(force, slope[found.problem.space.free], found.solved, found.concluded)
+
+
+def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded: Conclusion) -> Interval:
+    """Return a force with its interval, linearised in its logarithm.
+
+    slope (k,): derivative of log force with respect to the free coordinates.
+    """
+    best, objective = solved.whole
+    inside = (best.theta > objective.lower)[objective.free] & (best.theta < objective.upper)[objective.free]
+    slope = np.where(inside, slope, 0.0)
+    rise = float(concluded.assessment.levels(slope[:, None])[0]) - best.rss
+    spread = slope[inside] @ inverse(best.jacobian[:, inside]) @ slope[inside]
+    left = 0.0 if solved.left is None else float(np.abs(slope) @ np.abs(solved.left)[objective.free])
+    growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + left)
+    return force, force / growth, force * growth

@@ -11,7 +11,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.pull_off import read_pull_off, zeroed
-from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of
+from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, interval_of_tension
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.evidence import Sample, Solved
@@ -199,6 +199,16 @@ def _concluded(
     tabor = float(law.tabor_number(float(body.ball.radius), body.modulus(1.0 / float(material.creep(0.0)))))
     rows = np.stack([space.to_si(v) for v in (best.theta, *concluded.ends.T)], -1)
     nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    # the lowest load of the fitted curve in contact, and its slope by the coordinates from that row of the Jacobian
+    model = test.data.load + np.divide(
+        best.residual,
+        found.solved.weights,
+        out=np.full(test.data.t.size, np.inf),
+        where=found.solved.weights > 0.0,
+    )
+    lowest = int(np.argmin(model))
+    force = -float(model[lowest])
+    slope = -best.jacobian[lowest] / (found.solved.weights[lowest] * force)
     z, seen, width = student.two_sided(choices.level), test.seen, float(found.run.grid.width[0])
     note = (
         f"the range of the attraction is held at {float(law.characteristic_range):.3g} m; grid of {CELLS} x {CELLS} cells"
@@ -206,8 +216,7 @@ def _concluded(
     )
     return concluded.fit(
         AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.fields["notes"], note),
-        pull_off=(seen.force, seen.force - z * seen.force_sd, seen.force + z * seen.force_sd),
-        separation_work=(seen.work, seen.work - z * seen.work_sd, seen.work + z * seen.work_sd),
+        pull_off=interval_of_tension(force, slope, found.solved, concluded), separation_work=seen.separation_work(z),
         nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=found.starts,
         seconds=time.perf_counter() - started,

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from fitting.data.curves import evaluation_times
 from fitting.data.growth import GrowthData
 from fitting.fits.growth_search import STRUCTURE, Curves, to_si
-from fitting.inference import student
+from fitting.inference import common_shape, student
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
 from fitting.models.kinetics import GrowthKinetics
@@ -34,12 +35,14 @@ class GrowthFit(Fit):
     Attributes:
         reference: (stress [Pa], temperature [K]) of the mean conditions of the data.
         starts: (number of local searches, number that reached this minimum).
+        induction: (value, low, high) [s]: time before which the thickness is the initial one; equal values if it was given.
         contact: the contact of the fit, None for prescribed stresses. ``predict``, ``band`` and ``growth_rate`` are those
             at a prescribed stress; ``contact.thickness(material, t, load=..., temperature=...)`` is that in the contact.
     """
 
     reference: tuple[float, float]
     starts: tuple[int, int]
+    induction: tuple[float, float, float] = (0.0, 0.0, 0.0)
     contact: RubbedContact | None = dataclasses.field(default=None, repr=False)
     slopes: np.ndarray = dataclasses.field(repr=False)
 
@@ -55,7 +58,7 @@ class GrowthFit(Fit):
             for given, own in zip((stress, temperature), self.reference, strict=True)
         ]
         best = float(self.material.growth_rate(*at))
-        spread = self._spread(lambda kinetics: jnp.log(kinetics.growth_rate(*at)))
+        spread = self._spread(lambda kinetics, induction: jnp.log(kinetics.growth_rate(*at)))
         with np.errstate(over="ignore"):
             return best, best * float(np.exp(-spread)), best * float(np.exp(spread))
 
@@ -64,30 +67,39 @@ class GrowthFit(Fit):
 
         stress [Pa] and temperature [K]: by default those of ``reference``.
         """
-        return np.asarray(self._thickness(t, stress, temperature, initial)(self.material))
+        return np.asarray(self._thickness(t, stress, temperature, initial)(self.material, self.induction[0]))
 
     def band(
         self, t: Any, stress: Any = None, temperature: Any = None, initial: Any = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the limits (low, high) of the thickness [m] at the fit's level, linearised; arguments as in ``predict``."""
         run = self._thickness(np.atleast_1d(t), stress, temperature, initial)
-        best, spread = np.asarray(run(self.material)), self._spread(run)
+        best, spread = np.asarray(run(self.material, self.induction[0])), self._spread(run)
         return np.maximum(best - spread, 0.0), best + spread
 
     def _thickness(
         self, t: Any, stress: Any, temperature: Any, initial: Any
-    ) -> Callable[[GrowthKinetics], Array]:
+    ) -> Callable[[GrowthKinetics, Any], Array]:
         own = self.reference
         at = own[0] if stress is None else stress, own[1] if temperature is None else temperature
-        return lambda kinetics: kinetics.thickness(t, *at, initial)
+        times = evaluation_times(t)
+        return lambda kinetics, induction: kinetics.thickness(
+            jnp.maximum(times - induction, 0.0), *at, initial
+        )
 
-    def _spread(self, run: Callable[[GrowthKinetics], Array]) -> np.ndarray:
-        """Half the interval of a function of the kinetics, at the fit's level."""
+    def _spread(self, run: Callable[[GrowthKinetics, Any], Array]) -> np.ndarray:
+        """Half the interval of a function of the kinetics and the induction time, at the fit's level."""
         names = list(self.values)
         free = [i for i, name in enumerate(names) if name not in self.fixed]
         best, unit = self.estimate.best, Curves.of(self.data).unit
-        moved = lambda z: run(GrowthKinetics(*to_si(z, unit)))
-        z = np.append(np.log(best[:1]), best[1:] / unit[1:])
+        if self.induction[1] < self.induction[2]:
+            free.append(4)
+
+        def moved(z: Array) -> Array:
+            *parameters, induction = to_si(z, unit)
+            return run(GrowthKinetics(*parameters), induction)
+
+        z = np.concatenate([np.log(best[:1]), best[1:] / unit[1:4], [self.induction[0] / unit[4]]])
         gradient = np.asarray(jax.jacfwd(moved)(jnp.asarray(z)))
         sd = linear_sd(self.slopes, np.atleast_2d(gradient)[:, free], np.ones(len(free), dtype=bool))
         return student.two_sided(self.level) * sd.reshape(gradient.shape[:-1])
@@ -106,11 +118,18 @@ class GrowthFit(Fit):
         stress, temperature = self.reference
         at = {"stress_Pa": stress, "temperature_K": temperature, "growth_rate_m_per_s": rate}
         own = {"curves": curves, "reference": at, "starts": self.starts[0], "starts_agreed": self.starts[1]}
+        own["induction_s"] = plain(self.induction)
         return super().to_dict() | own
 
     def _points(self) -> str:
         several = f"{len(self.data)} curves, " if len(self.data) > 1 else ""
         return f"{several}{super()._points()}"
+
+    def _nuisance_lines(self) -> list[str]:
+        value, low, high = self.induction
+        if high > low:
+            return [f"  induction time = {value:.5g} s, {low:.4g} to {high:.4g}"]
+        return [f"  induction time = {value:.5g} s, given"] if value > 0.0 else []
 
     def _combination_lines(self) -> list[str]:
         best, low, high = self.growth_rate()
@@ -128,12 +147,15 @@ class GrowthFit(Fit):
 def fit_growth(
     data: GrowthData | Sequence[GrowthData], *, weights: str | None = None, fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None, level: float = 0.95, contact: RubbedContact | None = None,
+    induction: str | float | None = None,
 ) -> GrowthFit:  # fmt: skip
     """Fit rate, activation energy, activation volume and removal rate to growth curves of a film.
 
-        dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h
+        dh/dt = rate exp(-(activation_energy - activation_volume stress)/(k T)) - removal_rate h     for t > induction
 
-    with the constant stress and temperature T of each curve. One error model applies to all curves.
+    with the constant stress and temperature T of each curve; before the induction time, which is the same for all curves
+    and 0 by default, the thickness is the initial one. One error model applies to all curves. A fit is rejected if the
+    residuals of several curves have a common shape, as they have if an induction time is left out.
 
     With ``contact`` the stress is that of the contact on the film as it grows, which each evaluation of the search
     computes with ``jaxcontact.rub``. The search starts from the fit at the prescribed stresses. It takes a few hundred runs
@@ -156,13 +178,15 @@ def fit_growth(
         bounds: {parameter: (low, high)} of any subset, None for an open side.
         level: confidence level of the intervals.
         contact: None, or the ``RubbedContact`` of all curves, which then have a load.
+        induction: time [s] before which there is neither growth nor removal: "fit", a number, or None for 0. It cannot be
+            combined with ``contact``.
 
     Returns:
         The kinetics with the intervals of their parameters, and how well the data determine them.
 
     Raises:
         ValueError: data of another type, standard deviations for some of the curves only, unknown parameters, two choices
-            of weights, or too few points.
+            of weights, too few points, or an induction time that is negative or not before the end of the data.
 
     Example:
         >>> t, kinetics = np.linspace(0.0, 3600.0, 13), fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 5e-4)
@@ -175,7 +199,8 @@ def fit_growth(
     curves = Curves.of(_checked(data))
     sample = curves.sample(weights)
     sought = Sought(STRUCTURE, limits(STRUCTURE, fixed, bounds), None)
-    space = curves.space(sought.table)
+    _check_induction(induction, curves, contact)
+    space = curves.space(sought.table, induction)
     problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
     solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
     best, _ = solved.whole
@@ -185,10 +210,18 @@ def fit_growth(
         solved = least_squares(problem, lambda weights: curves.objective_in(contact, space, weights), [start])
     notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
     if contact is not None:
-        notes += _of_contact(contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta), curves.unit)))
-    found = conclude(problem, solved._replace(notes=notes))
+        notes += _of_contact(
+            contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta[:4]), curves.unit))
+        )
+    noise = sample.noise(solved, problem.p)
+    against = common_shape.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
+    if against and induction is None and contact is None:
+        against = (f'{against[0]}, as an induction time would be (induction="fit")',)
+    found = conclude(problem, solved._replace(notes=notes, against=against))
+    waits = np.array([solved.theta[4], *found.ends[4]]) * curves.unit[4]
     return found.fit(
         GrowthFit,
+        induction=tuple(waits.tolist()),
         contact=contact,
         reference=curves.reference,
         starts=(best.starts, best.agreed),
@@ -207,6 +240,22 @@ def _of_contact(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics
             )
             notes += [(note.kind, note) for note in run.notes]
     return [f"contact of {line}" for line in report.counted(notes, len(curves.data))]
+
+
+def _check_induction(induction: Any, curves: Curves, contact: Any) -> None:
+    """Raise ValueError for an induction time that is neither None, "fit" nor a time before the end of the data."""
+    if induction is None or induction == "fit":
+        known = True
+    else:
+        known = np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu"
+        known = known and 0.0 <= float(induction) < curves.duration
+    if not known:
+        raise ValueError(
+            f'induction: expected "fit", None or a time from 0 to the end of the data, {curves.duration:g} s, got'
+            f" {induction!r}"
+        )
+    if induction is not None and contact is not None:
+        raise ValueError(f"induction: expected None with contact=, got {induction!r}")
 
 
 def _check_contact(contact: Any, curves: Curves) -> None:

@@ -33,6 +33,8 @@ OPEN = 100.0  # of both, beyond which the end of an interval is that of the sear
 SAME = 1e-6  # singular value below which conditions are the same
 FASTEST = 1e4  # removal rate times the duration
 STARTS = (0.0, 0.3, 3.0, 30.0)  # removal rates times the duration
+WAITS = (0.0, 0.1, 0.25, 0.5)  # induction times of the starts over the duration
+LATEST = 0.95  # induction time over the duration at which the search ends
 EXPECTED = (20.0, 1.0)  # energy and work over k T0 to start from where the data do not determine them
 IN_CONTACT = 1e-9  # relative change of the sum of squares at convergence with a contact, solved to 1e-8
 WEAK = 1e-3  # weight of these beside the logarithm of a growth rate
@@ -43,13 +45,13 @@ STRUCTURE = ParameterList.of(
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class GrowthSpace(ParameterSpace):
-    """Coordinates log rate, energy, work and removal; lost: places of those that the conditions of the curves leave open."""
+    """Coordinates log rate, energy, work, removal and induction time; lost: places of those that the conditions of the curves leave open."""
 
     lost: tuple[int, ...] = ()
 
     def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return the ends of the intervals: open for what is lost, and where an end is that of the search."""
-        middle = np.array([0.5 * (self.lower[0] + self.upper[0]), 0.0, 0.0, np.nan])[:, None]
+        middle = np.array([0.5 * (self.lower[0] + self.upper[0]), 0.0, 0.0, np.nan, np.nan])[:, None]
         away = (np.abs(ends - middle) >= OPEN) & (self.lower < self.upper)[:, None]
         away[list(self.lost)] = True
         return super().spans(theta, np.where(away, np.stack(self.bounds, -1), ends))
@@ -93,9 +95,9 @@ class Curves(NamedTuple):
 
     @property
     def unit(self) -> np.ndarray:
-        """SI values (4,) of coordinates of one."""
-        energy = BOLTZMANN * self.mean_temperature
-        return np.array([1.0, energy, energy / (float(self.stress.max()) or 1.0), 1.0 / self.duration])
+        """SI values (5,) of coordinates of one."""
+        energy, end = BOLTZMANN * self.mean_temperature, self.duration
+        return np.array([1.0, energy, energy / (float(self.stress.max()) or 1.0), 1.0 / end, end])
 
     def sample(self, weights: str | None) -> Sample:
         """Return the points with their weights."""
@@ -108,8 +110,8 @@ class Curves(NamedTuple):
         point_weights, label = choose_weights(apart, self.measured, weights, None if weights else spread)
         return Sample.of(("thickness", "m", self.t, self.measured), point_weights, label, self.which)
 
-    def space(self, table: dict[str, tuple[float, float]]) -> ParameterSpace:
-        """Return the box of the search from the bounds of the parameters."""
+    def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> ParameterSpace:
+        """Return the box of the search from the bounds of the parameters; induction: as in ``fit_growth``."""
         middle = math.log(float(np.max(np.abs(self.measured))) / self.duration)
         whole = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
         logarithmic = np.arange(4) == 0
@@ -118,14 +120,23 @@ class Curves(NamedTuple):
                 np.log(table[name]) if log else np.array(table[name])
                 for name, log in zip(table, logarithmic, strict=True)
             ]
-        rows = [_within(own, bound / unit) for own, bound, unit in zip(whole, given, self.unit, strict=True)]
-        space = GrowthSpace.of(STRUCTURE, np.array(rows), logarithmic, self.unit)
+        rows = [
+            _within(own, bound / unit) for own, bound, unit in zip(whole, given, self.unit[:4], strict=True)
+        ]
+        held = 0.0 if induction is None else induction
+        waits = (0.0, LATEST) if isinstance(held, str) else (held / self.duration,) * 2
+        lower, upper = np.array([*rows, waits]).T
+        own = np.arange(5) < 4
+        space = GrowthSpace(
+            structure=STRUCTURE, lower=lower, upper=upper, unit=self.unit, logarithmic=np.arange(5) == 0,
+            material=own, names=(*STRUCTURE.where, "induction"), open=np.ones((5, 2), dtype=bool),
+        )  # fmt: skip
         lost = self.lost(table)
         bounded = any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost)
         return space if bounded else dataclasses.replace(space, lost=lost)
 
     def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
-        """Return the least squares over the coordinates (4,)."""
+        """Return the least squares over the coordinates (5,)."""
         columns = (self.t, self.measured, self.stress, self.temperature, self.initial)
         arrays = (*map(padding.repeated, columns), padding.without_weight(weights), self.unit)
         n = self.t.size
@@ -154,16 +165,23 @@ class Curves(NamedTuple):
         )
 
     def starts(self, space: ParameterSpace) -> list[np.ndarray]:
-        """Return coordinates (4,) for several removal rates: growth rates of the curves, and their regression."""
+        """Return coordinates (5,) for several removal rates and induction times: growth rates of the curves, and their
+        regression."""
         lower, upper = space.bounds
         removal = np.unique(np.clip(STARTS, lower[3], upper[3]))
-        found = [np.append(self._regression(decay, lower[:3], upper[:3]), decay) for decay in removal]
+        waits = np.unique(np.clip(WAITS if upper[4] > lower[4] else lower[4:], lower[4], upper[4]))
+        found = [
+            np.append(self._regression(decay, wait, lower[:3], upper[:3]), [decay, wait])
+            for decay in removal
+            for wait in waits
+        ]
         return [np.clip(one, lower, upper) for one in found]
 
-    def _regression(self, removal: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """Log rate, energy and work (3,) within bounds, for a removal rate times the duration."""
-        decay = removal * self.t / self.duration
-        grown, rest = self.t * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
+    def _regression(self, removal: float, wait: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        """Log rate, energy and work (3,) within bounds, for a removal rate and an induction time over the duration."""
+        since = np.maximum(self.t - wait * self.duration, 0.0)
+        decay = removal * since / self.duration
+        grown, rest = since * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
         of_curve = lambda values: np.bincount(self.which, values)
         speed = of_curve(grown * rest) / of_curve(grown**2)
         A = self._design()
@@ -213,8 +231,8 @@ def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float
 
 
 def to_si(theta: Array, unit: Array) -> Array:
-    """Parameters (4,) of coordinates."""
-    return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit
+    """Parameters (4,) of coordinates, or with the induction time (5,)."""
+    return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit[: theta.size]
 
 
 @jax.jit
@@ -222,9 +240,9 @@ def _residual(
     theta: Array, t: Array, measured: Array, stress: Array, temperature: Array, initial: Array, weight: Array, unit: Array
 ) -> Array:  # fmt: skip
     """Weighted residuals (n,)."""
-    return weight * (
-        GrowthKinetics(*to_si(theta, unit)).thickness(t, stress, temperature, initial) - measured
-    )
+    *parameters, induction = to_si(theta, unit)
+    since = jnp.maximum(t - induction, 0.0)
+    return weight * (GrowthKinetics(*parameters).thickness(since, stress, temperature, initial) - measured)
 
 
 class CurveInContact(NamedTuple):
@@ -242,7 +260,7 @@ def _residual_in(
     theta: Array, contact: RubbedContact, curve: CurveInContact, weight: Array, unit: Array
 ) -> Array:
     """Return the weighted residuals (n,) of one curve in a contact."""
-    kinetics = GrowthKinetics(*to_si(theta, unit))
+    kinetics = GrowthKinetics(*to_si(theta[:4], unit))
     given = {"load": curve.load, "temperature": curve.temperature, "initial": curve.initial}
     return weight * (contact.thickness(kinetics, curve.t, **given) - curve.thickness)
 

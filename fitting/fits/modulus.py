@@ -39,8 +39,10 @@ from fitting.search import padding
 from fitting.search.nonlinear import Objective
 from fitting.views import modulus_picture
 
-# tau over the duration, retarded fraction
-STARTS = tuple(itertools.product(np.geomspace(3e-3, 3.0, 6), (0.1, 0.5, 0.9)))
+SHARES = 0.1, 0.5, 0.9  # retarded fractions of the starts
+SHORTEST, LONGEST = 3e-3, 3.0  # retardation times of the starts over the duration, of data over few decades
+FIRST = 0.3  # the shortest one over the first time, where that is less
+EACH = 6, 1.0  # fewest retardation times of the starts, and their number in a decade
 LEAST = 1e-6  # smallest scaled compliance of a logarithmic coordinate at a start
 SWEPT = ("proportional", "relative", "absolute")  # weights of moduli over frequency
 
@@ -241,11 +243,13 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
     if isinstance(sought.structure, Law):
         return _fit_law(data, sample, duration, sought, level)
     unit = 1.0 / float(np.max(np.abs(sample.measured)))
-    space = material_space(sought, unit, duration)
+    known = sample.t[sample.t > 0.0]
+    first = float(known.min()) / duration if kind == "relaxation" else 1.0 / (float(known.max()) * duration)
+    space = material_space(sought, unit, duration, first)
     problem = FitProblem(data, sought, space, sample, duration, level)
     scaled = sample.t / duration if kind == "relaxation" else sample.t * duration
     of = lambda weights: _objective(kind, space, scaled, sample.measured * unit, weights / unit)
-    solved = least_squares(problem, of, starts(space, STARTS))
+    solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)))
     best, objective = solved.whole
     landscape = space.landscape(best.theta, objective.residual)
     found = conclude(problem, solved._replace(notes=alike(data, solved), landscape=landscape))
@@ -318,11 +322,23 @@ def _structure(model: type | str, tau: Any) -> Structure:
     return creep_structure(law) if tau is None and law in LAWS.values() else structure_of(model, tau)
 
 
-def material_space(sought: Sought, unit: float, duration: float) -> Space:
-    """Return the search space of the material parameters alone, in units of compliance [1/Pa] and time [s]."""
+def start_times(first: float) -> np.ndarray:
+    """Return retardation times of the starts over the duration; first: the first time, likewise."""
+    shortest = min(SHORTEST, FIRST * first)
+    count = max(EACH[0], math.ceil(EACH[1] * math.log10(LONGEST / shortest)))
+    return np.geomspace(shortest, LONGEST, count)
+
+
+def material_space(sought: Sought, unit: float, duration: float, first: float) -> Space:
+    """Return the search space of the material parameters alone, in units of compliance [1/Pa] and time [s].
+
+    first: the first time over the duration, with which the range of the rates increases.
+    """
     units = sought.structure.units(unit, duration)
     box = np.concatenate([sought.structure.box(sought.table) / units[:, None], np.zeros((len(NUISANCES), 2))])
-    return Space.of(sought.structure, box, np.append(units, np.ones(len(NUISANCES))), duration)
+    return Space.of(
+        sought.structure, box, np.append(units, np.ones(len(NUISANCES))), duration, decades=-math.log(first)
+    )
 
 
 def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:

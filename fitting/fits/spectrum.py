@@ -15,7 +15,13 @@ from fitting.inference.evidence import Curve, Evidence, Solved, settled
 from fitting.inference.result import plain
 from fitting.models.maxwell_series import MaxwellSeries
 from fitting.models.structure import Volume
-from fitting.search.spectrum_search import LinearSpectrum, SpectrumOptimum, posterior_covariance, search
+from fitting.search.spectrum_search import (
+    EVALUATIONS,
+    LinearSpectrum,
+    SpectrumOptimum,
+    posterior_covariance,
+    search,
+)
 from fitting.views import report, spectrum_picture
 
 PER_DECADE = 8  # times of the spectrum
@@ -171,6 +177,9 @@ def fit_spectrum(
     (solved,) = settled([sample], [start], again, start.theta.size)
     found, assessment = solved.whole, sample.assess(solved, solved.theta.size, level)
     quality = assessment.evidence
+    if not found.converged:
+        why = f"the search for the spectrum did not converge within {EVALUATIONS} evaluations"
+        quality = dataclasses.replace(quality, refused=(*quality.refused, why))
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=_prony(found, tau, step, nu), data=data, weights=sample.label, level=level,

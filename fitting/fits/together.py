@@ -115,10 +115,11 @@ def fit_together(
     _check(data, structure)
     sought = Sought.of(structure, fixed, bounds, nu)
     duration, unit = max(map(_duration, data)), _compliance(data[0])
-    space = modulus.material_space(sought, unit, duration)
+    first = _first(data) / duration
+    space = modulus.material_space(sought, unit, duration, first)
     tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)))
     problem = FitProblem(data, sought, space, tests, duration, level)
-    starts = modulus.starts(space, itertools.product(_taus(data, duration), SHARES))
+    starts = modulus.starts(space, itertools.product(_taus(first), SHARES))
     tests, solved = joint_search.search(space, tests, starts)
     best, objective = solved.whole
     solved = solved._replace(
@@ -173,10 +174,17 @@ def _compliance(one: Any) -> float:
     return float(np.max(np.abs(one.response))) / stress
 
 
-def _taus(data: tuple, duration: float) -> np.ndarray:
-    """Return initial retardation times over the duration, from the shortest time that any test resolves."""
-    first = [1.0 / one.omega[-1] if isinstance(one, OscillationData) else one.t[one.t > 0][0] for one in data]
-    return np.geomspace(min(0.1, max(min(first) / duration, 1e-8)), 3.0, 8)
+def _first(data: tuple) -> float:
+    """Return the shortest time [s] that any test resolves."""
+    return min(
+        float(1.0 / one.omega[-1] if isinstance(one, OscillationData) else one.t[one.t > 0][0])
+        for one in data
+    )
+
+
+def _taus(first: float) -> np.ndarray:
+    """Return initial retardation times over the duration, from the shortest time ``first`` that any test resolves."""
+    return np.geomspace(min(0.1, first), 3.0, max(8, math.ceil(1.0 - math.log10(first))))
 
 
 def _part(one: Any, unit: float, duration: float) -> Part:

@@ -106,7 +106,12 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     """
     assert solved.profile is not None
     assessment = problem.sample.assess(solved, problem.p, problem.level)
+    searched = solved.whole if isinstance(solved.whole, tuple) and isinstance(solved.whole[0], Best) else None
+    before = searched[1].unfinished if searched else 0
     ends = solved.profile(assessment)
+    if searched:
+        notes, against = _on_search(searched[0], searched[1].unfinished - before)
+        solved = solved._replace(notes=(*solved.notes, *notes), against=(*solved.against, *against))
     if solved.left is not None:
         widened = ends + np.outer(solved.left, (-1.0, 1.0))
         ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
@@ -116,6 +121,30 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
     assessment = assessment._replace(evidence=quality)
     return Conclusion(_fields(problem, solved, assessment, found), ends, assessment)
+
+
+def _on_search(best: Best, unfinished: int) -> tuple[list[str], list[str]]:
+    """Return notes and reasons for rejection that follow from the course of a search.
+
+    unfinished: number of searches along the profiles of the intervals that did not converge.
+    """
+    notes, against = [], []
+    if not best.converged:
+        against.append(
+            f"the search did not converge within {nonlinear.ITERATIONS} steps, so that the parameters need not be those of"
+            " the least squares: give bounds, or hold what is known by fixed="
+        )
+    if best.starts > 2 and best.agreed == 1:
+        notes.append(
+            f"only 1 of {best.starts} starts reached the best minimum, so that a lower one may have been missed: narrow the"
+            " bounds, or hold what is known by fixed="
+        )
+    if unfinished:
+        notes.append(
+            f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the intervals"
+            " may be too short"
+        )
+    return notes, against
 
 
 def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:

@@ -62,6 +62,22 @@ def scaled_load(approach: Array, parameter: Array | None) -> Array:
     return jnp.where(beyond > 0.0, inside, loads[0] + 1.5 * end * beyond)
 
 
+def largest_tension(modulus: Array, work: Array, radius: float, strength: Array | None) -> Array:
+    """Return the largest tension [N] of the stable branch under a given approach; arguments as of ``load_at``.
+
+    The radius of contact at which the load is least is held constant in derivatives, which is exact, as the derivative of
+    the load by the radius is zero there or the radius is that of the end of the branch.
+    """
+    K = 4.0 * modulus / 3.0
+    parameter = None if strength is None else 2.0 * strength * jnp.cbrt(radius / (jnp.pi * work * K**2))
+    end = jax.lax.stop_gradient(_end(parameter))
+    radii = end * jnp.geomspace(1.0, 4.0 / end, RADII)
+    for _ in range(2):  # a grid of radii, and one between the neighbours of its best
+        k = jnp.argmin(jax.lax.stop_gradient(_contact(radii, parameter)[0]))
+        radii = jnp.linspace(radii[jnp.maximum(k - 1, 0)], radii[jnp.minimum(k + 1, RADII - 1)], RADII)
+    return -jnp.pi * work * radius * jnp.min(_contact(jax.lax.stop_gradient(radii), parameter)[0])
+
+
 def _end(parameter: Array | None) -> Array:
     """Return the radius at which the stable branch ends."""
     if parameter is None:

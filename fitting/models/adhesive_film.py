@@ -106,6 +106,24 @@ def load_at(
     return jnp.where(beyond > 0.0, inside, loads[0] + jnp.abs(stiffness) * beyond)
 
 
+def largest_tension(
+    change: Array, series: FilmSeries, body: tuple[Array, Array, Array], size: tuple[Array, Extent]
+) -> Array:
+    """Return the largest tension [N] of the stable branch under a given approach; arguments as of ``load_at``.
+
+    The radius of contact at which the load is least is held constant in derivatives.
+    """
+    values = jnp.asarray(series.values) + change * jnp.asarray(series.slopes)
+    largest = size[0] * size[1].widest
+    of = functools.partial(_contact, values, body, size)
+    coarse = largest * jnp.geomspace(LEAST, 1.0, RADII)
+    loads, approaches = jax.lax.stop_gradient(of(coarse))
+    first = jnp.argmin(approaches)  # below this radius contacts are not stable
+    k = jnp.argmin(jnp.where(jnp.arange(RADII) >= first, loads, jnp.inf))
+    near = coarse[jnp.maximum(k - 1, first)], coarse[jnp.minimum(k + 1, RADII - 1)]
+    return -jnp.min(of(jax.lax.stop_gradient(jnp.linspace(*near, RADII)))[0])
+
+
 def _contact(
     values: Array, body: tuple[Array, Array, Array], size: tuple[Array, Extent], a: Array
 ) -> tuple[Array, Array]:

@@ -23,6 +23,7 @@ from jaxcontact.inputs.spectrum import Spectrum
 
 NUISANCES = {"contact_point": "m", "drift": "m/s", "machine_compliance": "m/N"}
 EDGE = 16.0  # bound of the logarithms of scaled compliances, 1e-7 to 1e7
+BEYOND = 7.0  # of the logarithms of rates beyond the first time, where that is more
 
 
 @functools.partial(
@@ -91,14 +92,21 @@ class Space(SearchSpace):
 
     @classmethod
     def of(
-        cls, structure: Structure, box: np.ndarray, unit: np.ndarray, duration: float, least: float = 0.0
+        cls,
+        structure: Structure,
+        box: np.ndarray,
+        unit: np.ndarray,
+        duration: float,
+        least: float = 0.0,
+        decades: float = 0.0,
     ) -> "Space":
-        """Return the space of a box (m, 2); least: lower bound of the open side of a linear coordinate."""
+        """Return the space of a box (m, 2); least: lower bound of the open side of a linear coordinate; decades: logarithm
+        of the duration over the first time, beyond which the range of a rate extends by ``BEYOND``."""
         places = np.arange(len(box))
         material = places < structure.size
         logs = material & (places != structure.flow) & (structure.tau is None)
         open_sides = np.stack([box[:, 0] == 0.0, np.isinf(box[:, 1])], -1)
-        lower, upper = _bounds(box, material, logs, least)
+        lower, upper = _bounds(box, material, logs, least, max(EDGE, decades + BEYOND))
         names = {place: name for name, place in structure.where.items()}
         return cls(
             structure=structure, lower=lower, upper=upper, unit=unit, logarithmic=logs, material=material,
@@ -137,14 +145,14 @@ class Space(SearchSpace):
 
 
 def _bounds(
-    box: np.ndarray, material: np.ndarray, logs: np.ndarray, least: float
+    box: np.ndarray, material: np.ndarray, logs: np.ndarray, least: float, edge: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds (m,) and (m,) of the coordinates, equal where one is held; open sides end at the edge."""
     low, high = box.T.copy()
     varied, linear = low < high, material & ~logs
     low[linear & (low == 0.0) & (high > 0.0)] = least
-    high[material & varied] = np.minimum(high[material & varied], np.exp(EDGE))
+    high[material & varied] = np.minimum(high[material & varied], np.exp(edge))
     with np.errstate(divide="ignore"):
         low[logs], high[logs] = np.log(low[logs]), np.log(high[logs])
-    low[logs & varied] = np.maximum(low[logs & varied], -EDGE)
+    low[logs & varied] = np.maximum(low[logs & varied], -edge)
     return low, high

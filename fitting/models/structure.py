@@ -100,7 +100,9 @@ class Structure:
         if self.tau is not None:
             return self.tau
         retarded, rise = values[1 : self.flow], values[self.flow + 1 :]
-        return float(retarded[0] / rise[0]) if np.any((retarded > 0) & (rise > 0)) else math.nan
+        if not np.any((retarded > 0) & (rise > 0)) or (np.isinf(retarded[0]) and np.isinf(rise[0])):
+            return math.nan
+        return float(retarded[0] / rise[0])
 
     def may_be_zero(self, name: str) -> bool:
         """Return whether a parameter may be held at 0; no parameter of a material may."""

@@ -17,8 +17,9 @@ from jax import Array
 
 from fitting.data.indentation import IndentationData
 from fitting.data.pull_off import PullOff
-from fitting.models.adhesive_curve import MaugisDugdale, load_at
+from fitting.models.adhesive_curve import MaugisDugdale, largest_tension, load_at
 from fitting.models.adhesive_film import Extent, FilmOnBase, FilmSeries, series_of
+from fitting.models.adhesive_film import largest_tension as film_tension
 from fitting.models.adhesive_film import load_at as film_load
 from fitting.models.coordinates import NUISANCES
 from fitting.models.search_space import ParameterSpace
@@ -153,6 +154,27 @@ class AdhesiveTest(NamedTuple):
             *space.bounds,
             ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
         )  # fmt: skip
+
+    def pull_off(self, space: ParameterSpace, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the largest tension [N] of the curve at a point, and the derivative (m,) of its logarithm by the
+        coordinates."""
+        nu, own, radius, film = self.body.nu, self.body.own, float(self.body.ball.radius), self.body.film
+        unit, k = jnp.asarray(space.unit), space.structure.size
+
+        def log_force(logs: Array) -> Array:
+            values = jnp.exp(logs) * unit[:k]
+            if film is None:
+                strength = values[2] if k > 2 else None
+                modulus = 2.0 / ((1.0 - nu) / values[0] + own)
+                return jnp.log(largest_tension(modulus, values[1], radius, strength))
+            size = film.thickness, self._extent(film)
+            log_G = float(theta[0]) + math.log(space.unit[0])
+            series = series_of(log_G, nu, own, film, size[1])
+            body = (1.0 - nu) / values[0] + own, values[1], radius
+            return jnp.log(film_tension(logs[0] - float(theta[0]), series, body, size))
+
+        log, slope = jax.value_and_grad(log_force)(jnp.asarray(theta[:k]))
+        return math.exp(float(log)), np.append(np.asarray(slope), np.zeros(theta.size - k))
 
     def _functions(self, space: ParameterSpace) -> tuple[Callable[..., Array], Callable[..., Array]]:
         """Return the residuals and their Jacobian as functions of the coordinates and the arrays of ``objective``."""

@@ -12,7 +12,7 @@ import scipy
 
 from fitting.search.uncertainty import inverse
 
-ITERATIONS = 60
+ITERATIONS = 200  # of a local search, after which it has not converged
 SAME = 1e-5  # relative difference of RSS below which two minima are the same
 
 
@@ -34,6 +34,7 @@ class Objective:
     close: float = 2e-3
     residual_runs: int = 0
     jacobian_runs: int = 0
+    unfinished: int = 0  # local searches that did not converge
 
     @property
     def free(self) -> np.ndarray:
@@ -55,7 +56,8 @@ class Best(NamedTuple):
     """A minimum of an objective.
 
     theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: number of local searches
-    and number of them that reached this minimum; others: theta (m,) of each higher minimum.
+    and number of them that reached this minimum; others: theta (m,) of each higher minimum; converged: whether the search
+    ended by its tolerance, or because no step lowers RSS, and not after ``ITERATIONS``.
     """
 
     theta: np.ndarray
@@ -65,6 +67,7 @@ class Best(NamedTuple):
     starts: int = 1
     agreed: int = 1
     others: tuple[np.ndarray, ...] = ()
+    converged: bool = True
 
 
 def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -108,12 +111,14 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
     residual, damping = objective.at(theta), 0.0
     jacobian = objective.slope(theta)
+    converged = some.size == 0
     for _ in range(ITERATIONS if some.size else 0):
         rss, J = float(residual @ residual), jacobian[:, own]
         room = objective.lower[some] - theta[some], objective.upper[some] - theta[some]
         step = _step(J, residual, *room, damping)
         expected = rss - float(np.sum((residual + J @ step) ** 2))
         if expected <= objective.ftol * rss + floor or damping > 1e8:
+            converged = True
             break
         trial = theta.copy()
         trial[some] = np.clip(theta[some] + step, objective.lower[some], objective.upper[some])
@@ -125,7 +130,8 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
             jacobian = objective.slope(theta)
         else:
             damping = max(10.0 * damping, 1e-3)
-    return Best(theta, residual, jacobian, float(residual @ residual))
+    objective.unfinished += not converged
+    return Best(theta, residual, jacobian, float(residual @ residual), converged=converged)
 
 
 def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:

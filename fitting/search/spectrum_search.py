@@ -22,6 +22,7 @@ SMOOTHNESS = np.geomspace(1e-4, 1e8, 25)  # trial lambdas, over the square of th
 NEXT = 10.0 ** np.array([0.5, 0.0, -0.5])  # trial lambdas over that of the last search, with other weights
 DEEP = 1e-10  # least spectrum over the largest modulus
 NEAR = 1e-8  # relative tolerance of the searches
+EVALUATIONS = 200  # of a search, after which it has not converged
 EXACT = 1e-6  # least mean square of the residuals over that of the data, of a discrete spectrum
 
 
@@ -40,7 +41,7 @@ class LinearSpectrum(NamedTuple):
 
 class SpectrumOptimum(NamedTuple):
     """The most probable spectrum: log H (m,), g, residual (n,), Jacobian (n, m + 1) with respect to log H and g/largest,
-    precision (m + 1, m + 1) over the variance of the noise, lambda, and that variance."""
+    precision (m + 1, m + 1) over the variance of the noise, lambda, that variance, and whether the search converged."""
 
     log: np.ndarray
     equilibrium: float
@@ -49,6 +50,7 @@ class SpectrumOptimum(NamedTuple):
     precision: np.ndarray
     smoothness: float
     variance: float
+    converged: bool
 
 
 def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> SpectrumOptimum:
@@ -92,7 +94,7 @@ def _optimum(
     found = least_squares(
         lambda x: np.append(A @ np.exp(x[:-1]) + largest * x[-1] * e - y, bend @ x),
         np.clip(start, low + 1e-9, high - 1e-9), lambda x: np.vstack([jacobian(x), bend]), (low, high),
-        xtol=NEAR, ftol=NEAR, gtol=1e-14, max_nfev=60,
+        xtol=NEAR, ftol=NEAR, gtol=1e-14, max_nfev=EVALUATIONS,
     )  # fmt: skip
     J = jacobian(found.x)
     free = np.arange(m + 1) < m + (solid and found.x[-1] > 1e-8)
@@ -101,9 +103,11 @@ def _optimum(
     _, volume = np.linalg.slogdet(precision[np.ix_(free, free)])
     evidence = 0.5 * ((m - 2) * np.log(smoothness) - volume - (n - 3) * np.log(P))
     residual, at = found.fun[:n], float(found.x[-1] * largest) if free[-1] else 0.0
-    return SpectrumOptimum(found.x[:-1], at, residual, J * free, precision, smoothness, P / (n - 3)), float(
-        evidence
+    variance, converged = P / (n - 3), found.status != 0
+    optimum = SpectrumOptimum(
+        found.x[:-1], at, residual, J * free, precision, smoothness, variance, converged
     )
+    return optimum, float(evidence)
 
 
 def posterior_covariance(found: SpectrumOptimum) -> tuple[np.ndarray, np.ndarray]:

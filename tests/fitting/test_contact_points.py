@@ -304,3 +304,36 @@ def test_real_curves_are_cut_once(name, film):
     for part in (data, data.only("approach", "hold")):
         taken = part.in_contact(film=film)
         assert taken.cut and not dataclasses.replace(taken, cut=False).in_contact(film=film).cut
+
+
+@pytest.mark.parametrize(
+    ("ramp", "hold", "back"), [(30.0, 5.0, 30.0), (36.0, 2.0, 5.0), (30.0, 60.0, 30.0), (10.0, 1.0, 10.0)]
+)
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_a_hold_that_is_short_beside_its_ramp_is_found(ramp, hold, back, quadratic):
+    """Depth^2 = int J dP for a standard solid under a ramp that is linear (or quadratic) in time, by its own integration
+    on a fine grid; 0.3 nm of noise."""
+    fine = np.linspace(0.0, ramp + hold + back, 4001)
+    up, down = np.minimum(fine / ramp, 1.0), np.clip((fine - ramp - hold) / back, 0.0, 1.0)
+    load = 10e-3 * (up**2 if quadratic else up) * (1.0 - down)
+    delayed, J1, J2, tau = np.zeros(fine.size), 1 / 2e9, 1 / 4e9, 3.0
+    for k in range(1, fine.size):  # tau D' + D = J2 P
+        decay = np.exp(-(fine[k] - fine[k - 1]) / tau)
+        middle = 0.5 * (load[k] + load[k - 1])
+        delayed[k] = decay * delayed[k - 1] + (1 - decay) * J2 * middle
+    t = np.arange(0.0, fine[-1] + 1e-9, 0.1 if hold > 2 else 0.05)
+    depth = np.sqrt(np.interp(t, fine, np.maximum(J1 * load + delayed, 0.0)) * 0.15)
+    depth = depth + 0.3e-9 * np.random.default_rng(0).standard_normal(t.size)
+    data = fitting.IndentationData(t=t, load=np.interp(t, fine, load), depth=depth)
+    found = data.t[data.segments == "hold"]
+    step = t[1] - t[0]
+    assert abs(found[0] - ramp) <= 3.1 * step and abs(found[-1] - ramp - hold) <= 3.1 * step
+
+
+def test_a_ramp_without_a_hold_has_none():
+    t = np.arange(0.0, 60.0, 0.1)
+    load = 10e-3 * (1.0 - np.abs(t / 30.0 - 1.0))
+    depth = 1e-6 * np.sqrt(np.maximum(load, 0.0) / 10e-3)
+    depth = depth + 0.3e-9 * np.random.default_rng(0).standard_normal(t.size)
+    marks = fitting.IndentationData(t=t, load=load, depth=depth).segments
+    assert not np.any(marks == "hold")

@@ -423,3 +423,56 @@ def test_a_contact_needs_a_load_and_cells():
         fitting.fit_growth(curves(), contact=dataclasses.replace(contact, radius=1e-9))
     with pytest.raises(ValueError, match=r"load: expected a number > 0 N, got 0.0"):
         fitting.GrowthData(T, T, stress=1e8, temperature=373.0, load=0.0)
+
+
+def delayed(induction, seed, points=25):
+    """Curves whose growth begins at an induction time [s], with 3 % of noise."""
+    t, rng, found = np.linspace(0.0, 7200.0, points), np.random.default_rng(seed), []
+    for stress, temperature in CONDITIONS:
+        h = closed_form(np.maximum(t - induction, 0.0), stress, temperature, *TRUTH.values())
+        h = h * (1.0 + 0.03 * rng.standard_normal(points)) + 2e-11 * rng.standard_normal(points)
+        found.append(fitting.GrowthData(t, h, stress=stress, temperature=temperature))
+    return found
+
+
+@pytest.mark.parametrize("induction", [600.0, 1000.0])
+def test_an_induction_time_that_is_left_out_is_named_and_fitted_on_request(induction):
+    data = delayed(induction, seed=1)
+    without = fitting.fit_growth(data)
+    assert without.verdict == "rejected" and any("have a common shape" in why for why in without.refused)
+    assert any('induction="fit"' in why for why in without.refused)
+    fit = fitting.fit_growth(data, induction="fit")
+    assert fit.verdict == "accepted"
+    value, low, high = fit.induction
+    assert low < induction < high and value == pytest.approx(induction, rel=0.05)
+    for name, truth in TRUTH.items():
+        assert fit.intervals[name][0] < truth < fit.intervals[name][1], name
+    assert fit.predict(0.5 * induction) == 0.0 and fit.to_dict()["induction_s"] == list(fit.induction)
+    assert "induction time" in fit.summary()
+    given = fitting.fit_growth(data, induction=induction)
+    assert given.induction == (induction,) * 3 and given.verdict == "accepted"
+
+
+def test_exact_data_return_their_induction_time():
+    data = [
+        dataclasses.replace(
+            one, thickness=closed_form(np.maximum(T - 777.0, 0.0), one.stress, one.temperature, *TRUTH.values(), 1e-9),
+            initial=1e-9,
+        )
+        for one in curves()
+    ]  # fmt: skip
+    fit = fitting.fit_growth(data, weights="absolute", induction="fit")
+    assert fit.induction[0] == pytest.approx(777.0, rel=1e-4)
+    assert fit.values == pytest.approx(TRUTH, rel=1e-4)
+
+
+def test_curves_of_the_right_kinetics_have_no_common_shape():
+    """20 sets with independent errors."""
+    refused = [bool(fitting.fit_growth(delayed(0.0, seed)).refused) for seed in range(20)]
+    assert sum(refused) <= 1
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 7200.0, "yes", [1.0, 2.0], float("nan")])
+def test_an_induction_time_that_is_none_is_refused(wrong):
+    with pytest.raises(ValueError, match='induction: expected "fit", None or a time from 0'):
+        fitting.fit_growth(curves(constant=1e-11), induction=wrong)

@@ -8,6 +8,7 @@ from scipy import optimize, stats
 
 import fitting
 import jaxcontact as jc
+from fitting.search import nonlinear
 from jaxcontact.__main__ import main
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
@@ -354,3 +355,42 @@ def test_independent_errors_of_each_modulus_are_not_common_ones_and_outliers_hav
     storage[12] *= 2.0
     spoiled = fitting.fit_oscillation(fitting.OscillationData(omega, storage, loss), "StandardLinearSolid")
     assert any(f"at omega = {omega[12]:.4g} rad/s" in reason for reason in spoiled.refused)
+
+
+SLOW = {"G1": 2110970.4, "G2": 5468209.4, "eta1": 3215577.6, "eta2": 168033448.0}  # a search of 70 steps
+
+
+def slowly_found():
+    t = np.geomspace(0.46, 185.0, 60)
+    return fitting.RelaxationData(t=t, modulus=relaxation(t, **SLOW) * noise(60, 5))
+
+
+def test_a_search_that_takes_more_than_sixty_steps_ends_at_the_least_squares():
+    """The optimum of scipy from the true values."""
+    data = slowly_found()
+    best = scipy_cost(lambda p: relaxation(data.t, **p) / data.modulus - 1.0, SLOW)
+    fit = fitting.fit_relaxation(data, "Burgers", weights="relative")
+    found = np.sum((fit.modulus(data.t) / data.modulus - 1.0) ** 2)
+    assert found == pytest.approx(best, rel=1e-6) and fit.verdict == "accepted"
+
+
+def test_a_search_that_does_not_converge_is_not_accepted(monkeypatch):
+    monkeypatch.setattr(nonlinear, "ITERATIONS", 4)
+    fit = fitting.fit_relaxation(slowly_found(), "Burgers", weights="relative")
+    assert fit.verdict == "rejected" and any("did not converge within 4 steps" in why for why in fit.refused)
+
+
+@pytest.mark.parametrize("tau", [pytest.param(1e-12, marks=pytest.mark.slow), 1e18])
+def test_a_relaxation_over_43_decades_is_found_wherever_it_lies(tau):
+    """A standard solid: G = Gs + (G1 - Gs) exp(-t/tau), Gs = G1 G2/(G1 + G2), tau = eta2/(G1 + G2)."""
+    t = np.geomspace(1e-20, 1e23, 87)
+    G1, G2 = 1e9, 1e7
+    relaxed = G1 * G2 / (G1 + G2)
+    G = (relaxed + (G1 - relaxed) * np.exp(-t / tau)) * noise(t.size, 1)
+    fit = fitting.fit_relaxation(
+        fitting.RelaxationData(t=t, modulus=G), "StandardLinearSolid", weights="relative"
+    )
+    assert fit.verdict == "accepted"
+    for name, value in {"G1": G1, "G2": G2, "eta2": tau * (G1 + G2)}.items():
+        assert fit.intervals[name][0] < value < fit.intervals[name][1], name
+        assert fit.values[name] == pytest.approx(value, rel=0.05), name
