@@ -11,6 +11,8 @@ would read it.
 import re
 from typing import Any
 
+import numpy as np
+
 from fitting.io import mending
 from fitting.io.columns import Series, Wanted, has, locate, series
 from fitting.io.names import read_heading
@@ -18,7 +20,8 @@ from fitting.io.table import Table
 
 TIME = Wanted("t", ("step time", "time"))
 COMPLIANCE = Wanted("J", ("compliance", "tensile compliance"))
-MODULUS = Wanted("modulus", ("relaxation modulus",))
+CREEP_MODULUS = Wanted("creep_modulus", ("creep modulus", "shear creep modulus"))
+MODULUS = Wanted("modulus", ("relaxation modulus", "modulus", "tensile modulus"))
 STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth", "delta"))
@@ -27,7 +30,8 @@ DEPTH = Wanted("depth", ("depth", "delta"))
 HOLDINGS = (
     ((("contact stiffness", "stiffness"), ("depth",)), "a contact stiffness", "read_stiffness"),
     (((*COMPLIANCE.names,),), "a creep compliance", "read_creep"),
-    (((*MODULUS.names,),), "a relaxation modulus", "read_relaxation"),
+    (((*CREEP_MODULUS.names,),), "a creep modulus", "read_creep"),
+    ((("relaxation modulus",),), "a relaxation modulus", "read_relaxation"),
     (((*STORAGE.names,),), "a storage modulus", "read_oscillation"),
     ((("complex modulus", "tensile complex modulus"),), "a complex modulus", "read_oscillation"),
     (((*LOAD.names,), (*DEPTH.names,)), "load and depth", "read_indentation"),
@@ -53,12 +57,20 @@ def checked_options(table: Table, columns: dict | None, units: dict | None, keys
 
 
 def curves_of(
-    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, reader: str = ""
-) -> list[Series]:
+    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, reader: str = "", choice: Any = None,
+    divided: bool = False,
+) -> list[Series]:  # fmt: skip
     """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again.
 
-    reader: the public function, for a message that names another one which reads the file.
+    A block that cannot be read is a curve with an ``error``, which is raised only if that curve is chosen.
+
+    reader: the public function, for a message that names another one which reads the file; choice: the name or position
+    of the chosen curve: of blocks with that name no others are read; divided: whether a column that numbers segments
+    divides a block.
     """
+    named = [block for block in table.blocks if isinstance(choice, str) and choice.lower() in block.name.lower()]
+    if named:
+        table = table._replace(blocks=named)
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
     if not blocks and reader and not columns:
         check_holdings(table, next(what for _, what, own in HOLDINGS if own == reader), reader)
@@ -78,13 +90,22 @@ def curves_of(
             )
     found = []
     for block in blocks:
-        places = {one.key: locate(table, block, one, columns, units) for one in wanted}
-        for key, place in OF.items():
-            if key in places and any("no unit" in note for note in places[key].notes):
-                places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
-        if len({column.place for column in places.values()}) < len(places):
-            raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
-        found += mending.runs(series(table, block, places))
+        try:
+            places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+            for key, place in OF.items():
+                if key in places and any("no unit" in note for note in places[key].notes):
+                    places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
+            if len({column.place for column in places.values()}) < len(places):
+                raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
+            whole = series(table, block, places)
+        except ValueError as error:
+            if len(blocks) == 1:
+                raise
+            lines = np.array([line for line, _ in block.rows])
+            found.append(Series(block.name, lines, {}, {}, block.before, (), (), error=str(error)))
+            continue
+        pieces = mending.divided(whole) if divided else [whole]
+        found += [run for piece in pieces for run in mending.runs(piece)]
     others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
     if not others:
         return found
