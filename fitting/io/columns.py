@@ -189,6 +189,9 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
         ValueError: a cell that is not a number, with its line and column.
     """
     rows, notes = _body(table, block, next(iter(found.values())))
+    own = [column.place for column in found.values()]
+    while rows and all(k >= len(rows[-1][1]) or is_missing(rows[-1][1][k]) for k in own):
+        rows = rows[:-1]  # a longer curve stands beside this one
     values = {
         key: np.array([_cell(table, block, row, column) for row in rows]) for key, column in found.items()
     }

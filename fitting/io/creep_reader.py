@@ -85,7 +85,7 @@ def read_creep(
     """
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     keys = ("t", "J", "strain", "stress", "creep_modulus", "sigma")
     columns, units = checked_options(table, columns, units, keys)
     wanted = wanted_of(table, columns, units, stress)

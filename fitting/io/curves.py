@@ -9,6 +9,7 @@ would read it.
 """
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -68,8 +69,11 @@ def curves_of(
     of the chosen curve: of blocks with that name no others are read; divided: whether a column that numbers segments
     divides a block.
     """
-    named = [block for block in table.blocks if isinstance(choice, str) and choice.lower() in block.name.lower()]
-    if named:
+    texts = [choice] if isinstance(choice, str) else (choice if isinstance(choice, Sequence) else [])
+    texts = [one.lower() if isinstance(one, str) else "" for one in texts]
+    named = [block for block in table.blocks if any(text and text in block.name.lower() for text in texts)]
+    lacking = [block for block in table.blocks if not all(has(block, one, columns) for one in wanted)]
+    if named and all(texts):
         table = table._replace(blocks=named)
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
     if not blocks and reader and not columns:
@@ -106,7 +110,7 @@ def curves_of(
             continue
         pieces = mending.divided(whole) if divided else [whole]
         found += [run for piece in pieces for run in mending.runs(piece)]
-    others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
+    others = [block for block in lacking if block not in blocks and len(block.rows) > 1]
     if not others:
         return found
     first, last = others[0].rows[0][0], others[-1].rows[-1][0]

@@ -142,7 +142,7 @@ def _indentation_text(
 
     untimed: whether a file without times is accepted; raised: whether a height is preferred to a depth.
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     columns, units = checked_options(
         table, columns, units, ("t", "load", "depth", "height", "separation", *ERRORS)
     )

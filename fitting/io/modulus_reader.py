@@ -62,7 +62,7 @@ def read_relaxation(
         >>> print(data.t[0], data.modulus[0])
         60.0 8000.0
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     columns, units = checked_options(table, columns, units, ("t", "modulus"))
     parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation", segment, True)
     taken = mending.choose(table.path, "segment", parts, segment)
@@ -128,29 +128,28 @@ def read_oscillation(
         >>> print(round(data.omega[0], 3), data.storage[0], data.loss[0])
         6.283 2000.0 1000.0
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
     columns, units = checked_options(table, columns, units, keys)
     parts = curves_of(table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation", segment, True)
-    parts = swept(parts, segment is not None)
+    parts = swept(parts, 1 if segment is None else 0)
     taken = mending.choose(table.path, "segment", parts, segment)
     return oscillation_of(table.path, taken, units, convention, nu, window)
 
 
-def swept(parts: list[Series], chosen: bool) -> list[Series]:
-    """Return the frequency sweeps of a file, all its parts where some are ``chosen`` by the caller, or none is a sweep.
+def swept(parts: list[Series], most: float) -> list[Series]:
+    """Return the frequency sweeps of a file, or all its parts where it has no sweep, or more than ``most``.
 
     Rows at one frequency are a test over time, strain or temperature, whose moduli are not those of the sweep.
     """
     divided = [mending.sweeps(part) if not part.error else ([part], []) for part in parts]
     moving = [one for some, _ in divided for one in some]
     still = [one for _, some in divided for one in some]
-    every = sorted(moving + still, key=lambda part: int(part.lines[0]))
-    if chosen or not moving or not still:
-        return every
+    moving = [run for part in moving for run in ([part] if part.error else mending.runs(part))]
+    if not still or not 0 < len(moving) <= most:
+        return sorted(moving + still, key=lambda part: int(part.lines[0]))
     lines = ", ".join(f"{part.lines[0]} to {part.lines[-1]}" for part in still)
-    note = f"rows at one frequency, beside the sweep, left out: lines {lines}"
-    return [run.say(note) for part in moving for run in ([part] if part.error else mending.runs(part))]
+    return [part.say(f"rows at one frequency, beside the sweep, left out: lines {lines}") for part in moving]
 
 
 def oscillation_of(

@@ -48,7 +48,7 @@ def read_stiffness(
         >>> print(data.depth.size, f"{data.stiffness[0]:.6g}")
         8 2000
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     columns, units = checked_options(table, columns, units, ("depth", "stiffness", "load", "sigma"))
     wanted = [DEPTH, STIFFNESS]
     loaded = any(all(has(block, one, columns) for one in (*wanted, LOAD)) for block in table.blocks)

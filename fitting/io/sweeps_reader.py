@@ -1,5 +1,6 @@
 """Reader of tests at several temperatures, for their superposition: one curve for each temperature of a file."""
 
+import math
 import os
 import re
 from typing import Any
@@ -75,7 +76,7 @@ def read_sweeps(
         >>> [one.temperature for one in fitting.read_sweeps(file)]
         [403.15, 423.15]
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     pairs = (one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR))
     keys = ("t", "modulus", "J", "creep_modulus", "sigma", "omega", TEMPERATURE.key, *pairs)
     columns, units = checked_options(table, columns, units, keys)
@@ -88,7 +89,7 @@ def read_sweeps(
         wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table, columns))
     found: list[Any] = []
     parts = _parts(table, wanted, columns, units, temperature is None)
-    for part in parts if crept or relaxed else swept(parts, False):
+    for part in parts if crept or relaxed else swept(parts, math.inf):
         if part.error:
             raise ValueError(part.error)
         held = _held(table.path, part, units) if temperature is None else temperature

@@ -47,12 +47,13 @@ class Table(NamedTuple):
     blocks: list[Block]
 
 
-def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
+def read_table(path: str | os.PathLike, decimal: str | None = None, columns: dict | None = None) -> Table:
     """Split a file into blocks, each of which begins with a line of known column names.
 
     Args:
         path: of a text file.
         decimal: the decimal mark, "." or ",", if it is ambiguous.
+        columns: of the caller; tables side by side are one block where they have positions, which are those of the file.
 
     Raises:
         ValueError: no file, no text, no rows of numbers.
@@ -78,7 +79,9 @@ def read_table(path: str | os.PathLike, decimal: str | None = None) -> Table:
             blocks[-1].rows.extend(_as_rows(before, dialect) + rows)
     if not any(block.header and known(block.header.cells) > 1 for block in blocks):
         blocks = _on_side(lines, dialect) or blocks
-    return Table(name, dialect, [part for block in blocks for part in _apart(block, dialect)])
+    if not any(isinstance(one, int) for one in (columns or {}).values()):
+        blocks = [part for block in blocks for part in _apart(block, dialect)]
+    return Table(name, dialect, blocks)
 
 
 def _after(last: Block, groups: list[tuple[list[Line], list[Row]]], dialect: Dialect) -> bool:

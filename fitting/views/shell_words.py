@@ -32,7 +32,7 @@ FLAGS = (
     (r"window=\(([^,]*), ([^)]*)\)", r"--window \1:\2"),
     (r"decimal='\.' or ','", "--decimal . or --decimal ,"),
     (r"convention='D'; got convention='?([^']*)'?$", r"--tension; got --convention \1"),
-    (r"convention='D' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
+    (r"convention='[DE]' and nu=|convention='D', nu=|\bnu=(?= for [JE])", "--tension NU"),
     (r"\bnu=(\S+), bulk_modulus=(\S+)", r"--nu \1, --bulk-modulus \2"),
     (r"\bof nu and bulk_modulus", "of --nu and --bulk-modulus"),
     (r"\bcontrol=\"(\w+)\"", r"--control \1"),
