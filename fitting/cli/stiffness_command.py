@@ -29,7 +29,7 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument("--substrate-modulus", type=float, metavar="E", help=base)
     nu = "Poisson's ratio of the substrate (0.3)"
     parser.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help=nu)
-    how = f"contact radius: {' or '.join(CONTACTS)} (oliver-pharr for a cone, elastic for others)"
+    how = f"contact radius: {' or '.join(CONTACTS)} (stated where the file has areas, oliver-pharr for a cone, elastic for others)"
     parser.add_argument("--contact", choices=CONTACTS, help=how)
     areas = parser.add_mutually_exclusive_group()
     area = "area function of the tip, c0 d^2 + c1 d + c2 d^(1/2) + c3 d^(1/4) ..., in SI: c0 [-], c1 [m], c2 [m^1.5] ..."
@@ -40,7 +40,7 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument("--beta", type=float, default=1.0, metavar="B", help=beta)
     parser.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
     errors = "estimated, proportional, relative, absolute, or a standard deviation in N/m"
-    columns = "depth, stiffness, load, sigma: standard deviations of the stiffness"
+    columns = "depth, stiffness, load, area, sigma: standard deviations of the stiffness"
     flags.add_common(parser, "estimated", errors, columns, window="depths [m]")
     flags.add_bounds(parser)
     parser.set_defaults(command=run)

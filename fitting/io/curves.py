@@ -14,8 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data import units as unit_table
 from fitting.io import mending
-from fitting.io.columns import Series, Wanted, has, locate, series
+from fitting.io.cells import number
+from fitting.io.columns import SI, Series, Wanted, has, locate, series
 from fitting.io.names import read_heading
 from fitting.io.table import Table
 
@@ -38,6 +40,11 @@ HOLDINGS = (
     (((*LOAD.names,), (*DEPTH.names,)), "load and depth", "read_indentation"),
     ((("time", "step time"), ("thickness",)), "a thickness over time", "read_growth"),
 )
+# what an instrument finds itself and states above a curve, with the kinds of the units
+FOUND = {
+    "modulus": "stress", "tensile modulus": "stress", "reduced modulus": "stress", "contact area": "area",
+    "contact stiffness": "stiffness", "stiffness": "stiffness",
+}  # fmt: skip
 OF = {
     "sigma": 1,
     "sigma_load": 1,
@@ -139,6 +146,24 @@ def stated_number(pattern: str, text: str) -> float | None:
         return float(found[-1]) if found else None
     except ValueError:
         return None
+
+
+def stated_facts(text: str) -> tuple[str, ...]:
+    """Return notes on a modulus, a contact area or a stiffness that the text above the columns states, as the instrument
+    found it: "Reduced modulus (GPa): 3.1", "E[eff] (Pa)\t1234", "S = 12.1 uN/nm"."""
+    notes = []
+    for line in text.splitlines():
+        name, mark, rest = (part.strip() for part in re.match(r"([^:=\t;]*)([:=\t;]?)(.*)", line).groups())  # type: ignore[union-attr]
+        cells = rest.strip(" :=\t;").replace(";", " ").split()
+        heading = read_heading(name)
+        kind = "tensile modulus" if re.match(r"E\[(?:eff|v=)", name) else heading.kind
+        value = number(cells[0], ".") if mark and cells else None
+        if kind not in FOUND or value is None or len(cells) > 2:
+            continue
+        unit = (re.findall(r"\(([^()]*)\)\s*$", name) or cells[1:] or [heading.unit or ""])[0].strip("[]()")
+        if unit_table.is_unit(FOUND[kind], unit):
+            notes.append(f"the instrument states {name}: {value * unit_table.factor(FOUND[kind], unit):.4g} {SI[FOUND[kind]]}")
+    return tuple(notes)
 
 
 def once(notes: tuple[str, ...]) -> tuple[str, ...]:
