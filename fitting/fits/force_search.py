@@ -9,6 +9,7 @@ import jaxcontact as jc
 from fitting.data.contact import baseline, signs
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
+from fitting.data.segments import noise, smooth
 from fitting.data.weights import choose_weights
 from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.models import thin_layer
@@ -25,6 +26,7 @@ EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
 BASE = 3.0  # longest baseline, in largest depths
 LEAST = 10  # fewest points
+QUIET = 3.0  # running median of the load over the standard deviation of its noise below which there is no contact
 NUISANCES = dict(zip((*PARTS, "drag"), ("m", "N", "N/s", "N s/m"), strict=True))
 
 
@@ -51,6 +53,12 @@ class ApproachCurve(NamedTuple):
             some = np.ones(data.t.size, dtype=bool)
         t, load, depth = data.t[some], data.load[some], data.depth[some]
         force = load - baseline(load)
+        rise, scatter = float(np.max(np.abs(smooth(force)))), noise(load)
+        if some.sum() >= LEAST and rise <= QUIET * scatter:
+            raise ValueError(
+                f"data: expected a load that rises with depth, got one that stays within {rise:.2g} N of its baseline, where"
+                f" its noise is {scatter:.2g} N: no contact"
+            )
         inward, pushed = signs(force, depth)
         if marked:  # on a stiff sample the largest depth may be where the tip snaps in
             pushed = -1 if force[-1] < 0 else 1
@@ -58,7 +66,8 @@ class ApproachCurve(NamedTuple):
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST:
             raise ValueError(
-                f"data: expected at least {LEAST} points of an approach, got {stop} of {some.size} points"
+                f"data: expected an approach of at least {LEAST} points with a load that rises with depth, got {stop} of"
+                f" {some.size} points up to the largest depth"
             )
         notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
         notes += [
