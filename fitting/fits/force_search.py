@@ -53,20 +53,20 @@ class ApproachCurve(NamedTuple):
             some = np.ones(data.t.size, dtype=bool)
         t, load, depth = data.t[some], data.load[some], data.depth[some]
         force = load - baseline(load)
-        rise, scatter = float(np.max(np.abs(smooth(force)))), noise(load)
-        if some.sum() >= LEAST and rise <= QUIET * scatter:
-            raise ValueError(
-                f"data: expected a load that rises with depth, got one that stays within {rise:.2g} N of its baseline, where"
-                f" its noise is {scatter:.2g} N: no contact"
-            )
         inward, pushed = signs(force, depth)
         if marked:  # on a stiff sample the largest depth may be where the tip snaps in
             pushed = -1 if force[-1] < 0 else 1
         zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST:
+            rise, scatter = float(np.max(np.abs(smooth(force)))), noise(load)
+            if some.sum() >= LEAST and rise <= QUIET * scatter:  # the directions above follow from noise
+                raise ValueError(
+                    f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
+                    f" noise is {scatter:.2g} N: no contact in the curve"
+                )
             raise ValueError(
-                f"data: expected an approach of at least {LEAST} points with a load that rises with depth, got {stop} of"
+                f"data: expected an approach of at least {LEAST} points with a force that rises with depth, got {stop} of"
                 f" {some.size} points up to the largest depth"
             )
         notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
