@@ -22,7 +22,7 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument(
         "--tip-nu", type=float, default=0.07, metavar="NU", help="Poisson's ratio of the tip (0.07)"
     )
-    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of the sample (0.3)")
+    parser.add_argument("--nu", type=float, help="Poisson's ratio of the sample (0.3, with a note)")
     thin = "thickness of a film [m], or fit to fit it; by default a half-space"
     parser.add_argument("--thickness", metavar="H", help=thin)
     base = "Young's modulus of the substrate below the film [Pa]; rigid by default"
@@ -51,9 +51,10 @@ def run(options: argparse.Namespace) -> int:
     output.check_directory(options)
     curve = None if options.curve is None else flags.place(options.curve)
     data = flags.read(read_stiffness, options.file, options, curve=curve)
+    data, nu = flags.assume_nu(data, options.nu, flags.NU)
     with flags.about(options.file):
         found = fit_stiffness(
-            data, indenter=_tip(options), nu=options.nu, thickness=_thickness(options.thickness),
+            data, indenter=_tip(options), nu=nu, thickness=_thickness(options.thickness),
             substrate=_elastic(options.substrate_modulus, options.substrate_nu), contact=options.contact,
             area=_area(options),
             beta=options.beta, bounds=flags.bounds(options), **flags.weighting(options, data.sigma is not None),
