@@ -113,12 +113,16 @@ def _table(rows: list[dict[str, Any]], fits: list[Fit | None]) -> tuple[list[str
     keys = list(next(row["parameters"] for row in rows if not row["error"]))
     first = next(fit for fit in fits if fit)
     units = {first.structure.key(name): (name, first.structure.unit(name)) for name in first.values}
-    heads = [f"{units[key][0]}{end} [{units[key][1] or '-'}]" for key in keys for end in ("", " low", " high")]
+    heads = [
+        f"{units[key][0]}{end} [{units[key][1] or '-'}]" for key in keys for end in ("", " low", " high")
+    ]
     table = []
     for row in rows:
         if row["error"]:
             table.append([row["file"], *[None] * len(heads), "failed", row["error"]])
             continue
         spans = [(row["parameters"].get(key), *row["intervals"].get(key, (None, None))) for key in keys]
-        table.append([row["file"], *(x for span in spans for x in span), row["verdict"], "; ".join(row["reasons"])])
+        table.append(
+            [row["file"], *(x for span in spans for x in span), row["verdict"], "; ".join(row["reasons"])]
+        )
     return ["file", *heads, "verdict", "reason"], table

@@ -277,7 +277,7 @@ def assume_nu(data: Any, nu: float | None, usual: float) -> tuple[Any, float]:
     """Return the curve of an indenter and Poisson's ratio, the usual one with a note where none is given."""
     if nu is not None:
         return data, nu
-    note = f"no --nu given: Poisson's ratio is taken as {usual:g}, to which the modulus is conditional (E goes with 1 - nu^2)"
+    note = f"no --nu given: Poisson's ratio is taken as {usual:g}, on which the modulus is conditional: E goes with 1 - nu^2"
     return dataclasses.replace(data, notes=(*data.notes, note)), usual
 
 

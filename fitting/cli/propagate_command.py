@@ -80,7 +80,10 @@ def run(options: argparse.Namespace) -> int:
         {"file": Path(options.file).name, "propagated": dict(zip(names, rows.T.tolist(), strict=True))},
     )
     wanted = RESULTS[options.of]
-    heads = ["{} [{}]".format(*wanted.over), *(f"{one} [{wanted.unit}]" for one in (wanted.name, "sd", "low", "high"))]
+    heads = [
+        "{} [{}]".format(*wanted.over),
+        *(f"{one} [{wanted.unit}]" for one in (wanted.name, "sd", "low", "high")),
+    ]
     output.write_table(options.directory / FILES[0], heads, rows)
     figure = band_picture.draw(RESULTS[options.of], found_at, band, fit.level)
     output.write(options.directory / FILES[1], lambda path: figure.savefig(path, dpi=150, format="png"))

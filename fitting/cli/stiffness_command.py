@@ -29,7 +29,8 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument("--substrate-modulus", type=float, metavar="E", help=base)
     nu = "Poisson's ratio of the substrate (0.3)"
     parser.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help=nu)
-    how = f"contact radius: {' or '.join(CONTACTS)} (stated where the file has areas, oliver-pharr for a cone, elastic for others)"
+    usual = "stated where the file has areas, oliver-pharr for a cone, elastic for others"
+    how = f"contact radius: {' or '.join(CONTACTS)} ({usual})"
     parser.add_argument("--contact", choices=CONTACTS, help=how)
     areas = parser.add_mutually_exclusive_group()
     area = "area function of the tip, c0 d^2 + c1 d + c2 d^(1/2) + c3 d^(1/4) ..., in SI: c0 [-], c1 [m], c2 [m^1.5] ..."

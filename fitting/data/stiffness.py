@@ -21,7 +21,7 @@ class StiffnessData:
         load: (n,) mean load [N] > 0, for the contact depth of Oliver and Pharr; None if unknown.
         sigma: (n,) standard deviations of the stiffness [N/m], or one value for all, if they are known.
         area: (n,) projected contact area [m2] > 0 that the instrument states, of which a fit takes the contact radius.
-        stated: what the instrument found itself, to compare: {"reduced modulus": (n,), "modulus": (n,)} [Pa], either or both.
+        stated: what the instrument found itself, to compare: {"reduced modulus": (n,), "modulus": (n,)} [Pa] or one of them.
         notes: remarks on the data, which are repeated in the notes of a fit.
 
     Raises:
@@ -55,7 +55,10 @@ class StiffnessData:
         for name in self.stated or {}:
             if name not in STATED:
                 raise ValueError(f"stated: expected keys among {', '.join(STATED)}, got {name!r}")
-        put("stated", {name: array(f"stated[{name!r}]", one, self.depth) for name, one in (self.stated or {}).items()})
+        put(
+            "stated",
+            {name: array(f"stated[{name!r}]", one, self.depth) for name, one in (self.stated or {}).items()},
+        )
 
     def __repr__(self) -> str:
         rows = [("depth", self.depth, "m"), ("load", self.load, "N"), ("stiffness", self.stiffness, "N/m")]

@@ -26,7 +26,9 @@ EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
 BASE = 3.0  # longest baseline, in largest depths
 LEAST = 10  # fewest points
-QUIET = 3.0  # running median of the load over the standard deviation of its noise below which there is no contact
+QUIET = (
+    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
+)
 NUISANCES = dict(zip((*PARTS, "drag"), ("m", "N", "N/s", "N s/m"), strict=True))
 
 

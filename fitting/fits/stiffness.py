@@ -157,9 +157,17 @@ def fit_stiffness(
     edges = _ends(sought, space, solved.theta)
     curved = () if tip.known else paraboloid_note(indenter, float(data.depth.max()), STIFFNESS)
     found = conclude(
-        fit, solved._replace(left=off.left, against=(*off.against, *apart), notes=(*off.notes, *said, *edges, *curved), moves=no_moves)
+        fit,
+        solved._replace(
+            left=off.left,
+            against=(*off.against, *apart),
+            notes=(*off.notes, *said, *edges, *curved),
+            moves=no_moves,
+        ),
     )
-    return found.fit(StiffnessFit, **_own(problem, found, indenter, substrate, _named(data, tip, contact, area)))
+    return found.fit(
+        StiffnessFit, **_own(problem, found, indenter, substrate, _named(data, tip, contact, area))
+    )
 
 
 def _body(indenter: Any, nu: float, thickness: Any, substrate: Any) -> Coated:
@@ -233,7 +241,9 @@ def _check_width(problem: StiffnessProblem, thickness: float, depth: np.ndarray)
     fine = depth[depth < depth[wide].min()]
     what = f"expected a contact of at most {WIDEST:g} thicknesses, got one of {problem.tip.radii.max() / thickness:.3g}"
     if fine.size < LEAST:
-        raise ValueError(f"thickness: {what}: the film is too thin for these depths; without it the sample is a half-space")
+        raise ValueError(
+            f"thickness: {what}: the film is too thin for these depths; without it the sample is a half-space"
+        )
     raise ValueError(
         f"thickness: {what}: window=(None, {fine.max():.4g}) keeps the depths at which the film can be used; without it the"
         " sample is a half-space"
@@ -256,7 +266,9 @@ def _compared(data: StiffnessData, problem: StiffnessProblem) -> tuple[list[str]
         words = f"the instrument states a {name} of {said:.4g} Pa (median); these points give {found:.4g} Pa"
         ratio = max(found / said, said / found)
         if ratio > APART:
-            against.append(f"{words}, which differs by a factor of {ratio:.3g}: check the tip, its area and the columns")
+            against.append(
+                f"{words}, which differs by a factor of {ratio:.3g}: check the tip, its area and the columns"
+            )
         else:
             notes.append(f"{words} with nu = {nu:.4g}" if name == "modulus" else words)
     return notes, against
@@ -269,7 +281,7 @@ def _ends(sought: Sought, space: Any, theta: np.ndarray) -> list[str]:
         if low < high and min(at - low, high - at) < 1e-3 * (high - low):
             more = "larger" if high - at < at - low else "smaller"
             notes.append(
-                f"{name} ends at the bound of the search, {unit * np.exp(at):.3g}: {more} values may describe the data better"
+                f"{name} ends at the bound of the search, {unit * np.exp(at):.3g}: {more} ones may describe the data better"
             )
     return notes
 

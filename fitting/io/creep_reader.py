@@ -55,8 +55,8 @@ def read_creep(
     Args:
         path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
         columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
-            "strain": ..., "stress": ..., "creep_modulus": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
-            unit of these if it has none of its own.
+            "strain": ..., "stress": ..., "creep_modulus": ...}, and {"sigma": ...} for a column of standard deviations of J
+            or strain, in the unit of these if it has none of its own.
         units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
         convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
             tension, which needs nu.
@@ -130,16 +130,21 @@ def _inverse(path: str, taken: Series) -> Series:
     shear."""
     modulus, column = taken.values["creep_modulus"], taken.columns["creep_modulus"]
     if "sigma" in taken.values:
-        raise ValueError(f"{path}: columns['sigma']: expected none beside a creep modulus, got one: it is not that of 1/J")
+        raise ValueError(
+            f"{path}: columns['sigma']: expected none beside a creep modulus, got one: it is not that of 1/J"
+        )
     with np.errstate(divide="ignore"):
         compliance = np.where(modulus > 0.0, 1.0 / modulus, np.nan)
     shear = column.name == "shear creep modulus"
     inverse = column._replace(
-        name="compliance" if shear else "tensile compliance", shown="shear compliance" if shear else column.shown
+        name="compliance" if shear else "tensile compliance",
+        shown="shear compliance" if shear else column.shown,
     )
     values = {**{key: one for key, one in taken.values.items() if key != "creep_modulus"}, "J": compliance}
     columns = {**{key: one for key, one in taken.columns.items() if key != "creep_modulus"}, "J": inverse}
-    return taken._replace(values=values, columns=columns).say(f"{column.label}: its inverse is the compliance")
+    return taken._replace(values=values, columns=columns).say(
+        f"{column.label}: its inverse is the compliance"
+    )
 
 
 def wanted_of(table: Table, columns: dict, units: dict, stress: float | None) -> tuple[Wanted, ...]:
@@ -155,7 +160,9 @@ def wanted_of(table: Table, columns: dict, units: dict, stress: float | None) ->
 def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
     """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
-    if CREEP_MODULUS.key in columns or (some(CREEP_MODULUS) and not some(COMPLIANCE) and not some(STRAIN, STRESS)):
+    if CREEP_MODULUS.key in columns or (
+        some(CREEP_MODULUS) and not some(COMPLIANCE) and not some(STRAIN, STRESS)
+    ):
         return TIME, CREEP_MODULUS
     if some(COMPLIANCE) or not some(STRAIN):
         if not some(COMPLIANCE) and "J" not in columns:

@@ -162,7 +162,9 @@ def stated_facts(text: str) -> tuple[str, ...]:
             continue
         unit = (re.findall(r"\(([^()]*)\)\s*$", name) or cells[1:] or [heading.unit or ""])[0].strip("[]()")
         if unit_table.is_unit(FOUND[kind], unit):
-            notes.append(f"the instrument states {name}: {value * unit_table.factor(FOUND[kind], unit):.4g} {SI[FOUND[kind]]}")
+            notes.append(
+                f"the instrument states {name}: {value * unit_table.factor(FOUND[kind], unit):.4g} {SI[FOUND[kind]]}"
+            )
     return tuple(notes)
 
 

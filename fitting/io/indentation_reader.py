@@ -15,7 +15,16 @@ from fitting.data.segments import label, named
 from fitting.io import afm, mending
 from fitting.io.cells import is_data
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once, stated_facts, stated_number
+from fitting.io.curves import (
+    DEPTH,
+    LOAD,
+    build,
+    checked_options,
+    curves_of,
+    once,
+    stated_facts,
+    stated_number,
+)
 from fitting.io.table import Table, read_table
 
 CLOCK = Wanted("t", ("time", "step time"))

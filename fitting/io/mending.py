@@ -54,7 +54,9 @@ def sweeps(series: Series) -> tuple[list[Series], list[Series]]:
     frequency, and more than twice as many as at most other frequencies, which a sweep may repeat.
     """
     omega = series.clock
-    pieces = np.split(np.arange(omega.size), np.flatnonzero(~np.isclose(omega[1:], omega[:-1], rtol=1e-6, atol=0.0)) + 1)
+    pieces = np.split(
+        np.arange(omega.size), np.flatnonzero(~np.isclose(omega[1:], omega[:-1], rtol=1e-6, atol=0.0)) + 1
+    )
     usual = float(np.median([piece.size for piece in pieces]))
     long = [piece.size >= STILL and piece.size > 2.0 * usual for piece in pieces]
     if not any(long):
@@ -67,7 +69,9 @@ def sweeps(series: Series) -> tuple[list[Series], list[Series]]:
         else:
             groups.append((stands, [piece]))
     parts = [(stands, series.pick(np.concatenate(some))) for stands, some in groups]
-    named = [(stands, one._replace(name=f"{one.name} from line {one.lines[0]}".strip())) for stands, one in parts]
+    named = [
+        (stands, one._replace(name=f"{one.name} from line {one.lines[0]}".strip())) for stands, one in parts
+    ]
     return [one for stands, one in named if not stands], [one for stands, one in named if stands]
 
 

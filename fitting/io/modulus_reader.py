@@ -131,7 +131,9 @@ def read_oscillation(
     table = read_table(path, decimal, columns)
     keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
     columns, units = checked_options(table, columns, units, keys)
-    parts = curves_of(table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation", segment, True)
+    parts = curves_of(
+        table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation", segment, True
+    )
     parts = swept(parts, 1 if segment is None else 0)
     taken = mending.choose(table.path, "segment", parts, segment)
     return oscillation_of(table.path, taken, units, convention, nu, window)
@@ -223,7 +225,9 @@ def _check_frequency(path: str, taken: Series, units: dict) -> None:
 def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
     """Return the convention that the column declares; a tensile modulus is never taken as a shear modulus."""
     columns = [column for key, column in taken.columns.items() if key not in ("t", "omega", "temperature")]
-    tensile = [c for c in columns if c.shown.lower().startswith(TENSILE) or (c.name or "").startswith("tensile")]
+    tensile = [
+        c for c in columns if c.shown.lower().startswith(TENSILE) or (c.name or "").startswith("tensile")
+    ]
     label = (tensile or columns)[0].label
     for column in columns:
         if column.name in ("creep modulus", "shear creep modulus", "stress", "tensile stress"):
@@ -234,6 +238,10 @@ def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tup
     if tensile:
         return "E", taken.say(f"{label}: tension, E = 2 (1 + nu) G with nu = {nu:g}")
     moduli = [column for column in columns if column.name not in ("phase angle", "delta", "loss factor")]
-    if convention == "G" and nu is None and not any(says_shear(c.shown) or c.shown.lower().startswith(("g", "|g")) for c in moduli):
+    if (
+        convention == "G"
+        and nu is None
+        and not any(says_shear(c.shown) or c.shown.lower().startswith(("g", "|g")) for c in moduli)
+    ):
         return convention, taken.say(f"{label}: taken as shear; for tension give convention='E' and nu=")
     return convention, taken

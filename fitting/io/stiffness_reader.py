@@ -82,7 +82,8 @@ def _told(table: Table, one: Wanted, wanted: list[Wanted], columns: dict, units:
     blocks = [block for block in table.blocks if all(has(block, other, columns) for other in wanted)]
     try:
         return bool(blocks) and all(
-            has(block, one, columns) and locate(table, block, one, columns, units).unit is not None for block in blocks
+            has(block, one, columns) and locate(table, block, one, columns, units).unit is not None
+            for block in blocks
         )
     except ValueError:  # several columns
         return False

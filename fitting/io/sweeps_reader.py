@@ -84,7 +84,9 @@ def read_sweeps(
     crept = (some(COMPLIANCE) or some(CREEP_MODULUS)) and not some(STORAGE)
     relaxed = some(MODULUS) and not crept and not some(STORAGE)
     if crept:
-        wanted = tuple(one for one in wanted_of(table, columns, units, None) if one.key not in ("stress", "strain"))
+        wanted = tuple(
+            one for one in wanted_of(table, columns, units, None) if one.key not in ("stress", "strain")
+        )
     else:
         wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table, columns))
     found: list[Any] = []

@@ -15,7 +15,11 @@ from fitting.io.text import Line, read_lines
 Row = tuple[int, list[str]]
 LEAST = 5  # fewest numbers in a line of a table that lies on its side
 FEW = 5  # rows, or a tenth of those before, of a table of statistics after the curve
-ASIDE = {"omega": "Frequency", "t": "Time", "depth": "Depth"}  # abscissae of such a table whose numbers carry their units
+ASIDE = {
+    "omega": "Frequency",
+    "t": "Time",
+    "depth": "Depth",
+}  # abscissae of such a table whose numbers carry their units
 FOREIGN = 3  # number of lines in another dialect that is not accidental
 NAMES = (
     r"(?m)^\[step\]\s*\n(?P<name>.+)",  # TRIOS
@@ -72,7 +76,11 @@ def read_table(path: str | os.PathLike, decimal: str | None = None, columns: dic
         sheet = any(line.text.strip() == "[step]" for line in before)
         if sheet and not rows and blocks:
             continue  # a sheet of words
-        if not blocks or sheet or (header and (known(header.cells) or _after(blocks[-1], groups[k:], dialect))):
+        if (
+            not blocks
+            or sheet
+            or (header and (known(header.cells) or _after(blocks[-1], groups[k:], dialect)))
+        ):
             width = len(header.cells) if header else _width(rows)
             blocks.append(Block(_name(text), text, header, width, list(rows)))
         else:
@@ -120,7 +128,9 @@ def _on_side(lines: list[Line], dialect: Dialect) -> list[Block]:
             columns = [values + [""] * (longest - len(values)) for *_, values in every]
             text = "\n".join(before)
             rows = [(first, list(row)) for row in zip(*columns, strict=True)]
-            found.append(Block(_name(text), text, Header([one[1] for one in every], [""] * width, first), width, rows))
+            found.append(
+                Block(_name(text), text, Header([one[1] for one in every], [""] * width, first), width, rows)
+            )
         if group:
             group, before = [], []
         before.append(line.text)
@@ -132,7 +142,11 @@ def _abscissa(line: Line, cells: list[str], dialect: Dialect) -> tuple[Line, str
     """Return (line, name, numbers) of a line whose cells are numbers with one and the same unit, None for another line."""
     parts = [cell.rpartition(" ") for cell in cells[1:] if cell]
     unit = {last for _, _, last in parts}
-    if len(parts) < LEAST or len(unit) != 1 or any(number(one, dialect.decimal) is None for one, _, _ in parts):
+    if (
+        len(parts) < LEAST
+        or len(unit) != 1
+        or any(number(one, dialect.decimal) is None for one, _, _ in parts)
+    ):
         return None
     text = unit.pop()
     kind = next((kind for kind in ASIDE if units.is_unit(kind, text)), None)
@@ -157,12 +171,21 @@ def _apart(block: Block, dialect: Dialect) -> list[Block]:
         while group and not group[-1]:
             group.pop()
     size = len(groups[0])
-    if len(starts) < 2 or size < 2 or any(group != groups[0] for group in groups) or len(set(groups[0])) < size:
+    if (
+        len(starts) < 2
+        or size < 2
+        or any(group != groups[0] for group in groups)
+        or len(set(groups[0])) < size
+    ):
         return [block]
     above = [split(line, dialect.separator) for line in block.before.splitlines()]
-    named = [row for row in above if {k for k, cell in enumerate(row) if cell} == set(starts) and row != block.header.cells]
+    named = [
+        row
+        for row in above
+        if {k for k, cell in enumerate(row) if cell} == set(starts) and row != block.header.cells
+    ]
     found = []
-    for k, start in enumerate(starts):
+    for start in starts:
         rows = [(line, row[start : start + size]) for line, row in block.rows]
         rows = [(line, row) for line, row in rows if not all(map(is_missing, row))]
         name = named[-1][start] if named else f"columns {start + 1} to {start + size}"

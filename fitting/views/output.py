@@ -94,17 +94,37 @@ def _curve(fit: Any, path: Path) -> None:
             for j, (at, one, part, _, own_unit, over_unit) in enumerate(tests)
             for k in range(at.size)
         ]
-        names = ["quantity", "unit", "abscissa", "unit of the abscissa", "measured", "fitted", "weighted residual"]
+        names = [
+            "quantity",
+            "unit",
+            "abscissa",
+            "unit of the abscissa",
+            "measured",
+            "fitted",
+            "weighted residual",
+        ]
         write_table(path, names, rows)
         return
     values = np.column_stack([measured, fit.fitted, fit.residuals])
-    if isinstance(fit.data, tuple | list) and hasattr(fit.data[0], "temperature"):  # the curves of a master curve
-        held, part = np.repeat([one.temperature for one in fit.data], [_points(one) for one in fit.data]), [name] * x.size
+    if isinstance(fit.data, tuple | list) and hasattr(
+        fit.data[0], "temperature"
+    ):  # the curves of a master curve
+        held, part = (
+            np.repeat([one.temperature for one in fit.data], [_points(one) for one in fit.data]),
+            [name] * x.size,
+        )
         if "," in name:
             both = [[own] * one.omega.size for one in fit.data for own in name.split(", ")]
             part = [own for some in both for own in some]
         own_unit = "-" if "," in name else unit
-        names = ["temperature [K]", "quantity", over, f"measured [{own_unit}]", f"fitted [{own_unit}]", "weighted residual"]
+        names = [
+            "temperature [K]",
+            "quantity",
+            over,
+            f"measured [{own_unit}]",
+            f"fitted [{own_unit}]",
+            "weighted residual",
+        ]
         write_table(path, names, [(*row[:3], *row[3]) for row in zip(held, part, x, values, strict=True)])
         return
     parts = _stacked(name, x, values)
@@ -113,7 +133,13 @@ def _curve(fit: Any, path: Path) -> None:
     for column, what in enumerate(("", "fitted ", "weighted residual ")):
         for part, t, one in parts:
             own = f" {part}" if len(parts) > 1 else ""
-            label = f"{part} [{unit}]" if not what else f"fitted{own} [{unit}]" if what == "fitted " else f"weighted residual{own}"
+            label = (
+                f"{part} [{unit}]"
+                if not what
+                else f"fitted{own} [{unit}]"
+                if what == "fitted "
+                else f"weighted residual{own}"
+            )
             names.append(label)
             if len(parts) == 1:
                 columns.append(one[:, column])

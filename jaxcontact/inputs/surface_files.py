@@ -32,7 +32,12 @@ class Surface(NamedTuple):
 
 
 def read_surface(
-    path: str | Path, grid: Grid | None = None, *, unit: str | None = None, fill: bool = False, width: float | None = None
+    path: str | Path,
+    grid: Grid | None = None,
+    *,
+    unit: str | None = None,
+    fill: bool = False,
+    width: float | None = None,
 ) -> Surface:
     """Read heights and cells from an instrument's file, for a ``HeightField``; needs ``jaxcontact[surfaces]``.
 
@@ -156,7 +161,10 @@ def _filled(heights: np.ndarray, mask: np.ndarray, periodic: tuple[bool, bool]) 
         entries.append(np.full(int(np.sum(other >= 0)), -1.0))
     every = np.arange(count.size)
     matrix = scipy.sparse.csr_matrix(
-        (np.concatenate([*entries, count]), (np.concatenate([*rows, every]), np.concatenate([*columns, every])))
+        (
+            np.concatenate([*entries, count]),
+            (np.concatenate([*rows, every]), np.concatenate([*columns, every])),
+        )
     )
     whole = heights.copy()
     whole[mask] = scipy.sparse.linalg.spsolve(matrix, right)

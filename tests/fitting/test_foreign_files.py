@@ -40,7 +40,8 @@ READ = {
     + ",".join(map(repr, J.tolist()))
     + "\nTemperature (°C),"
     + ",".join(["21"] * T.size),
-    "stray cells": "t [s];J [1/Pa];;;20\n" + LINES[0].replace(",", ";") + ";;;80\n" + BODY[len(LINES[0]) + 1 :].replace(",", ";"),
+    "stray cells": "t [s];J [1/Pa];;;20\n" + LINES[0].replace(",", ";") + ";;;80\n"
+    + BODY[len(LINES[0]) + 1 :].replace(",", ";"),
     "stray words": HEAD.replace(",", ";") + LINES[0].replace(",", ";") + ";;film;of;today;by;me\n"
     + BODY[len(LINES[0]) + 1 :].replace(",", ";"),
     "statistics after it": PLAIN + "\nSeries,maximum\nx,2e-5\ns,1e-6\n",

@@ -81,7 +81,9 @@ def test_what_follows_from_a_fit_from_the_shell(tmp_path, capsys):
     assert main([*start, *ball, "-o", str(tmp_path / "ball")]) == 0
     depth = np.loadtxt(tmp_path / "ball" / "propagated.csv", delimiter=",", skiprows=1)[:, 1]
     np.testing.assert_allclose(depth, (3 * 0.5 * 1e-6 / (8 * np.sqrt(1e-3)) * at @ x) ** (2 / 3), rtol=1e-6)
-    assert (tmp_path / "ball" / "propagated.png").exists() and "depth with its 95 % band" in capsys.readouterr().out
+    assert (
+        tmp_path / "ball" / "propagated.png"
+    ).exists() and "depth with its 95 % band" in capsys.readouterr().out
     summary = json.loads((tmp_path / "ball" / "summary.json").read_text())
     np.testing.assert_allclose(summary["propagated"]["depth_m"], depth, rtol=1e-12)
     sticky = ["--data", "indentation", *ball, "--adhesion", "0.1"]
@@ -223,7 +225,9 @@ def read_back(path):
     """A table as pandas reads it: numbers in every column but those of words, and no row that is shifted."""
     found = pandas.read_csv(path)
     assert not any(name.startswith("Unnamed") for name in found.columns) and len(found.columns) > 2
-    assert isinstance(found.index, pandas.RangeIndex)  # otherwise the rows have more cells than the line of names
+    assert isinstance(
+        found.index, pandas.RangeIndex
+    )  # otherwise the rows have more cells than the line of names
     return found
 
 
@@ -241,7 +245,19 @@ def test_every_table_is_read_back_by_pandas(tmp_path):
     main(["fit", "creep", files["creep"], "-o", out("c"), *maxwell])
     main(["fit", "oscillation", files["oscillation"], "-o", out("o"), *maxwell])
     main(["fit", "relaxation", files["relaxation"], "-o", out("r"), "--model", "StandardLinearSolid"])
-    main(["fit", "together", files["creep"], files["oscillation"], "--of", "creep,oscillation", "-o", out("t"), *maxwell])
+    main(
+        [
+            "fit",
+            "together",
+            files["creep"],
+            files["oscillation"],
+            "--of",
+            "creep,oscillation",
+            "-o",
+            out("t"),
+            *maxwell,
+        ]
+    )
     main(["fit", "batch", files["creep"], files["hold"], "-o", out("b"), *maxwell])
     main(["fit", "propagate", files["creep"], "-o", out("p"), "--times", "1,10", *maxwell])
     creep = read_back(tmp_path / "out c" / "curve.csv")
@@ -259,7 +275,9 @@ def test_every_table_is_read_back_by_pandas(tmp_path):
     np.testing.assert_allclose(second["measured"], G.imag, rtol=1e-9)
     assert set(second["unit"]) == {"Pa"} and set(second["unit of the abscissa"]) == {"rad/s"}
     rows = read_back(tmp_path / "out b" / "table.csv")
-    assert list(rows["verdict"]) == ["accepted", "failed"] and {"G [Pa]", "G low [Pa]", "eta [Pa s]"} <= set(rows.columns)
+    assert list(rows["verdict"]) == ["accepted", "failed"] and {"G [Pa]", "G low [Pa]", "eta [Pa s]"} <= set(
+        rows.columns
+    )
     assert rows["G [Pa]"][0] == pytest.approx(1e5, rel=1e-6) and np.isnan(rows["G [Pa]"][1])
     predicted = read_back(tmp_path / "out p" / "propagated.csv")
     assert list(predicted.columns) == ["t [s]", "J [1/Pa]", "sd [1/Pa]", "low [1/Pa]", "high [1/Pa]"]

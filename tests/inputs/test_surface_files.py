@@ -64,9 +64,14 @@ MISTAKES = {
         rf"expected a height at every point, got {np.sum(np.abs(HEIGHTS) < 0.1)} of 24 without",
     ),
     "a line": (lambda folder: jc.read_surface(line(folder)), r"got a line of 6 points: width= \[m\]"),
-    "a width of a map": (lambda folder: jc.read_surface(matrix(folder), width=1e-6), "width: expected none for a map"),
+    "a width of a map": (
+        lambda folder: jc.read_surface(matrix(folder), width=1e-6),
+        "width: expected none for a map",
+    ),
     "too many holes": (
-        lambda folder: jc.read_surface(matrix(folder, heights=np.where(HEIGHTS < 1.0, np.nan, HEIGHTS)), fill=True),
+        lambda folder: jc.read_surface(
+            matrix(folder, heights=np.where(HEIGHTS < 1.0, np.nan, HEIGHTS)), fill=True
+        ),
         "at most half of them can be filled",
     ),
     "a second unit": (

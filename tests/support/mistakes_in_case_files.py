@@ -56,7 +56,11 @@ FILES = {
         "[settings]\ntolerance = 450 GPa  # stiff\n[times]",
         r'not TOML: .*line \d+.*in quotes: tolerance = "450 GPa"',
     ),
-    "text without quotes": ("[times]", "[settings]\ncorrespondence = exact\n[times]", r'in quotes: correspondence = "exact"'),
+    "text without quotes": (
+        "[times]",
+        "[settings]\ncorrespondence = exact\n[times]",
+        r'in quotes: correspondence = "exact"',
+    ),
     "a typo": ("thickness", "thicknes", r'layer.thicknes: unknown key; did you mean "thickness"\?'),
     "a typo in a section": ("[grid]", "[gird]", r'\[gird\]: unknown key; did you mean "grid"\?'),
     "both laws of volume": (
